@@ -1,0 +1,123 @@
+//! Pixel to ray: the pinhole camera.
+//!
+//! Camera axes are OpenGL's and Blender's: x right, y up, looking along −z.
+//! The centre of pixel (0, 0) is at (0.5, 0.5).
+
+use glam::Vec3;
+
+/// A pinhole camera with its pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Picture width in pixels.
+    pub width: u32,
+    /// Picture height in pixels.
+    pub height: u32,
+    /// Focal length in x and y, pixels.
+    pub focal: [f32; 2],
+    /// Principal point in x and y, pixels from the top left corner.
+    pub center: [f32; 2],
+    /// 4×4 camera-to-world, row after row as in `transforms.json`: the columns
+    /// are right, up, back and the camera's position, in scene units.
+    pub camera_to_world: [f32; 16],
+}
+
+/// A half line in scene space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts, scene units.
+    pub origin: [f32; 3],
+    /// Where it goes: a unit vector, so that `t` is a Euclidean distance.
+    pub direction: [f32; 3],
+}
+
+impl Camera {
+    /// A camera with square pixels and a centred principal point.
+    /// `fov_x` is the horizontal field of view in radians.
+    #[must_use]
+    pub fn from_fov_x(width: u32, height: u32, fov_x: f32, camera_to_world: [f32; 16]) -> Self {
+        let focal = 0.5 * width as f32 / crate::math::tan(0.5 * fov_x);
+        Self {
+            width,
+            height,
+            focal: [focal, focal],
+            center: [0.5 * width as f32, 0.5 * height as f32],
+            camera_to_world,
+        }
+    }
+
+    /// The pose of a camera at `eye` that looks at `target` with `up` upwards.
+    #[must_use]
+    pub fn look_at(eye: [f32; 3], target: [f32; 3], up: [f32; 3]) -> [f32; 16] {
+        let (eye, target, up) = (Vec3::from(eye), Vec3::from(target), Vec3::from(up));
+        let back = (eye - target).normalize_or(Vec3::Z);
+        let side = up.cross(back);
+        // Looking straight along `up`: any right vector will do.
+        let right = side.normalize_or(back.any_orthonormal_vector());
+        let up = back.cross(right);
+        [
+            right.x, up.x, back.x, eye.x, //
+            right.y, up.y, back.y, eye.y, //
+            right.z, up.z, back.z, eye.z, //
+            0.0, 0.0, 0.0, 1.0,
+        ]
+    }
+
+    /// The camera's position in scene units.
+    #[must_use]
+    pub fn position(&self) -> [f32; 3] {
+        let m = &self.camera_to_world;
+        [m[3], m[7], m[11]]
+    }
+
+    /// The ray through the image point (`x`, `y`), pixels from the top left
+    /// corner: pixel (i, j) has its centre at (i + 0.5, j + 0.5).
+    #[must_use]
+    pub fn ray(&self, x: f32, y: f32) -> Ray {
+        let m = &self.camera_to_world;
+        let cx = (x - self.center[0]) / self.focal[0];
+        let cy = -(y - self.center[1]) / self.focal[1];
+        let d = Vec3::new(
+            m[0] * cx + m[1] * cy - m[2],
+            m[4] * cx + m[5] * cy - m[6],
+            m[8] * cx + m[9] * cy - m[10],
+        );
+        Ray { origin: self.position(), direction: d.normalize_or(-Vec3::Z).to_array() }
+    }
+
+    /// The same view with `factor` times fewer pixels along each side.
+    #[must_use]
+    pub fn downscaled(&self, factor: u32) -> Self {
+        let width = (self.width / factor).max(1);
+        let height = (self.height / factor).max(1);
+        let (sx, sy) = (width as f32 / self.width as f32, height as f32 / self.height as f32);
+        Self {
+            width,
+            height,
+            focal: [self.focal[0] * sx, self.focal[1] * sy],
+            center: [self.center[0] * sx, self.center[1] * sy],
+            camera_to_world: self.camera_to_world,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_of_a_hand_made_camera() {
+        // At (0, 0, 4), looking along −z, 90° wide, 2×2 pixels: focal = 1 pixel.
+        let pose = Camera::look_at([0.0, 0.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0]);
+        let camera = Camera::from_fov_x(2, 2, core::f32::consts::FRAC_PI_2, pose);
+        assert!((camera.focal[0] - 1.0).abs() < 1e-6);
+        let middle = camera.ray(1.0, 1.0);
+        assert_eq!(middle.origin, [0.0, 0.0, 4.0]);
+        assert_eq!(middle.direction, [0.0, 0.0, -1.0]);
+        // The top left pixel's centre lies half a focal length left and up.
+        let d = camera.ray(0.5, 0.5).direction;
+        let n = crate::math::sqrt(1.5);
+        for (a, b) in d.iter().zip([-0.5 / n, 0.5 / n, -1.0 / n]) {
+            assert!((a - b).abs() < 1e-6, "{d:?}");
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Real spherical harmonics of a unit direction, as in instant-ngp.
+
+/// Highest degree: 16 values.
+pub const MAX_DEGREE: u32 = 4;
+
+/// Values of a given degree (1 to 4): degree 1 is the constant alone, which
+/// makes a field independent of the view.
+#[must_use]
+pub const fn n_output(degree: u32) -> usize {
+    (degree * degree) as usize
+}
+
+/// Writes the first `degree²` harmonics of the unit vector `d` to `out`.
+///
+/// `out` holds at least `degree²` values; `degree` is 1 to 4.
+#[inline(always)]
+pub fn evaluate(degree: u32, d: [f32; 3], out: &mut [f32]) {
+    let [x, y, z] = d;
+    out[0] = 0.282_094_79;
+    if degree < 2 {
+        return;
+    }
+    out[1] = -0.488_602_51 * y;
+    out[2] = 0.488_602_51 * z;
+    out[3] = -0.488_602_51 * x;
+    if degree < 3 {
+        return;
+    }
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    out[4] = 1.092_548_4 * x * y;
+    out[5] = -1.092_548_4 * y * z;
+    out[6] = 0.946_174_7 * zz - 0.315_391_57;
+    out[7] = -1.092_548_4 * x * z;
+    out[8] = 0.546_274_2 * (xx - yy);
+    if degree < 4 {
+        return;
+    }
+    out[9] = 0.590_043_6 * y * (-3.0 * xx + yy);
+    out[10] = 2.890_611_4 * x * y * z;
+    out[11] = 0.457_045_8 * y * (1.0 - 5.0 * zz);
+    out[12] = 0.373_176_34 * z * (5.0 * zz - 3.0);
+    out[13] = 0.457_045_8 * x * (1.0 - 5.0 * zz);
+    out[14] = 1.445_305_7 * z * (xx - yy);
+    out[15] = 0.590_043_6 * x * (-xx + 3.0 * yy);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orthonormal_over_the_sphere() {
+        // Midpoint rule over (cos θ, φ): the Gram matrix must be the identity.
+        let (n, m) = (200, 400);
+        let mut gram = [[0.0f64; 16]; 16];
+        for i in 0..n {
+            let z = -1.0 + (2 * i + 1) as f32 / n as f32;
+            let r = crate::math::sqrt(1.0 - z * z);
+            for j in 0..m {
+                let phi = (j as f32 + 0.5) / m as f32 * core::f32::consts::TAU;
+                let mut y = [0.0; 16];
+                evaluate(4, [r * crate::math::cos(phi), r * crate::math::sin(phi), z], &mut y);
+                for a in 0..16 {
+                    for b in 0..16 {
+                        gram[a][b] += f64::from(y[a]) * f64::from(y[b]);
+                    }
+                }
+            }
+        }
+        let area = 4.0 * core::f64::consts::PI / f64::from(n * m);
+        for (a, row) in gram.iter().enumerate() {
+            for (b, value) in row.iter().enumerate() {
+                let expected = if a == b { 1.0 } else { 0.0 };
+                assert!((value * area - expected).abs() < 2e-3, "{a} {b} {}", value * area);
+            }
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! A scene as the renderer sees it: borrowed parts, checked to fit together.
+
+use crate::field::AnyField;
+use crate::{Error, Occupancy, Sampling, Space};
+
+/// How colour values are to be understood.
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ColorSpace {
+    /// What the photographs held: sRGB-encoded values, composited as they are.
+    #[default]
+    Srgb,
+    /// Linear light.
+    Linear,
+}
+
+/// How a picture of the model is finished.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Display {
+    /// Colour behind the scene, in the model's colour space.
+    pub background: [f32; 3],
+    /// The space of the model's colours.
+    pub color_space: ColorSpace,
+}
+
+/// A radiance field with all that is needed to render it. Borrows the bytes it
+/// was opened from and owns no memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Model<'a> {
+    /// Density and colour.
+    pub field: AnyField<'a>,
+    /// Where the field lives.
+    pub space: Space,
+    /// Cells that may hold something; sigma is 0 outside them. `None`: everywhere.
+    pub occupancy: Option<Occupancy<'a>>,
+    /// Steps along a ray.
+    pub sampling: Sampling,
+    /// Background and colour space.
+    pub display: Display,
+}
+
+impl Model<'_> {
+    /// Checks that the parts fit together and every number can be used.
+    ///
+    /// # Errors
+    /// Whatever the parts report.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.space.validate()?;
+        self.sampling.validate()?;
+        if !self.display.background.iter().all(|v| v.is_finite()) {
+            return Err(Error::Range("background colour"));
+        }
+        self.field.validate()
+    }
+}

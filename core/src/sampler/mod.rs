@@ -1,0 +1,41 @@
+//! Where along a ray the field is asked.
+
+/// The sampling that a model was made for. All distances are Euclidean and in
+/// scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    /// Distance between samples. Sample k of a ray lies at
+    /// `near + (k + 0.5) * step`, wherever the ray enters the scene.
+    pub step: f32,
+    /// Nothing is seen nearer than this.
+    pub near: f32,
+    /// Nothing is seen farther than this.
+    pub far: f32,
+    /// A ray ends where its transmittance falls below this.
+    pub min_transmittance: f32,
+}
+
+/// No ray takes more steps than this, whatever a file says.
+pub const MAX_STEPS: u32 = 1 << 20;
+
+impl Sampling {
+    /// Checks that the numbers can be marched with.
+    ///
+    /// # Errors
+    /// [`crate::Error::Range`].
+    pub fn validate(&self) -> Result<(), crate::Error> {
+        let finite =
+            [self.step, self.near, self.far, self.min_transmittance].iter().all(|v| v.is_finite());
+        let steps = (self.far - self.near) / self.step;
+        if !finite || self.step <= 0.0 || self.near < 0.0 || self.far <= self.near {
+            return Err(crate::Error::Range("sampling step, near and far"));
+        }
+        if !(steps < MAX_STEPS as f32) {
+            return Err(crate::Error::Range("sampling step: more than 2^20 steps a ray"));
+        }
+        if !(0.0..1.0).contains(&self.min_transmittance) {
+            return Err(crate::Error::Range("sampling min_transmittance"));
+        }
+        Ok(())
+    }
+}

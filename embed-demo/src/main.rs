@@ -1,0 +1,2 @@
+//! Renders an orbit of a `.pnerf` file.
+fn main() {}

@@ -1,0 +1,3 @@
+//! The `.pnerf` model file.
+#![no_std]
+#![forbid(unsafe_code)]

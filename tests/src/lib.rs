@@ -1,0 +1,1 @@
+//! Cross-crate tests of pocketnerf; see `tests/`.

@@ -1,0 +1,3 @@
+//! Trains radiance fields on ordinary CPUs.
+
+pub mod dataset;

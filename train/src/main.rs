@@ -1,0 +1,2 @@
+//! The command line `pocketnerf`.
+fn main() {}
