@@ -193,7 +193,8 @@ fn multiply_panel<S: Simd, const V: usize>(
         for (sums, row) in sums.iter().zip(y.chunks_mut(stride)).take(width) {
             let row = &mut row[at..at + V * lanes];
             for (v, sum) in sums.iter().enumerate() {
-                let value = if relu { sum.max_precise(zero) } else { *sum };
+                // Zero first: NaN passes, and ends as empty space.
+                let value = if relu { zero.max(*sum) } else { *sum };
                 value.store_slice(&mut row[v * lanes..(v + 1) * lanes]);
             }
         }

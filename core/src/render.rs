@@ -150,7 +150,7 @@ fn render(
     for first in (0..n).step_by(tuning.rays) {
         let count = tuning.rays.min(n - first);
         for (i, state) in scratch.rays[..count].iter_mut().enumerate() {
-            *state = RayState::new(marcher.path(ray(first + i))).pack();
+            *state = RayState::new(marcher.path(ray(first + i), 0.5)).pack();
         }
         let group = Group { model, marcher, most_samples: tuning.samples, count };
         let rgba = rgba[first * 4..].as_chunks_mut::<4>().0;
@@ -174,7 +174,7 @@ impl RayState {
     }
 
     const fn pack(&self) -> [f32; RAY_FIELDS] {
-        let Self { path: Path { ray, next, end }, gathered, run } = self;
+        let Self { path: Path { ray, next, end, .. }, gathered, run } = self;
         let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.direction);
         let Gathered { transmittance, opacity, depth } = *gathered;
         let [next, end, run] = [f32::from_bits(*next), f32::from_bits(*end), f32::from_bits(*run)];
@@ -185,7 +185,7 @@ impl RayState {
         let [ox, oy, oz, dx, dy, dz, next, end, run, transmittance, opacity, depth] = *packed;
         let ray = Ray { origin: [ox, oy, oz], direction: [dx, dy, dz] };
         Self {
-            path: Path { ray, next: next.to_bits(), end: end.to_bits() },
+            path: Path { ray, next: next.to_bits(), end: end.to_bits(), phase: 0.5 },
             gathered: Gathered { transmittance, opacity, depth },
             run: run.to_bits(),
         }

@@ -1,7 +1,7 @@
 //! From an encoded point to density and colour: the part that the field kinds
 //! share.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat};
+use fearless_simd::{Simd, SimdBase};
 
 use crate::Error;
 use crate::encoding::spherical_harmonics;
@@ -107,7 +107,9 @@ impl Decoder<'_> {
         self.density.forward::<S, T>(simd, a, b, output, n, stride, panel);
         for sigma in output[..n].chunks_exact_mut(S::f32s::LEN) {
             let log = S::f32s::from_slice(simd, sigma) + self.log_density_bias;
-            lanes::exp(simd, log.min_precise(MAX_LOG_DENSITY)).store_slice(sigma);
+            // The limit first: NaN passes `min` and becomes 0 in `exp`.
+            let log = S::f32s::splat(simd, MAX_LOG_DENSITY).min(log);
+            lanes::exp(simd, log).store_slice(sigma);
         }
         if self.shading == Shading::PerSample {
             let features = &output[stride..(1 + self.n_features as usize) * stride];

@@ -20,6 +20,11 @@ use crate::scratch::{Limits, Workspace};
 use crate::store::Store;
 use crate::tensor::DType;
 
+#[cfg(not(any(feature = "hash-grid", feature = "frequency")))]
+compile_error!(
+    "pocketnerf-core needs at least one kind of field: feature `hash-grid` or `frequency`"
+);
+
 /// Most features that a ray may accumulate.
 pub const MAX_CHANNELS: usize = 32;
 

@@ -28,6 +28,8 @@ pub struct Path {
     pub next: u32,
     /// One past the last step inside the box.
     pub end: u32,
+    /// Where in its step a sample lies: 0.5 is the middle.
+    pub phase: f32,
 }
 
 impl<'a> Marcher<'a> {
@@ -49,11 +51,12 @@ impl<'a> Marcher<'a> {
         Self { occupancy, space, map: space.unit_map(), sampling, skip }
     }
 
-    /// Distance of step `k` along a ray.
+    /// Distance of step `k` along a ray whose steps are shifted by `phase`
+    /// steps: 0.5 when rendering, random when training.
     #[inline(always)]
     #[must_use]
-    pub fn distance(&self, k: u32) -> f32 {
-        self.sampling.near + (k as f32 + 0.5) * self.sampling.step
+    pub fn distance(&self, k: u32, phase: f32) -> f32 {
+        self.sampling.near + (k as f32 + phase) * self.sampling.step
     }
 
     #[inline(always)]
@@ -62,18 +65,19 @@ impl<'a> Marcher<'a> {
         [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
     }
 
-    /// The steps of `ray` that lie inside the box.
+    /// The steps of `ray` that lie inside the box; samples lie at `phase`
+    /// (0 to 1) of each step.
     #[must_use]
-    pub fn path(&self, ray: Ray) -> Path {
+    pub fn path(&self, ray: Ray, phase: f32) -> Path {
         let Sampling { step, near, far, .. } = self.sampling;
         let Some([t0, t1]) = self.space.intersect(&ray, near, far) else {
-            return Path { ray, next: 0, end: 0 };
+            return Path { ray, next: 0, end: 0, phase };
         };
         // Start a little outside, then move in: rounding must not lose a step.
         // `as` saturates and takes NaN to 0.
         let last = (((far - near) / step) as u32).saturating_add(1);
         let inside = |k: u32| {
-            let t = self.distance(k);
+            let t = self.distance(k, phase);
             t < far && self.space.contains(Self::point(&ray, t))
         };
         let mut next = (((t0 - near) / step) as u32).saturating_sub(2);
@@ -84,18 +88,18 @@ impl<'a> Marcher<'a> {
         while next < end && !inside(end - 1) {
             end -= 1;
         }
-        Path { ray, next, end }
+        Path { ray, next, end, phase }
     }
 
     /// Takes up to `most` occupied samples from `path`, nearest first: calls
     /// `emit(t, u)` with the distance and the unit coordinates of each.
     #[inline(always)]
     pub fn advance(&self, path: &mut Path, most: usize, mut emit: impl FnMut(f32, [f32; 3])) {
-        let Path { ray, next: mut k, end } = *path;
+        let Path { ray, next: mut k, end, phase } = *path;
         let mut left = most;
         let Some(occupancy) = &self.occupancy else {
             while k < end && left > 0 {
-                let t = self.distance(k);
+                let t = self.distance(k, phase);
                 emit(t, self.map.apply(Self::point(&ray, t)));
                 k += 1;
                 left -= 1;
@@ -106,7 +110,7 @@ impl<'a> Marcher<'a> {
         let stride = Stride::new(&ray, &self.map, &self.sampling);
         let cells = occupancy.resolution() as f32;
         while k < end && left > 0 {
-            let t = self.distance(k);
+            let t = self.distance(k, phase);
             let u = self.map.apply(Self::point(&ray, t));
             // Inside the box u ≥ 0; a negative rounding error saturates to 0.
             let cell = [(u[0] * cells) as u32, (u[1] * cells) as u32, (u[2] * cells) as u32];
@@ -182,7 +186,7 @@ mod tests {
     use std::vec::Vec;
 
     fn samples(marcher: &Marcher<'_>, ray: Ray, most: usize) -> Vec<u32> {
-        let mut path = marcher.path(ray);
+        let mut path = marcher.path(ray, 0.5);
         let mut all = Vec::new();
         while path.next < path.end {
             marcher.advance(&mut path, most, |t, _| all.push(t.to_bits()));
@@ -235,7 +239,7 @@ mod tests {
             assert_eq!(expected, samples(&fast, ray, 5), "ray {i}: {ray:?}");
             found += expected.len();
             // The slow way itself, by its definition.
-            let all = (0..1300u32).map(|k| slow.distance(k)).filter(|&t| {
+            let all = (0..1300u32).map(|k| slow.distance(k, 0.5)).filter(|&t| {
                 let p = Marcher::point(&ray, t);
                 t < 9.0 && space.contains(p) && occupancy.at(space.unit_map().apply(p))
             });
