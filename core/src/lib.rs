@@ -15,6 +15,7 @@ pub mod math;
 pub mod model;
 pub mod network;
 pub mod occupancy;
+pub mod reference;
 pub mod sampler;
 pub mod simd;
 pub mod space;
