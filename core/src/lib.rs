@@ -17,6 +17,7 @@ pub mod math;
 pub mod model;
 pub mod network;
 pub mod occupancy;
+pub mod reference;
 pub mod render;
 pub mod sampler;
 pub mod scratch;
