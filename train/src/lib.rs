@@ -1,3 +1,5 @@
 //! Trains radiance fields on ordinary CPUs.
 
 pub mod dataset;
+pub mod field;
+pub mod random;
