@@ -1,3 +1,9 @@
 //! Trains radiance fields on ordinary CPUs.
 
+pub mod cameras;
 pub mod dataset;
+pub mod image_file;
+pub mod json;
+pub mod metrics;
+pub mod output;
+pub mod pose;
