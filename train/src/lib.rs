@@ -1,3 +1,4 @@
 //! Trains radiance fields on ordinary CPUs.
 
+pub mod builtin;
 pub mod dataset;
