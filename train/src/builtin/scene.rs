@@ -38,13 +38,13 @@ pub(super) fn bodies() -> Vec<Body> {
             surface: Surface::Stone,
         },
         Body { shape: glazed(), surface: Surface::Glaze },
-        Body { shape: Shape::sphere(at(-0.52, -0.46, 0.27), 0.27), surface: Surface::Marble },
+        Body { shape: Shape::sphere(at(-0.56, -0.52, 0.27), 0.27), surface: Surface::Marble },
         Body {
-            shape: Shape::Cylinder { base: at(0.10, 0.18, 0.0), radius: 0.15, height: 0.30 },
+            shape: Shape::Cylinder { base: at(0.06, 0.50, 0.0), radius: 0.15, height: 0.30 },
             surface: Surface::Bands,
         },
         Body {
-            shape: Shape::sphere(at(0.10, 0.18, 0.43), 0.13),
+            shape: Shape::sphere(at(0.06, 0.50, 0.43), 0.13),
             surface: Surface::Plain(DVec3::new(0.05, 0.16, 0.55)),
         },
     ];
@@ -55,8 +55,8 @@ pub(super) fn bodies() -> Vec<Body> {
 /// The glazed pebble: flat enough for its highlight to run far over it.
 pub(super) fn glazed() -> Shape {
     Shape::Ellipsoid {
-        center: DVec3::new(0.26, -0.38, TABLE + 0.25),
-        radii: DVec3::new(0.56, 0.42, 0.25),
+        center: DVec3::new(0.27, -0.34, TABLE + 0.25),
+        radii: DVec3::new(0.58, 0.50, 0.25),
     }
 }
 

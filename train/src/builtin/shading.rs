@@ -30,9 +30,9 @@ pub(super) struct Lamp {
 impl Lamp {
     /// The one lamp of the scene: high, and to the side of the pebble.
     pub(super) fn new() -> Self {
-        let direction = DVec3::new(0.36, -0.48, 0.8);
+        let direction = DVec3::new(3.0, -4.0, 12.0) / 13.0;
         // Two unit vectors across it.
-        let (u, v) = (DVec3::new(0.8, 0.6, 0.0), DVec3::new(-0.48, 0.64, 0.6));
+        let (u, v) = (DVec3::new(0.8, 0.6, 0.0), DVec3::new(-7.2, 9.6, 5.0) / 13.0);
         let points = core::array::from_fn(|i| {
             // Another order than the samples' own, so that shadows do not shift with it.
             let k = (i * 7 + 3) % SAMPLES;

@@ -6,8 +6,8 @@
 use super::noise::{noise, wave};
 use glam::DVec3;
 
-/// Side of a grain of the stone, scene units: 1.9 pixels at the cameras' distance.
-const STONE_CELL: f64 = 0.0135;
+/// Side of a grain of the stone, scene units: 1.7 pixels at the cameras' distance.
+const STONE_CELL: f64 = 0.0122;
 /// Amplitude of the stone's grain: beyond what a small table resolves, so it
 /// bounds the error of every model from below.
 const STONE_CONTRAST: f64 = 0.20;
