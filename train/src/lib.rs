@@ -1,6 +1,7 @@
 //! Trains radiance fields on ordinary CPUs.
 
 pub mod cameras;
+pub mod builtin;
 pub mod dataset;
 pub mod field;
 pub mod random;
