@@ -1,6 +1,7 @@
 //! A scene as the renderer sees it: borrowed parts, checked to fit together.
 
 use crate::field::AnyField;
+use crate::scratch::Limits;
 use crate::{Error, Occupancy, Sampling, Space};
 
 /// How colour values are to be understood.
@@ -51,5 +52,20 @@ impl Model<'_> {
             return Err(Error::Range("background colour"));
         }
         self.field.validate()
+    }
+
+    /// Checks that scratch for `limits` suffices.
+    ///
+    /// # Errors
+    /// [`Error::Limits`].
+    pub fn fits(&self, limits: &Limits) -> Result<(), Error> {
+        let needed = self.field.limits();
+        if needed.width > limits.width {
+            return Err(Error::Limits("widest layer"));
+        }
+        if needed.channels > limits.channels {
+            return Err(Error::Limits("channels of a ray"));
+        }
+        Ok(())
     }
 }

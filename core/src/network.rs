@@ -1,5 +1,8 @@
 //! Small dense networks: layers with ReLU between them and none after the last.
 
+use fearless_simd::{Simd, SimdBase, SimdFloat};
+
+use crate::store::Store;
 use crate::{Error, TensorView};
 
 /// Most layers a network may have.
@@ -81,5 +84,146 @@ impl<'a> Mlp<'a> {
     #[must_use]
     pub fn max_width(&self) -> usize {
         self.layers().iter().map(|l| l.weight.rows().max(l.weight.cols())).max().unwrap_or(0)
+    }
+}
+
+/// Outputs that a kernel computes at a time.
+const PANEL: usize = 8;
+
+/// Values of scratch that [`dense`] needs for a layer of `n_in` inputs.
+#[must_use]
+pub const fn panel_len(n_in: usize) -> usize {
+    n_in * PANEL
+}
+
+/// Applies one layer to `n` points: `y = W x + b`, then ReLU where asked.
+///
+/// `x` is `[n_in][stride]`, `y` is `[n_out][stride]`; `n` is a multiple of 32
+/// and at most `stride`. `panel` holds at least [`panel_len`]`(n_in)` values.
+#[inline(always)]
+pub fn dense<S: Simd, T: Store>(
+    simd: S,
+    layer: &Dense<'_>,
+    x: &[f32],
+    y: &mut [f32],
+    n: usize,
+    stride: usize,
+    relu: bool,
+    panel: &mut [f32],
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let (n_in, n_out) = (layer.weight.rows(), layer.weight.cols());
+            let panel = &mut panel[..panel_len(n_in)];
+            for first in (0..n_out).step_by(PANEL) {
+                let width = PANEL.min(n_out - first);
+                load_panel::<T>(&layer.weight, first, width, panel);
+                let mut bias = [0.0; PANEL];
+                if let Some(b) = &layer.bias {
+                    let values = &T::values(b.bytes())[first..first + width];
+                    for (to, from) in bias.iter_mut().zip(values) {
+                        *to = T::decode(*from) * b.scale();
+                    }
+                }
+                let rows = &mut y[first * stride..];
+                // With 32 registers, sixteen sums hide the latency of the additions.
+                if S::f32s::LEN == 16 {
+                    multiply_panel::<S, 2>(simd, panel, &bias, width, x, rows, n, stride, relu);
+                } else {
+                    multiply_panel::<S, 1>(simd, panel, &bias, width, x, rows, n, stride, relu);
+                }
+            }
+        },
+    );
+}
+
+/// Decodes the columns `first .. first + width` of a weight matrix to
+/// `[n_in][PANEL]`, zero-filled.
+#[inline(always)]
+fn load_panel<T: Store>(weight: &TensorView<'_>, first: usize, width: usize, panel: &mut [f32]) {
+    let scale = weight.scale();
+    let rows = T::values(weight.bytes()).chunks_exact(weight.cols());
+    for (row, to) in rows.zip(panel.as_chunks_mut::<PANEL>().0) {
+        let from = &row[first..first + width];
+        if let Ok(from) = <&[T::Bits; PANEL]>::try_from(from) {
+            *to = from.map(|bits| T::decode(bits) * scale);
+        } else {
+            *to = [0.0; PANEL];
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = T::decode(*from) * scale;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "the innermost kernel; a struct would hide nothing")]
+fn multiply_panel<S: Simd, const V: usize>(
+    simd: S,
+    panel: &[f32],
+    bias: &[f32; PANEL],
+    width: usize,
+    x: &[f32],
+    y: &mut [f32],
+    n: usize,
+    stride: usize,
+    relu: bool,
+) {
+    let lanes = S::f32s::LEN;
+    let zero = S::f32s::splat(simd, 0.0);
+    for at in (0..n).step_by(V * lanes) {
+        let mut sums = [[zero; V]; PANEL];
+        for (sums, b) in sums.iter_mut().zip(bias) {
+            *sums = [S::f32s::splat(simd, *b); V];
+        }
+        for (weights, row) in panel.as_chunks::<PANEL>().0.iter().zip(x.chunks(stride)) {
+            let row = &row[at..at + V * lanes];
+            let mut values = [zero; V];
+            for (v, value) in values.iter_mut().enumerate() {
+                *value = S::f32s::from_slice(simd, &row[v * lanes..(v + 1) * lanes]);
+            }
+            for (sums, weight) in sums.iter_mut().zip(weights) {
+                let weight = S::f32s::splat(simd, *weight);
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum = value.mul_add(weight, *sum);
+                }
+            }
+        }
+        for (sums, row) in sums.iter().zip(y.chunks_mut(stride)).take(width) {
+            let row = &mut row[at..at + V * lanes];
+            for (v, sum) in sums.iter().enumerate() {
+                // Zero first: NaN passes, and ends as empty space.
+                let value = if relu { zero.max(*sum) } else { *sum };
+                value.store_slice(&mut row[v * lanes..(v + 1) * lanes]);
+            }
+        }
+    }
+}
+
+impl Mlp<'_> {
+    /// Applies all layers to `n` points (a multiple of 32, at most `stride`).
+    ///
+    /// `input` is `[n_input][stride]` and is overwritten, `other` is scratch of
+    /// as many rows as the widest layer, like `input`; the result goes to
+    /// `output`, `[n_output][stride]`.
+    #[inline(always)]
+    pub fn forward<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        input: &mut [f32],
+        other: &mut [f32],
+        output: &mut [f32],
+        n: usize,
+        stride: usize,
+        panel: &mut [f32],
+    ) {
+        let (mut from, mut to) = (input, other);
+        let last = self.n_layers - 1;
+        for layer in &self.layers[..last] {
+            dense::<S, T>(simd, layer, from, to, n, stride, true, panel);
+            core::mem::swap(&mut from, &mut to);
+        }
+        dense::<S, T>(simd, &self.layers[last], from, output, n, stride, false, panel);
     }
 }

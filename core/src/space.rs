@@ -96,6 +96,14 @@ impl Space {
         (t0 < t1).then_some([t0, t1])
     }
 
+    /// Whether a scene point lies in the box, faces included.
+    #[inline(always)]
+    #[must_use]
+    pub fn contains(&self, p: [f32; 3]) -> bool {
+        let Self::Box { min, max } = self;
+        (0..3).all(|axis| min[axis] <= p[axis] && p[axis] <= max[axis])
+    }
+
     /// The middle of the box, scene units.
     #[must_use]
     pub fn center(&self) -> [f32; 3] {

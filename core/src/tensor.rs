@@ -48,8 +48,9 @@ pub struct TensorView<'a> {
     layout: Layout,
 }
 
-/// The largest exponent of [`TensorView::scale_log2`], either sign.
-pub const MAX_SCALE_LOG2: i8 = 60;
+/// What [`TensorView::scale_log2`] may be. The upper bound leaves room for
+/// f16's exponent bias in f32: 2^(112 + 14) is finite.
+pub const SCALE_LOG2: core::ops::RangeInclusive<i8> = -60..=14;
 
 impl<'a> TensorView<'a> {
     /// An empty tensor: the placeholder in fixed-size arrays.
@@ -79,7 +80,7 @@ impl<'a> TensorView<'a> {
         if expected != bytes.len() {
             return Err(Error::TensorLength { expected, found: bytes.len() });
         }
-        if !(-MAX_SCALE_LOG2..=MAX_SCALE_LOG2).contains(&scale_log2) {
+        if !SCALE_LOG2.contains(&scale_log2) {
             return Err(Error::Range("tensor scale_log2"));
         }
         Ok(Self { bytes, dtype, shape, scale_log2, layout })

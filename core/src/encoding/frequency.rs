@@ -1,6 +1,8 @@
 //! The paper's positional encoding (Mildenhall et al. 2020, equation 4).
 
-use crate::Error;
+use fearless_simd::{Simd, SimdBase, SimdFloat};
+
+use crate::{Error, lanes};
 
 /// Sines and cosines of octaves of a position.
 ///
@@ -32,5 +34,38 @@ impl FrequencyConfig {
             return Err(Error::Range("frequency encoding n_frequencies"));
         }
         Ok(())
+    }
+}
+
+/// Encodes unit points: writes `n_output` rows, `stride` values apart.
+/// A multiple of 16 points.
+#[inline(always)]
+pub fn encode<S: Simd>(
+    simd: S,
+    config: FrequencyConfig,
+    points: [&[f32]; 3],
+    out: &mut [f32],
+    stride: usize,
+) {
+    let n = S::f32s::LEN;
+    let two = S::f32s::splat(simd, 2.0);
+    for (axis, coordinates) in points.iter().enumerate() {
+        for (g, u) in coordinates.chunks_exact(n).enumerate() {
+            let x = S::f32s::from_slice(simd, u).mul_sub(two, S::f32s::splat(simd, 1.0));
+            let mut row = axis;
+            let mut write = |value: S::f32s| {
+                value.store_slice(&mut out[row * stride + g * n..][..n]);
+                row += 3;
+            };
+            if config.include_input {
+                write(x);
+            }
+            let mut phase = x;
+            for _ in 0..config.n_frequencies {
+                write(lanes::sin_pi(simd, phase));
+                write(lanes::sin_pi(simd, phase + 0.5));
+                phase *= two;
+            }
+        }
     }
 }

@@ -5,6 +5,9 @@
 //! per_level_scale^l - 1` cells along a unit length; a point u lies at grid
 //! position `u * scale_l + 0.5`, between the corners `floor` and `floor + 1`.
 
+use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, SimdInt, f32x4};
+
+use crate::store::Store;
 use crate::{Error, TensorView};
 
 /// Most levels a grid may have.
@@ -141,4 +144,197 @@ impl HashGrid<'_> {
         }
         Ok(())
     }
+}
+
+/// Encodes points: writes `n_output` rows of `x.len()` values.
+///
+/// `x`, `y`, `z` are unit coordinates (clamped to [0, 1]; NaN counts as 0), a
+/// multiple of 16 of them. Feature f of level l of point s goes to
+/// `out[(l * F + f) * stride + s]`.
+#[inline(always)]
+pub fn encode<S: Simd, T: Store>(
+    simd: S,
+    grid: &HashGrid<'_>,
+    points: [&[f32]; 3],
+    out: &mut [f32],
+    stride: usize,
+) {
+    let features = grid.config.n_features_per_level as usize;
+    for (l, table) in grid.levels.iter().enumerate().take(grid.config.n_levels as usize) {
+        let level = grid.config.level(l);
+        let out = &mut out[l * features * stride..];
+        // One call a level: the level's table stays in the cache.
+        match features {
+            1 => simd.vectorize(
+                #[inline(always)]
+                || encode_level::<S, T, 1>(simd, &level, table, points, out, stride),
+            ),
+            2 => simd.vectorize(
+                #[inline(always)]
+                || encode_level::<S, T, 2>(simd, &level, table, points, out, stride),
+            ),
+            4 => simd.vectorize(
+                #[inline(always)]
+                || encode_level::<S, T, 4>(simd, &level, table, points, out, stride),
+            ),
+            _ => simd.vectorize(
+                #[inline(always)]
+                || encode_level::<S, T, 8>(simd, &level, table, points, out, stride),
+            ),
+        }
+    }
+}
+
+/// Points that a kernel takes at a time: the widest register's lanes.
+pub const GROUP: usize = 16;
+
+/// The eight corners around each of 16 points: entry numbers and trilinear
+/// weights. Corner c is `floor + (c & 1, c >> 1 & 1, c >> 2)`.
+#[derive(Clone, Copy, Debug)]
+pub struct Corners {
+    /// Entry of corner c of point s: `entry[c][s]`.
+    pub entry: [[u32; GROUP]; 8],
+    /// Its weight, times the factor given.
+    pub weight: [[f32; GROUP]; 8],
+}
+
+impl Corners {
+    /// Room for a group.
+    pub const ZERO: Self = Self { entry: [[0; GROUP]; 8], weight: [[0.0; GROUP]; 8] };
+
+    /// Finds the corners of 16 points; weights are multiplied by `factor`.
+    #[inline(always)]
+    pub fn find<S: Simd>(
+        &mut self,
+        simd: S,
+        level: &Level,
+        points: [&[f32; GROUP]; 3],
+        factor: f32,
+    ) {
+        let n = S::f32s::LEN;
+        let one = S::f32s::splat(simd, 1.0);
+        let multipliers = match level.dense_blocks {
+            0 => HASH_PRIMES,
+            blocks => [1, blocks, blocks * blocks],
+        };
+        for lane in (0..GROUP).step_by(n) {
+            let lanes = lane..lane + n;
+            let mut low = [S::u32s::splat(simd, 0); 3];
+            let mut high = low;
+            let mut weight = [[one; 2]; 3];
+            for axis in 0..3 {
+                let u = S::f32s::from_slice(simd, &points[axis][lanes.clone()]);
+                // max first: NaN becomes 0.
+                let u = u.max_precise(0.0).min(one);
+                let p = u.mul_add(S::f32s::splat(simd, level.scale), S::f32s::splat(simd, 0.5));
+                let floor = p.floor();
+                let fraction = p - floor;
+                let corner: S::u32s = floor.to_int::<S::i32s>().bitcast();
+                low[axis] = term(corner, multipliers[axis], axis as u32);
+                high[axis] = term(corner + 1, multipliers[axis], axis as u32);
+                weight[axis] = [one - fraction, fraction];
+            }
+            for w in &mut weight[0] {
+                *w *= factor;
+            }
+            for c in 0..8 {
+                let pick = |axis: usize| if c >> axis & 1 == 0 { low[axis] } else { high[axis] };
+                let entry = if level.dense_blocks > 0 {
+                    pick(0) + pick(1) + pick(2)
+                } else {
+                    (pick(0) ^ pick(1) ^ pick(2)) & (level.entries - 1)
+                };
+                entry.store_slice(&mut self.entry[c][lanes.clone()]);
+                let w = weight[0][c & 1] * weight[1][c >> 1 & 1] * weight[2][c >> 2];
+                w.store_slice(&mut self.weight[c][lanes.clone()]);
+            }
+        }
+    }
+}
+
+/// One axis's part of an entry number: block coordinate times multiplier above
+/// the three low bits, the coordinate's lowest bit in place `axis`. Parts are
+/// joined by + on dense levels and by xor on hashed ones.
+#[inline(always)]
+fn term<V: SimdInt<S, Element = u32>, S: Simd>(corner: V, multiplier: u32, axis: u32) -> V {
+    (((corner >> 1) * multiplier) << 3) | ((corner & 1) << axis)
+}
+
+#[inline(always)]
+fn encode_level<S: Simd, T: Store, const F: usize>(
+    simd: S,
+    level: &Level,
+    table: &TensorView<'_>,
+    points: [&[f32]; 3],
+    out: &mut [f32],
+    stride: usize,
+) {
+    let entries = T::values(table.bytes()).as_chunks::<F>().0;
+    // A table of the wrong size would have been refused by `validate`.
+    let entries = &entries[..level.entries as usize];
+    let [x, y, z] = points.map(|p| p.as_chunks::<GROUP>().0);
+    let factor = table.scale() * if F.is_multiple_of(4) { T::FACTOR } else { 1.0 };
+    let mut corners = Corners::ZERO;
+    for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
+        corners.find(simd, level, [x, y, z], factor);
+        let rows = if F.is_multiple_of(4) {
+            interpolate_quads::<S, T, F>(simd, entries, &corners)
+        } else {
+            interpolate_singles::<T, F>(entries, &corners)
+        };
+        for (f, row) in rows.iter().enumerate() {
+            out[f * stride + g * GROUP..][..GROUP].copy_from_slice(row);
+        }
+    }
+}
+
+/// Sums a group's corners, four features of a point in one register.
+#[inline(always)]
+fn interpolate_quads<S: Simd, T: Store, const F: usize>(
+    simd: S,
+    entries: &[[T::Bits; F]],
+    corners: &Corners,
+) -> [[f32; GROUP]; F] {
+    let mut rows = [[0.0f32; GROUP]; F];
+    for (quad, rows) in rows.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        let mut sums = [0.0f32; 4 * GROUP];
+        for (s, sum) in sums.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            let mut acc = f32x4::splat(simd, 0.0);
+            for c in 0..8 {
+                let entry = &entries[corners.entry[c][s] as usize];
+                let weight = f32x4::splat(simd, corners.weight[c][s]);
+                acc = T::decode4(simd, &entry.as_chunks::<4>().0[quad]).mul_add(weight, acc);
+            }
+            acc.store_array(sum);
+        }
+        let n = S::f32s::LEN;
+        for lane in (0..GROUP).step_by(n) {
+            let load = |i: usize| S::f32s::from_slice(simd, &sums[lane * 4 + i * n..][..n]);
+            let (even_a, odd_a) = load(0).deinterleave(load(1));
+            let (even_b, odd_b) = load(2).deinterleave(load(3));
+            let ((f0, f2), (f1, f3)) = (even_a.deinterleave(even_b), odd_a.deinterleave(odd_b));
+            for (row, values) in rows.iter_mut().zip([f0, f1, f2, f3]) {
+                values.store_slice(&mut row[lane..lane + n]);
+            }
+        }
+    }
+    rows
+}
+
+/// The same for entries of one or two features.
+#[inline(always)]
+fn interpolate_singles<T: Store, const F: usize>(
+    entries: &[[T::Bits; F]],
+    corners: &Corners,
+) -> [[f32; GROUP]; F] {
+    let mut rows = [[0.0f32; GROUP]; F];
+    for c in 0..8 {
+        for s in 0..GROUP {
+            let entry = &entries[corners.entry[c][s] as usize];
+            for (row, bits) in rows.iter_mut().zip(entry) {
+                row[s] += corners.weight[c][s] * T::decode(*bits);
+            }
+        }
+    }
+    rows
 }

@@ -1,10 +1,15 @@
 //! From an encoded point to density and colour: the part that the field kinds
 //! share.
 
+use fearless_simd::{Simd, SimdBase};
+
 use crate::Error;
 use crate::encoding::spherical_harmonics;
-use crate::field::MAX_CHANNELS;
+use crate::field::{MAX_CHANNELS, Samples};
+use crate::lanes;
 use crate::network::Mlp;
+use crate::scratch::Workspace;
+use crate::store::Store;
 
 /// When view-dependent colour is computed.
 #[non_exhaustive]
@@ -42,7 +47,7 @@ pub struct Decoder<'a> {
 }
 
 /// Log densities are cut off here, so that sigma stays finite.
-pub const MAX_LOG_DENSITY: f32 = 15.0;
+pub(super) const MAX_LOG_DENSITY: f32 = 15.0;
 
 impl Decoder<'_> {
     /// Checks that networks, features and encoding fit together; `n_encoded` is
@@ -85,6 +90,68 @@ impl Decoder<'_> {
         match self.shading {
             Shading::PerSample => 3,
             Shading::PerRay => self.n_features as usize,
+        }
+    }
+
+    /// From encoded points in `work.a` to sigma and channels in `work.output`,
+    /// see [`Field::density_features`](crate::field::Field::density_features).
+    #[inline(always)]
+    pub fn density_features<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        samples: Samples<'_>,
+        work: &mut Workspace<'_>,
+    ) {
+        let (n, stride) = (samples.len(), work.stride);
+        let Workspace { a, b, output, panel, .. } = work;
+        self.density.forward::<S, T>(simd, a, b, output, n, stride, panel);
+        for sigma in output[..n].chunks_exact_mut(S::f32s::LEN) {
+            let log = S::f32s::from_slice(simd, sigma) + self.log_density_bias;
+            // The limit first: NaN passes `min` and becomes 0 in `exp`.
+            let log = S::f32s::splat(simd, MAX_LOG_DENSITY).min(log);
+            lanes::exp(simd, log).store_slice(sigma);
+        }
+        if self.shading == Shading::PerSample {
+            let features = &output[stride..(1 + self.n_features as usize) * stride];
+            a[..features.len()].copy_from_slice(features);
+            self.colors::<S, T>(simd, samples.directions, n, work);
+        }
+    }
+
+    /// From features in the first `n_features` rows of `work.a` and unit
+    /// directions to colours in rows 1 to 3 of `work.output`, in [0, 1].
+    /// `n` is a multiple of 32.
+    #[inline(always)]
+    pub fn colors<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        directions: [&[f32]; 3],
+        n: usize,
+        work: &mut Workspace<'_>,
+    ) {
+        let stride = work.stride;
+        let Workspace { a, b, output, panel, .. } = work;
+        let rows = &mut a[self.n_features as usize * stride..];
+        harmonics(self.sh_degree, directions, n, rows, stride);
+        let rgb = &mut output[stride..];
+        self.color.forward::<S, T>(simd, a, b, rgb, n, stride, panel);
+        for row in rgb.chunks_mut(stride).take(3) {
+            for values in row[..n].chunks_exact_mut(S::f32s::LEN) {
+                lanes::logistic(simd, S::f32s::from_slice(simd, values)).store_slice(values);
+            }
+        }
+    }
+}
+
+/// Writes the harmonics of `n` directions to rows of `out`.
+#[inline(always)]
+fn harmonics(degree: u32, directions: [&[f32]; 3], n: usize, out: &mut [f32], stride: usize) {
+    let mut values = [0.0; 16];
+    for s in 0..n {
+        let d = directions.map(|axis| axis[s]);
+        spherical_harmonics::evaluate(degree, d, &mut values);
+        for (row, value) in values.iter().enumerate().take(spherical_harmonics::n_output(degree)) {
+            out[row * stride + s] = *value;
         }
     }
 }

@@ -1,8 +1,11 @@
 //! A network over the paper's positional encoding.
 
+use fearless_simd::Simd;
+
 use crate::Error;
-use crate::encoding::FrequencyConfig;
-use crate::field::Decoder;
+use crate::encoding::{FrequencyConfig, frequency};
+use crate::field::{Decoder, Field};
+use crate::store::Store;
 
 /// Positional encoding and networks.
 #[derive(Clone, Copy, Debug)]
@@ -21,5 +24,26 @@ impl FrequencyField<'_> {
     pub fn validate(&self) -> Result<(), Error> {
         self.encoding.validate()?;
         self.decoder.validate(self.encoding.n_output())
+    }
+}
+
+impl Field for FrequencyField<'_> {
+    fn decoder(&self) -> &Decoder<'_> {
+        &self.decoder
+    }
+
+    fn n_encoded(&self) -> usize {
+        self.encoding.n_output()
+    }
+
+    #[inline(always)]
+    fn encode<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        points: [&[f32]; 3],
+        out: &mut [f32],
+        stride: usize,
+    ) {
+        frequency::encode(simd, self.encoding, points, out, stride);
     }
 }

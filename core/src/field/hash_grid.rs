@@ -1,8 +1,11 @@
 //! The hash-grid field: grid, density network, colour network.
 
+use fearless_simd::Simd;
+
 use crate::Error;
-use crate::encoding::HashGrid;
-use crate::field::Decoder;
+use crate::encoding::{HashGrid, hash_grid};
+use crate::field::{Decoder, Field};
+use crate::store::Store;
 
 /// A multiresolution hash grid and its networks.
 #[derive(Clone, Copy, Debug)]
@@ -25,5 +28,26 @@ impl HashGridField<'_> {
             return Err(Error::Shape("grid and networks of different types"));
         }
         Ok(())
+    }
+}
+
+impl Field for HashGridField<'_> {
+    fn decoder(&self) -> &Decoder<'_> {
+        &self.decoder
+    }
+
+    fn n_encoded(&self) -> usize {
+        self.grid.config.n_output()
+    }
+
+    #[inline(always)]
+    fn encode<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        points: [&[f32]; 3],
+        out: &mut [f32],
+        stride: usize,
+    ) {
+        hash_grid::encode::<S, T>(simd, &self.grid, points, out, stride);
     }
 }

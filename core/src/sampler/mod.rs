@@ -1,5 +1,9 @@
 //! Where along a ray the field is asked.
 
+mod occupancy_march;
+
+pub use occupancy_march::{Marcher, Path};
+
 /// The sampling that a model was made for. All distances are Euclidean and in
 /// scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,74 @@
+//! Samples to a pixel: the volume rendering sum (Mildenhall et al. 2020,
+//! equation 3).
+
+use fearless_simd::{Simd, SimdBase};
+
+use crate::lanes;
+
+/// Turns densities into opacities in place: `alpha = 1 - exp(-sigma step)`.
+///
+/// `sigma` is a multiple of 16 values, 1 / scene unit; `step` in scene units.
+#[inline(always)]
+pub fn opacities<S: Simd>(simd: S, sigma: &mut [f32], step: f32) {
+    for lanes in sigma.chunks_exact_mut(S::f32s::LEN) {
+        let optical = S::f32s::from_slice(simd, lanes) * -step;
+        (S::f32s::splat(simd, 1.0) - lanes::exp(simd, optical)).store_slice(lanes);
+    }
+}
+
+/// What a ray has gathered so far, beside its channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gathered {
+    /// Light that still passes: the product of `1 - alpha`.
+    pub transmittance: f32,
+    /// Sum of weights.
+    pub opacity: f32,
+    /// Sum of weight times distance.
+    pub depth: f32,
+}
+
+impl Gathered {
+    /// Nothing gathered: all light passes.
+    pub const NOTHING: Self = Self { transmittance: 1.0, opacity: 0.0, depth: 0.0 };
+
+    /// Adds the sample at distance `t`, and gives its weight.
+    #[inline(always)]
+    pub fn add(&mut self, alpha: f32, t: f32) -> f32 {
+        let weight = self.transmittance * alpha;
+        self.transmittance *= 1.0 - alpha;
+        self.opacity += weight;
+        self.depth += weight * t;
+        weight
+    }
+
+    /// Expected distance, scene units; infinite where nothing was met.
+    #[must_use]
+    pub fn expected_depth(&self) -> f32 {
+        if self.opacity > 0.0 { self.depth / self.opacity } else { f32::INFINITY }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn five_samples_by_hand() {
+        // alpha 0, 1/2, 1/4, 0, 1 at t = 1..5: transmittance before each is
+        // 1, 1, 1/2, 3/8, 3/8; weights 0, 1/2, 1/8, 0, 3/8.
+        let mut ray = Gathered::NOTHING;
+        let weights = [0.0, 0.5, 0.25, 0.0, 1.0].map({
+            let mut t = 0.0;
+            move |alpha| {
+                t += 1.0;
+                (alpha, t)
+            }
+        });
+        let weights = weights.map(|(alpha, t)| ray.add(alpha, t));
+        assert_eq!(weights, [0.0, 0.5, 0.125, 0.0, 0.375]);
+        assert_eq!(ray.transmittance, 0.0);
+        assert_eq!(ray.opacity, 1.0);
+        assert_eq!(ray.expected_depth(), 1.0 + 0.375 + 1.875);
+        assert_eq!(Gathered::NOTHING.expected_depth(), f32::INFINITY);
+    }
+}

@@ -1,0 +1,78 @@
+//! Elementary functions in SIMD lanes.
+
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat};
+
+/// e^x, relative error ≤ 4e-7; 0 below −87, cut off at e^88. NaN gives 0 or
+/// the cut-off value, never NaN.
+#[inline(always)]
+pub fn exp<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let splat = |v: f32| S::f32s::splat(simd, v);
+    let clamped = x.max_precise(-87.0).min_precise(88.0);
+    let n = (clamped * core::f32::consts::LOG2_E).round_ties_even();
+    // Cody and Waite: ln 2 in two parts, so that n ln 2 loses nothing.
+    let r = n.mul_add(splat(-0.693_359_4), clamped);
+    let r = n.mul_add(splat(2.121_944_4e-4), r);
+    let mut p = splat(1.0 / 720.0);
+    for c in [1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0] {
+        p = p.mul_add(r, splat(c));
+    }
+    let exponent: S::f32s = ((n.to_int::<S::i32s>() + 127) << 23).bitcast();
+    let value = p * exponent;
+    x.simd_lt(splat(-87.0)).select(splat(0.0), value)
+}
+
+/// 1 / (1 + e^−x), absolute error ≤ 3e-7.
+#[inline(always)]
+pub fn logistic<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let one = S::f32s::splat(simd, 1.0);
+    one / (one + exp(simd, -x))
+}
+
+/// `sin(π x)`, absolute error ≤ 3e-7 for |x| < 2^22; the range reduction is exact.
+#[inline(always)]
+pub fn sin_pi<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let splat = |v: f32| S::f32s::splat(simd, v);
+    let n = x.round_ties_even();
+    let r = x - n;
+    let r2 = r * r;
+    // Taylor series of sin(π r) / r on |r| ≤ 1/2; the next term is below 4e-8.
+    let mut p = splat(-0.007_370_43);
+    for c in [0.082_145_89, -0.599_264_5, 2.550_164, -5.167_712_8, core::f32::consts::PI] {
+        p = p.mul_add(r2, splat(c));
+    }
+    let odd: S::f32s = (n.to_int::<S::i32s>() << 31).bitcast();
+    let value: S::i32s = (p * r).bitcast();
+    (value ^ odd.bitcast::<S::i32s>()).bitcast()
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use fearless_simd::dispatch;
+
+    #[test]
+    fn within_the_stated_error_at_every_level() {
+        for level in crate::SimdLevel::ALL.into_iter().filter_map(|l| l.token().ok()) {
+            dispatch!(level, simd => check(simd));
+        }
+    }
+
+    fn check<S: Simd>(simd: S) {
+        let at = |f: &dyn Fn(S::f32s) -> S::f32s, x: f32| {
+            f64::from(f(S::f32s::splat(simd, x)).as_slice()[0])
+        };
+        for i in -17_400..17_400 {
+            let x = i as f32 * 0.005;
+            let e = f64::from(x).exp();
+            assert!((at(&|v| exp(simd, v), x) - e).abs() <= 4e-7 * e, "exp {x}");
+            let l = 1.0 / (1.0 + (-f64::from(x)).exp());
+            assert!((at(&|v| logistic(simd, v), x) - l).abs() <= 3e-7, "logistic {x}");
+            let s = (f64::from(x) % 2.0 * core::f64::consts::PI).sin();
+            assert!((at(&|v| sin_pi(simd, v), x) - s).abs() <= 3e-7, "sin_pi {x}");
+        }
+        assert_eq!(at(&|v| exp(simd, v), -1e30), 0.0);
+        assert!(at(&|v| exp(simd, v), 1e30) > 1e38);
+        assert!(!at(&|v| exp(simd, v), f32::NAN).is_nan());
+    }
+}

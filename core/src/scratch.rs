@@ -1,0 +1,135 @@
+//! The caller's working memory, cut into the buffers that a tile needs.
+
+use crate::network::panel_len;
+
+/// The largest model that scratch is sized for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Widest layer: the position encoding's output, any network's input,
+    /// hidden layer or output.
+    pub width: usize,
+    /// Features that the density network gives, and channels that a ray
+    /// accumulates, whichever is more; at least 3.
+    pub channels: usize,
+}
+
+/// How much is worked on at a time: speed against memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tuning {
+    /// Samples a batch: a multiple of 32.
+    pub samples: usize,
+    /// Rays in flight: at most `samples`.
+    pub rays: usize,
+}
+
+impl Limits {
+    /// Enough for every hash grid with networks up to 64 wide.
+    pub const SMALL: Self = Self { width: 64, channels: 15 };
+}
+
+impl Tuning {
+    /// At most 24 KiB with [`Limits::SMALL`]: microcontrollers.
+    pub const SMALL: Self = Self { samples: 32, rays: 16 };
+    /// At most 1 MiB with [`Limits::SMALL`]: what fits a core's second-level cache.
+    pub const FAST: Self = Self { samples: 1024, rays: 256 };
+
+    /// Distance between rows of a batch. Not a power of two, or the rows would
+    /// compete for the same lines of the cache.
+    #[must_use]
+    pub const fn stride(&self) -> usize {
+        if self.samples >= 256 { self.samples + 16 } else { self.samples }
+    }
+}
+
+/// Numbers kept for a ray in flight, beside its channels.
+pub(crate) const RAY_FIELDS: usize = 12;
+/// Rows kept for a sample: position, direction, distance.
+const SAMPLE_ROWS: usize = 7;
+
+/// `f32` values that [`render_tile`](crate::render::render_tile) needs.
+#[must_use]
+pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
+    let stride = tuning.stride();
+    2 * limits.width * stride
+        + (1 + limits.channels) * stride
+        + panel_len(limits.width)
+        + SAMPLE_ROWS * stride
+        + tuning.rays * (RAY_FIELDS + limits.channels)
+}
+
+/// Buffers of one batch of samples; rows are `stride` values apart.
+#[derive(Debug)]
+pub struct Workspace<'s> {
+    /// `[width][stride]`: encoded points, and every second layer.
+    pub a: &'s mut [f32],
+    /// `[width][stride]`: the other layers.
+    pub b: &'s mut [f32],
+    /// `[1 + channels][stride]`: what a field gives.
+    pub output: &'s mut [f32],
+    /// One panel of weights.
+    pub panel: &'s mut [f32],
+    /// Distance between rows.
+    pub stride: usize,
+}
+
+/// All of the scratch.
+#[derive(Debug)]
+pub(crate) struct Scratch<'s> {
+    pub(crate) work: Workspace<'s>,
+    /// Unit coordinates of the samples.
+    pub(crate) points: [&'s mut [f32]; 3],
+    /// Directions of the samples' rays.
+    pub(crate) directions: [&'s mut [f32]; 3],
+    /// Distances of the samples along their rays.
+    pub(crate) t: &'s mut [f32],
+    /// `RAY_FIELDS` values a ray.
+    pub(crate) rays: &'s mut [[f32; RAY_FIELDS]],
+    /// `channels` sums a ray.
+    pub(crate) channels: &'s mut [f32],
+}
+
+impl<'s> Scratch<'s> {
+    /// Cuts `memory`, which holds at least [`scratch_len`] values.
+    pub(crate) fn cut(memory: &'s mut [f32], limits: Limits, tuning: Tuning) -> Self {
+        let stride = tuning.stride();
+        let mut rest = memory;
+        let mut take = |n: usize| {
+            let (head, tail) = core::mem::take(&mut rest).split_at_mut(n);
+            rest = tail;
+            head
+        };
+        Self {
+            work: Workspace {
+                a: take(limits.width * stride),
+                b: take(limits.width * stride),
+                output: take((1 + limits.channels) * stride),
+                panel: take(panel_len(limits.width)),
+                stride,
+            },
+            points: [take(stride), take(stride), take(stride)],
+            directions: [take(stride), take(stride), take(stride)],
+            t: take(stride),
+            rays: take(tuning.rays * RAY_FIELDS).as_chunks_mut().0,
+            channels: take(tuning.rays * limits.channels),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn promised_sizes() {
+        const { assert!(scratch_len(Limits::SMALL, Tuning::SMALL) * 4 <= 24 * 1024) };
+        const { assert!(scratch_len(Limits::SMALL, Tuning::FAST) * 4 <= 1024 * 1024) };
+    }
+
+    #[test]
+    fn cut_uses_exactly_what_was_promised() {
+        let mut memory = [0.0; scratch_len(Limits::SMALL, Tuning::SMALL)];
+        let scratch = Scratch::cut(&mut memory, Limits::SMALL, Tuning::SMALL);
+        assert_eq!(scratch.rays.len(), Tuning::SMALL.rays);
+        assert_eq!(scratch.channels.len(), Tuning::SMALL.rays * Limits::SMALL.channels);
+    }
+}
