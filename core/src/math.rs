@@ -6,7 +6,7 @@
 /// Square root within 1 ulp; NaN for negative numbers, 0 for 0.
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
-    if !(x > 0.0) {
+    if x.is_nan() || x <= 0.0 {
         return if x == 0.0 { 0.0 } else { f32::NAN };
     }
     if x.is_infinite() {
@@ -90,7 +90,7 @@ pub fn exp(x: f32) -> f32 {
 /// Natural logarithm of a positive number, relative error ≤ 1e-6.
 #[must_use]
 pub fn ln(x: f32) -> f32 {
-    if !(x > 0.0) {
+    if x.is_nan() || x <= 0.0 {
         return if x == 0.0 { f32::NEG_INFINITY } else { f32::NAN };
     }
     if x.is_infinite() {

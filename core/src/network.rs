@@ -101,6 +101,7 @@ pub const fn panel_len(n_in: usize) -> usize {
 /// `x` is `[n_in][stride]`, `y` is `[n_out][stride]`; `n` is a multiple of 32
 /// and at most `stride`. `panel` holds at least [`panel_len`]`(n_in)` values.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
 pub fn dense<S: Simd, T: Store>(
     simd: S,
     layer: &Dense<'_>,
@@ -208,6 +209,7 @@ impl Mlp<'_> {
     /// as many rows as the widest layer, like `input`; the result goes to
     /// `output`, `[n_output][stride]`.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
     pub fn forward<S: Simd, T: Store>(
         &self,
         simd: S,

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
 
 use crate::Error;
 
@@ -67,15 +67,15 @@ impl SimdLevel {
         let level = match self {
             Self::Portable => Some(Level::baseline()),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            Self::Sse42 => best.as_sse4_2().map(Simd::level),
+            Self::Sse42 => best.as_sse4_2().map(fearless_simd::Simd::level),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            Self::Avx2 => best.as_avx2().map(Simd::level),
+            Self::Avx2 => best.as_avx2().map(fearless_simd::Simd::level),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            Self::Avx512 => best.as_avx512().map(Simd::level),
+            Self::Avx512 => best.as_avx512().map(fearless_simd::Simd::level),
             #[cfg(target_arch = "aarch64")]
-            Self::Neon => best.as_neon().map(Simd::level),
+            Self::Neon => best.as_neon().map(fearless_simd::Simd::level),
             #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-            Self::Wasm128 => best.as_wasm_simd128().map(Simd::level),
+            Self::Wasm128 => best.as_wasm_simd128().map(fearless_simd::Simd::level),
             #[allow(unreachable_patterns, reason = "which levels exist depends on the target")]
             _ => None,
         };

@@ -63,7 +63,7 @@ impl Decoder<'_> {
         if !(1..=spherical_harmonics::MAX_DEGREE).contains(&self.sh_degree) {
             return Err(Error::Range("degree of the spherical harmonics"));
         }
-        if !(self.log_density_bias.abs() < 64.0) {
+        if self.log_density_bias.is_nan() || self.log_density_bias.abs() >= 64.0 {
             return Err(Error::Range("log density bias"));
         }
         if self.density.n_input() != n_encoded {

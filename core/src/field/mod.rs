@@ -98,6 +98,10 @@ pub trait Field {
 /// A field of any kind that this build links: the type at the file boundary.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "without a heap there is no box; how sizes differ depends on the kinds linked"
+)]
 pub enum AnyField<'a> {
     /// Multiresolution hash grid and small networks.
     #[cfg(feature = "hash-grid")]

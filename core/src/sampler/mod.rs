@@ -34,7 +34,7 @@ impl Sampling {
         if !finite || self.step <= 0.0 || self.near < 0.0 || self.far <= self.near {
             return Err(crate::Error::Range("sampling step, near and far"));
         }
-        if !(steps < MAX_STEPS as f32) {
+        if steps >= MAX_STEPS as f32 {
             return Err(crate::Error::Range("sampling step: more than 2^20 steps a ray"));
         }
         if !(0.0..1.0).contains(&self.min_transmittance) {
