@@ -15,6 +15,7 @@ use std::path::Path;
 use pocketnerf_core::Camera;
 
 pub use error::DatasetError;
+pub(crate) use report::nearest_to_axes;
 pub use report::{DatasetReport, ImageSize, SplitReport, inspect};
 
 use recognise::{Convention, recognise};

@@ -143,7 +143,7 @@ fn distances(poses: &[[f32; 16]], point: DVec3) -> [f32; 2] {
 
 /// The point with the least sum of squared distances to the optical axes:
 /// Σ (I − d dᵀ) p = Σ (I − d dᵀ) o.
-fn nearest_to_axes(poses: &[[f32; 16]]) -> Option<DVec3> {
+pub(crate) fn nearest_to_axes(poses: &[[f32; 16]]) -> Option<DVec3> {
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for pose in poses {
         let axis = DVec3::new(pose[2].into(), pose[6].into(), pose[10].into()).normalize();

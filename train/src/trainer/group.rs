@@ -166,6 +166,11 @@ pub(crate) struct Group {
 }
 
 impl Group {
+    /// A group for networks with so many parameters.
+    pub(crate) fn new(n_network: usize) -> Self {
+        Self { network_gradient: vec![0.0; n_network], ..Self::default() }
+    }
+
     /// Draws `n` rays from the stream of this place.
     pub(crate) fn draw(&mut self, source: &RaySource, n: usize, mut random: Random) {
         self.rays.clear();
@@ -195,13 +200,7 @@ impl Group {
 
     /// Forward: density and features along every ray until it is opaque.
     #[inline(always)]
-    fn march<S: Simd, F: Field>(
-        &mut self,
-        simd: S,
-        field: &F,
-        job: &Job<'_>,
-        worker: &mut Worker,
-    ) {
+    fn march<S: Simd, F: Field>(&mut self, simd: S, field: &F, job: &Job<'_>, worker: &mut Worker) {
         let channels = field.decoder().channels();
         let per_sample = field.decoder().shading == Shading::PerSample;
         self.records.clear();
@@ -319,13 +318,7 @@ impl Group {
     /// Deferred shading: colour of every ray that met something, the error,
     /// and back through the colour network. `sums` become their gradients.
     #[inline(always)]
-    fn shade<S: Simd, F: Field>(
-        &mut self,
-        simd: S,
-        field: &F,
-        job: &Job<'_>,
-        worker: &mut Worker,
-    ) {
+    fn shade<S: Simd, F: Field>(&mut self, simd: S, field: &F, job: &Job<'_>, worker: &mut Worker) {
         let decoder = field.decoder();
         let channels = decoder.channels();
         self.ray_gradients.clear();
@@ -573,8 +566,7 @@ impl Group {
                 worker.color_input[(n_features + i) * STRIDE + column] = *value;
             }
         }
-        worker.a[..n_features * STRIDE]
-            .copy_from_slice(&worker.color_input[..n_features * STRIDE]);
+        worker.a[..n_features * STRIDE].copy_from_slice(&worker.color_input[..n_features * STRIDE]);
         let directions = worker.directions.clone();
         let axes = [0, 1, 2].map(|axis| directions[axis].as_slice());
         decoder.colors::<S, F32>(simd, axes, padded, &mut worker.workspace());
@@ -583,8 +575,7 @@ impl Group {
         for c in 0..3 {
             for column in 0..padded {
                 let rgb = worker.output[(1 + c) * STRIDE + column];
-                rows[c * STRIDE + column] =
-                    rows[(1 + c) * STRIDE + column] * rgb * (1.0 - rgb);
+                rows[c * STRIDE + column] = rows[(1 + c) * STRIDE + column] * rgb * (1.0 - rgb);
             }
         }
         job.backward.color(

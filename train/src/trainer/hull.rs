@@ -13,7 +13,7 @@ struct Pyramid {
 
 impl Pyramid {
     fn new(width: usize, height: usize, rgba: &[u8]) -> Self {
-        let alpha = rgba.iter().skip(3).step_by(4).copied().collect();
+        let alpha: Vec<u8> = rgba.iter().skip(3).step_by(4).copied().collect();
         let mut levels = vec![(width, height, alpha)];
         while let Some((w, h, below)) = levels.last().filter(|(w, h, _)| w.max(h) > &1) {
             let (half_w, half_h) = (w.div_ceil(2), h.div_ceil(2));
@@ -35,7 +35,8 @@ impl Pyramid {
         let size = (x1 - x0).max(y1 - y0) + 1;
         let level = (size.next_power_of_two().trailing_zeros() as usize).min(self.levels.len() - 1);
         let (w, _, alpha) = &self.levels[level];
-        (y0 >> level..=y1 >> level).any(|y| (x0 >> level..=x1 >> level).any(|x| alpha[y * w + x] > 0))
+        (y0 >> level..=y1 >> level)
+            .any(|y| (x0 >> level..=x1 >> level).any(|x| alpha[y * w + x] > 0))
     }
 }
 
@@ -74,8 +75,9 @@ impl Hull {
     pub fn cells(&self, space: &Space, resolution: u32) -> Vec<u32> {
         let map = space.unit_map();
         let mut size = 16;
-        let mut cells: Vec<[u32; 3]> =
-            (0..size * size * size).map(|i| [i % size, i / size % size, i / (size * size)]).collect();
+        let mut cells: Vec<[u32; 3]> = (0..size * size * size)
+            .map(|i| [i % size, i / size % size, i / (size * size)])
+            .collect();
         loop {
             let side = 1.0 / (size as f32 * map.scale);
             let radius = side * 0.5 * 3f32.sqrt();
@@ -161,7 +163,8 @@ mod tests {
         let cells = hull.cells(&space, 64);
         // 10 pixels at distance 4 and focal 138 are 0.29 units: three
         // cylinders' intersection, at least the ball, grown by about a cell.
-        let center = |n: u32| [n % 64, n / 64 % 64, n / 4096].map(|c| (c as f32 + 0.5) * 3.0 / 64.0 - 1.5);
+        let center =
+            |n: u32| [n % 64, n / 64 % 64, n / 4096].map(|c| (c as f32 + 0.5) * 3.0 / 64.0 - 1.5);
         let norm = |p: [f32; 3]| p.iter().map(|v| v * v).sum::<f32>().sqrt();
         assert!(cells.iter().all(|n| norm(center(*n)) < 0.29 * 1.5 + 0.15));
         let ball = (0..64u32.pow(3)).filter(|n| norm(center(*n)) < 0.28);

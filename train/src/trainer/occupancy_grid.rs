@@ -151,7 +151,8 @@ impl OccupancyGrid {
 pub fn pack(resolution: u32, cells: impl Iterator<Item = u32>) -> (Vec<u8>, Vec<u8>) {
     let n = resolution;
     let blocks = n / BLOCK;
-    let mut bits: Vec<Option<Box<[u8; BLOCK_BYTES]>>> = vec![None; (blocks * blocks * blocks) as usize];
+    let mut bits: Vec<Option<Box<[u8; BLOCK_BYTES]>>> =
+        vec![None; (blocks * blocks * blocks) as usize];
     for cell in cells {
         let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
         let block = x / BLOCK + blocks * (y / BLOCK + blocks * (z / BLOCK));

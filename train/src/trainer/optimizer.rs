@@ -65,8 +65,7 @@ impl Adam {
             let mean = S::f32s::from_slice(simd, m);
             let mean = (gradient - mean).mul_add(splat(1.0 - self.beta1), mean);
             let square = S::f32s::from_slice(simd, v);
-            let square =
-                (gradient * gradient - square).mul_add(splat(1.0 - self.beta2), square);
+            let square = (gradient * gradient - square).mul_add(splat(1.0 - self.beta2), square);
             let change = mean / (square.sqrt() + self.epsilon);
             let parameter = S::f32s::from_slice(simd, p);
             change.mul_add(splat(-rate), parameter).store_slice(p);

@@ -70,9 +70,8 @@ impl RaySource {
         };
         let rgba = &self.images[view][pixel * 4..][..4];
         let alpha = f32::from(rgba[3]) / 255.0;
-        let target = [0, 1, 2].map(|c| {
-            f32::from(rgba[c]) / 255.0 * alpha + (1.0 - alpha) * background[c]
-        });
+        let target =
+            [0, 1, 2].map(|c| f32::from(rgba[c]) / 255.0 * alpha + (1.0 - alpha) * background[c]);
         let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
         TrainingRay { ray, phase, background, target }
     }
