@@ -140,7 +140,8 @@ fn wires_are_about_a_pixel_wide() {
 /// The glaze's highlight is found as its brightest visible pixel. From each
 /// training view to the next, the two surface points where it peaks are both
 /// projected into the second view: their distance is how far the highlight has
-/// moved over the body, free of the body's own motion in the picture.
+/// moved over the body, free of the body's own motion in the picture. Views in
+/// which another body hides the peak (a value of 0.9 or less remains) are left out.
 #[test]
 fn highlight_moves_at_least_20_pixels() {
     let (bodies, lamp) = (bodies(), Lamp::new());
@@ -180,7 +181,7 @@ fn highlight_moves_at_least_20_pixels() {
     println!("{} pairs: {moves:.0?}", moves.len());
     moves.sort_by(f64::total_cmp);
     println!("least {:.1}, median {:.1} pixels", moves[0], moves[moves.len() / 2]);
-    assert!(moves[0] >= 20.0);
+    assert!(moves.len() >= 40 && moves[0] >= 20.0);
 }
 
 /// Where the camera shows `p`, pixels from the top left corner.
