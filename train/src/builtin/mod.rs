@@ -14,6 +14,8 @@ mod render;
 mod scene;
 mod shading;
 mod shapes;
+#[cfg(test)]
+mod spectrum;
 mod surface;
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@
 
 use super::scene::Body;
 use super::shapes::Hit;
-use super::surface::{GLAZE_REFLECTION, Surface};
+use super::surface::{GLAZE_HIGHLIGHT, GLAZE_REFLECTION, Surface};
 use glam::DVec3;
 
 /// Samples per pixel, and points on the lamp: sample i sees the lamp's point i,
@@ -71,14 +71,14 @@ pub(super) fn shade(
     if surface == Surface::Glaze {
         let mirrored = direction - hit.normal * (2.0 * direction.dot(hit.normal));
         light += GLAZE_REFLECTION * surroundings(mirrored);
-        light += DVec3::splat(0.9 * highlight(mirrored, lamp));
+        light += DVec3::splat(GLAZE_HIGHLIGHT * highlight(mirrored, lamp));
     }
     light.to_array().map(|x| x.min(1.0).sqrt()).into()
 }
 
 /// The lamp in the glaze: at most 1, where `mirrored` points at the lamp.
 pub(super) fn highlight(mirrored: DVec3, lamp: &Lamp) -> f64 {
-    lobe(mirrored, lamp.direction, 5)
+    lobe(mirrored, lamp.direction, 4)
 }
 
 /// What the glaze reflects from the unit direction `d`: a dim floor, a blue
@@ -86,8 +86,8 @@ pub(super) fn highlight(mirrored: DVec3, lamp: &Lamp) -> f64 {
 fn surroundings(d: DVec3) -> DVec3 {
     let up = 0.5 + 0.5 * d.z;
     let sky = DVec3::new(0.10, 0.22, 0.55) * (up * up);
-    let warm = DVec3::new(1.0, 0.42, 0.10) * lobe(d, DVec3::new(-0.8, 0.36, 0.48), 3);
-    let cool = DVec3::new(0.10, 0.85, 0.70) * lobe(d, DVec3::new(0.6, 0.64, 0.48), 3);
+    let warm = DVec3::new(1.0, 0.42, 0.10) * lobe(d, DVec3::new(-0.8, 0.36, 0.48), 2);
+    let cool = DVec3::new(0.10, 0.85, 0.70) * lobe(d, DVec3::new(0.6, 0.64, 0.48), 2);
     sky + warm + cool
 }
 

@@ -3,16 +3,17 @@
 use super::scene::{Body, WIRE_RADIUS, bodies, glazed};
 use super::shading::{Lamp, highlight};
 use super::shapes::Shape;
+use super::spectrum::energy;
 use super::surface::Surface;
 use super::{HELD_OUT_VIEWS, SIZE, TRAIN_VIEWS, cameras, content_hash, dataset, render};
 use crate::dataset::{Split, View};
 use glam::DVec3;
-use pocketnerf_core::{Camera, math};
+use pocketnerf_core::Camera;
 
 /// The hashes of the held-out views and of the training views at a quarter of
 /// their size. They were frozen before any training setting was chosen: a
 /// change makes earlier figures on this scene incomparable.
-const FROZEN: [u64; 2] = [0, 0];
+const FROZEN: [u64; 2] = [0xd048_331b_159e_67a6, 0xa3ab_de39_e98d_802e];
 
 #[test]
 fn content_is_frozen() {
@@ -109,44 +110,6 @@ fn stone_is_as_fine_as_the_pixels() {
     }
 }
 
-/// Mean squared deviation from the mean of a patch: what lies above a quarter
-/// cycle per pixel, and all. By a discrete Fourier transform, rows then columns.
-fn energy<const N: usize>(patch: &[[f64; N]; N]) -> (f64, f64) {
-    let turn = |k: usize, x: usize| {
-        let angle = core::f32::consts::TAU * (k * x % N) as f32 / N as f32;
-        let (s, c) = math::sin_cos(angle);
-        (f64::from(c), -f64::from(s))
-    };
-    let rows: Vec<[(f64, f64); N]> = (0..N)
-        .map(|y| {
-            core::array::from_fn(|k| {
-                (0..N).fold((0.0, 0.0), |sum, x| {
-                    let (c, s) = turn(k, x);
-                    (sum.0 + patch[y][x] * c, sum.1 + patch[y][x] * s)
-                })
-            })
-        })
-        .collect();
-    let (mut fine, mut all) = (0.0, 0.0);
-    for k in 0..N {
-        for l in 0..N {
-            let (re, im) = (0..N).fold((0.0, 0.0), |sum, y| {
-                let ((c, s), (a, b)) = (turn(l, y), rows[y][k]);
-                (sum.0 + a * c - b * s, sum.1 + a * s + b * c)
-            });
-            let power = (re * re + im * im) / (N * N * N * N) as f64;
-            let [u, v] = [k, l].map(|f| f.min(N - f) as f64 / N as f64);
-            if u * u + v * v > 0.0625 {
-                fine += power;
-            }
-            if k + l > 0 {
-                all += power;
-            }
-        }
-    }
-    (fine, all)
-}
-
 /// Seven wires are 0.7 to 1.5 pixels across at both ends in every view.
 #[test]
 fn wires_are_about_a_pixel_wide() {
@@ -177,7 +140,8 @@ fn wires_are_about_a_pixel_wide() {
 /// The glaze's highlight is found as its brightest visible pixel. From each
 /// training view to the next, the two surface points where it peaks are both
 /// projected into the second view: their distance is how far the highlight has
-/// moved over the body, free of the body's own motion in the picture.
+/// moved over the body, free of the body's own motion in the picture. Views in
+/// which another body hides the peak (a value of 0.9 or less remains) are left out.
 #[test]
 fn highlight_moves_at_least_20_pixels() {
     let (bodies, lamp) = (bodies(), Lamp::new());
@@ -217,7 +181,7 @@ fn highlight_moves_at_least_20_pixels() {
     println!("{} pairs: {moves:.0?}", moves.len());
     moves.sort_by(f64::total_cmp);
     println!("least {:.1}, median {:.1} pixels", moves[0], moves[moves.len() / 2]);
-    assert!(moves[0] >= 20.0);
+    assert!(moves.len() >= 40 && moves[0] >= 20.0);
 }
 
 /// Where the camera shows `p`, pixels from the top left corner.
