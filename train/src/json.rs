@@ -84,14 +84,15 @@ pub(crate) fn one_line(path: &Path) -> String {
 /// Text as one line: control characters are escaped.
 #[must_use]
 pub(crate) fn escape(text: &str) -> String {
-    text.chars().fold(String::new(), |mut line, c| {
+    let mut line = String::with_capacity(text.len());
+    for c in text.chars() {
         if c.is_control() {
-            line.extend(c.escape_default())
+            line.extend(c.escape_default());
         } else {
-            line.push(c)
+            line.push(c);
         }
-        line
-    })
+    }
+    line
 }
 
 /// The bytes of a JSON file, without a byte order mark.

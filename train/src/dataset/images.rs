@@ -108,7 +108,7 @@ impl Image {
                 }
             }
         }
-        let rounded = |sum: u64, of: u64| if of == 0 { 0 } else { ((sum + of / 2) / of) as u8 };
+        let rounded = |sum: u64, of: u64| (sum + of / 2).checked_div(of).unwrap_or(0) as u8;
         let [r, g, b] = color.map(|sum| rounded(sum, alpha));
         [r, g, b, rounded(alpha, total)]
     }

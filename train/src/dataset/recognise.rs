@@ -14,7 +14,10 @@ pub(super) enum Convention {
 
 /// Looks into the folder and names its convention.
 pub(super) fn recognise(folder: &Path) -> Result<Convention, DatasetError> {
-    let kind = std::fs::metadata(folder).map_err(|_| DatasetError::Missing(folder.to_owned()))?;
+    let kind = std::fs::metadata(folder).map_err(|source| match source.kind() {
+        std::io::ErrorKind::NotFound => DatasetError::Missing(folder.to_owned()),
+        _ => DatasetError::Unlistable { folder: folder.to_owned(), source },
+    })?;
     if !kind.is_dir() {
         return Err(DatasetError::NotAFolder(folder.to_owned()));
     }

@@ -192,6 +192,8 @@ impl fmt::Display for SplitReport {
 }
 
 fn point([x, y, z]: [f32; 3]) -> String {
+    // Adding 0 after rounding to what is shown turns -0.000 into 0.000.
+    let [x, y, z] = [x, y, z].map(|v| (v * 1e3).round() / 1e3 + 0.0);
     format!("({x:.3}, {y:.3}, {z:.3})")
 }
 

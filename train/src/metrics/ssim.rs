@@ -35,7 +35,7 @@ pub fn ssim(picture: &[u8], truth: &[u8], width: usize, height: usize) -> Option
             |moments, row| {
                 let lines = row * stride..(row + WINDOW) * stride;
                 moments.fill(&kernel, &x[lines.clone()], &y[lines]);
-                moments.sum_of_similarities(&kernel)
+                moments.sum_of_similarities()
             },
         )
         .collect();
@@ -51,55 +51,59 @@ fn gaussian() -> [f32; WINDOW] {
     weights.map(|w| w / weights.iter().sum::<f32>())
 }
 
-/// Weighted sums of x, y, x² + y² and xy down the window's rows.
+/// Weighted sums of x, y, x² + y² and xy over a window; loops go along the row,
+/// so that the compiler turns them into vector instructions.
 struct Moments {
-    sums: [Vec<f32>; 4],
+    /// Down the window's rows: one value for each of the picture's row.
+    down: [Vec<f32>; 4],
+    /// Down and along: one value for each whole window.
+    whole: [Vec<f32>; 4],
 }
 
 impl Moments {
     fn new(stride: usize) -> Self {
-        Self { sums: std::array::from_fn(|_| vec![0.0; stride]) }
+        let rows = |length: usize| std::array::from_fn(|_| vec![0.0; length]);
+        Self { down: rows(stride), whole: rows(stride - 3 * (WINDOW - 1)) }
     }
 
     /// Sums over [`WINDOW`] rows of both pictures.
     fn fill(&mut self, kernel: &[f32; WINDOW], x: &[f32], y: &[f32]) {
-        let [sum_x, sum_y, sum_squares, sum_products] = &mut self.sums;
-        let stride = sum_x.len();
-        for sum in [&mut *sum_x, &mut *sum_y, &mut *sum_squares, &mut *sum_products] {
+        let [down_x, down_y, down_squares, down_products] = &mut self.down;
+        let stride = down_x.len();
+        for sum in [&mut *down_x, &mut *down_y, &mut *down_squares, &mut *down_products] {
             sum.fill(0.0);
         }
         for ((x, y), &k) in x.chunks_exact(stride).zip(y.chunks_exact(stride)).zip(kernel) {
-            for (sum, &x) in sum_x.iter_mut().zip(x) {
-                *sum += k * x;
-            }
-            for (sum, &y) in sum_y.iter_mut().zip(y) {
-                *sum += k * y;
-            }
-            for ((sum, &x), &y) in sum_squares.iter_mut().zip(x).zip(y) {
-                *sum += k * (x * x + y * y);
-            }
-            for ((sum, &x), &y) in sum_products.iter_mut().zip(x).zip(y) {
-                *sum += k * (x * y);
+            add(down_x, x.iter().map(|&x| k * x));
+            add(down_y, y.iter().map(|&y| k * y));
+            add(down_squares, x.iter().zip(y).map(|(&x, &y)| k * (x * x + y * y)));
+            add(down_products, x.iter().zip(y).map(|(&x, &y)| k * (x * y)));
+        }
+        for (whole, down) in self.whole.iter_mut().zip(&self.down) {
+            whole.fill(0.0);
+            for (tap, &k) in kernel.iter().enumerate() {
+                add(whole, down[3 * tap..].iter().map(|&sum| k * sum));
             }
         }
     }
 
-    /// Finishes the window along the row and adds up the similarities there.
-    fn sum_of_similarities(&self, kernel: &[f32; WINDOW]) -> f64 {
-        let values = self.sums[0].len() - 3 * (WINDOW - 1);
-        let mut total = 0.0;
-        for at in 0..values {
-            let along = |sum: &[f32]| {
-                kernel.iter().zip(sum[at..].iter().step_by(3)).map(|(k, s)| k * s).sum::<f32>()
-            };
-            let [x, y, squares, products] = self.sums.each_ref().map(|sum| along(sum));
+    /// Adds up the similarities of the row's windows.
+    fn sum_of_similarities(&self) -> f64 {
+        let [x, y, squares, products] = &self.whole;
+        let windows = x.iter().zip(y).zip(squares.iter().zip(products));
+        let similarity = |((&x, &y), (&squares, &products)): ((&f32, &f32), (&f32, &f32))| {
             let (means, mean_squares) = (x * y, x * x + y * y);
             let (covariance, variances) = (products - means, squares - mean_squares);
-            let similarity = (2.0 * means + C1) * (2.0 * covariance + C2)
-                / ((mean_squares + C1) * (variances + C2));
-            total += f64::from(similarity);
-        }
-        total
+            (2.0 * means + C1) * (2.0 * covariance + C2) / ((mean_squares + C1) * (variances + C2))
+        };
+        windows.map(|window| f64::from(similarity(window))).sum()
+    }
+}
+
+/// Adds terms to sums, as many as there are sums.
+fn add(sums: &mut [f32], terms: impl Iterator<Item = f32>) {
+    for (sum, term) in sums.iter_mut().zip(terms) {
+        *sum += term;
     }
 }
 

@@ -65,3 +65,8 @@ pub(crate) fn write_photo(file: &Path) {
     let photo = image::RgbImage::from_pixel(4, 2, image::Rgb([90, 120, 60]));
     photo.save_with_format(file, image::ImageFormat::Jpeg).unwrap();
 }
+
+/// Shortens (or lengthens) a file.
+pub(crate) fn cut(file: &Path, bytes: u64) {
+    std::fs::OpenOptions::new().write(true).open(file).unwrap().set_len(bytes).unwrap();
+}
