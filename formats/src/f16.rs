@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use pocketnerf_core::TensorView;
-use pocketnerf_core::tensor::MAX_SCALE_LOG2;
+use pocketnerf_core::tensor::SCALE_LOG2;
 
 use crate::WriteError;
 use crate::tensors::TensorName;
@@ -56,8 +56,7 @@ fn scale_log2(largest: f32) -> i8 {
         return 0;
     }
     let exponent = (largest.to_bits() >> 23) as i32 - 127;
-    let max = i32::from(MAX_SCALE_LOG2);
-    (exponent - 14).clamp(-max, max) as i8
+    (exponent - 14).clamp((*SCALE_LOG2.start()).into(), (*SCALE_LOG2.end()).into()) as i8
 }
 
 /// Numbers of a tensor's values.
@@ -110,7 +109,7 @@ mod tests {
             (1e-4, -28),
             (65535.0, 1),
             (f32::MIN_POSITIVE / 4.0, -60),
-            (f32::MAX, 60),
+            (f32::MAX, 14),
         ] {
             assert_eq!(scale_log2(largest), scale, "{largest}");
         }
