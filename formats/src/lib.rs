@@ -13,7 +13,8 @@
 //! * `std` (default): [`write_atomically`], faster checksums.
 //!
 //! # Example
-//! ```
+#![cfg_attr(feature = "alloc", doc = "```")]
+#![cfg_attr(not(feature = "alloc"), doc = "```ignore")]
 //! use pocketnerf_core::encoding::FrequencyConfig;
 //! use pocketnerf_core::field::{Decoder, FrequencyField, Shading};
 //! use pocketnerf_core::network::{Dense, Mlp};

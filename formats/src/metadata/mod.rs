@@ -85,7 +85,7 @@ pub(crate) fn encode(value: &impl serde::Serialize) -> alloc::vec::Vec<u8> {
 }
 
 /// A section as tests build it: in memory, with a right checksum.
-#[cfg(test)]
+#[cfg(all(test, feature = "alloc"))]
 pub(crate) fn test_section(kind: u32, bytes: &[u8]) -> Section<'_> {
     Section {
         id: SectionId::first(kind),
