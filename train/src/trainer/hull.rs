@@ -59,13 +59,20 @@ impl Hull {
     }
 
     /// Whether a ball around `center` (scene units) may hold something: false
-    /// only if some view sees all of it against a transparent background.
+    /// if some view sees all of it against a transparent background, or if
+    /// fewer than a quarter of the views see its centre: what so few silhouettes
+    /// confine is mostly the space beside the object.
     #[must_use]
     pub fn may_hold(&self, center: [f32; 3], radius: f32) -> bool {
-        self.views.iter().all(|(camera, pyramid)| match footprint(camera, center, radius) {
-            Some(rectangle) => pyramid.any(rectangle),
-            None => true,
-        })
+        let mut seen = 0;
+        for (camera, pyramid) in &self.views {
+            match footprint(camera, center, radius) {
+                Footprint::Inside(rectangle) if !pyramid.any(rectangle) => return false,
+                Footprint::Inside(_) | Footprint::Cut => seen += 1,
+                Footprint::Unseen => {}
+            }
+        }
+        4 * seen >= self.views.len()
     }
 
     /// Cells that may hold something of a grid of `resolution`³ cells (a power
@@ -108,15 +115,23 @@ impl Hull {
     }
 }
 
-/// The rectangle of pixels that a ball may cover, `[x0, y0, x1, y1]`;
-/// `None` unless all of it lies in front of the camera and inside the image.
-fn footprint(camera: &Camera, center: [f32; 3], radius: f32) -> Option<[usize; 4]> {
+/// What a camera sees of a ball.
+enum Footprint {
+    /// All of it, within the pixels `[x0, y0, x1, y1]`.
+    Inside([usize; 4]),
+    /// Its centre, or it is too near to tell.
+    Cut,
+    /// Not its centre.
+    Unseen,
+}
+
+fn footprint(camera: &Camera, center: [f32; 3], radius: f32) -> Footprint {
     let m = &camera.camera_to_world;
     let d = [center[0] - m[3], center[1] - m[7], center[2] - m[11]];
     let along = |c: usize| d[0] * m[c] + d[1] * m[4 + c] + d[2] * m[8 + c];
     let depth = -along(2);
     if depth <= 2.0 * radius {
-        return None;
+        return if depth > -radius { Footprint::Cut } else { Footprint::Unseen };
     }
     let x = camera.center[0] + camera.focal[0] * along(0) / depth;
     let y = camera.center[1] - camera.focal[1] * along(1) / depth;
@@ -125,11 +140,15 @@ fn footprint(camera: &Camera, center: [f32; 3], radius: f32) -> Option<[usize; 4
     let spread = radius / (depth - radius) * (1.0 + off_axis);
     // One pixel more: alpha is an average over the pixel's square.
     let (rx, ry) = (camera.focal[0] * spread + 1.0, camera.focal[1] * spread + 1.0);
-    let inside = x - rx >= 0.0
-        && y - ry >= 0.0
-        && x + rx < camera.width as f32
-        && y + ry < camera.height as f32;
-    inside.then_some([(x - rx) as usize, (y - ry) as usize, (x + rx) as usize, (y + ry) as usize])
+    let (width, height) = (camera.width as f32, camera.height as f32);
+    if x - rx >= 0.0 && y - ry >= 0.0 && x + rx < width && y + ry < height {
+        let corners = [x - rx, y - ry, x + rx, y + ry];
+        Footprint::Inside(corners.map(|v| v as usize))
+    } else if x + rx >= 0.0 && y + ry >= 0.0 && x - rx < width && y - ry < height {
+        Footprint::Cut
+    } else {
+        Footprint::Unseen
+    }
 }
 
 #[cfg(test)]
