@@ -59,7 +59,6 @@ fn rays_of_every_kind_of_number() {
 /// The model with value `index` of layer `layer` of a network replaced.
 fn poisoned(model: &Model<'static>, of_density: bool, layer: usize, value: f32) -> Model<'static> {
     let mut model = *model;
-    let (AnyField::HashGrid(_) | AnyField::Frequency(_)) = model.field else { unreachable!() };
     let decoder = match &mut model.field {
         AnyField::HashGrid(field) => &mut field.decoder,
         AnyField::Frequency(field) => &mut field.decoder,
