@@ -1,3 +1,94 @@
-//! The `.pnerf` model file.
+//! The `.pnerf` model file: a radiance field with everything that a picture of
+//! it needs, in one file of a few hundred kilobytes to a few megabytes.
+//!
+//! [`open`] reads in place: the weights stay in the bytes they came in (a mapped
+//! file, flash memory, `include_bytes!`), at any alignment, without a heap and
+//! without copying. [`ModelFile::verify`] looks at every byte; [`open_verified`]
+//! does both and is what a program should call on files from elsewhere.
+//! `SPEC.md` beside this crate tells a stranger how to write a reader.
+//!
+//! # Features
+//! * none: reading, `no_std` without a heap.
+//! * `alloc`: [`write`](write()) and [`ContainerWriter`].
+//! * `std` (default): [`write_atomically`], faster checksums.
+//!
+//! # Example
+#![cfg_attr(feature = "alloc", doc = "```")]
+#![cfg_attr(not(feature = "alloc"), doc = "```ignore")]
+//! use pocketnerf_core::encoding::FrequencyConfig;
+//! use pocketnerf_core::field::{Decoder, FrequencyField, Shading};
+//! use pocketnerf_core::network::{Dense, Mlp};
+//! use pocketnerf_core::{
+//!     AnyField, ColorSpace, DType, Display, Layout, Model, Sampling, Space, TensorView,
+//! };
+//! use pocketnerf_formats::{About, Precision};
+//!
+//! // A field as small as a field can be: 9 encoded values to log density and
+//! // one feature; the feature and a constant to a colour.
+//! let weights: Vec<u8> = (0..18).flat_map(|i| (0.1 * i as f32).to_le_bytes()).collect();
+//! let density = TensorView::new(&weights, DType::F32, [9, 2], 0, Layout::RowMajor)?;
+//! let color = TensorView::new(&weights[..24], DType::F32, [2, 3], 0, Layout::RowMajor)?;
+//! let model = Model {
+//!     field: AnyField::Frequency(FrequencyField {
+//!         encoding: FrequencyConfig { n_frequencies: 1, include_input: true },
+//!         decoder: Decoder {
+//!             density: Mlp::new(&[Dense { weight: density, bias: None }])?,
+//!             color: Mlp::new(&[Dense { weight: color, bias: None }])?,
+//!             n_features: 1,
+//!             sh_degree: 1,
+//!             shading: Shading::PerSample,
+//!             log_density_bias: 0.0,
+//!         },
+//!     }),
+//!     space: Space::Box { min: [-1.0; 3], max: [1.0; 3] },
+//!     occupancy: None,
+//!     sampling: Sampling { step: 0.01, near: 0.0, far: 4.0, min_transmittance: 1e-3 },
+//!     display: Display { background: [1.0; 3], color_space: ColorSpace::Srgb },
+//! };
+//!
+//! let bytes = pocketnerf_formats::write(&model, &About::default(), Precision::F16)?;
+//! let file = pocketnerf_formats::open_verified(&bytes)?;
+//! assert_eq!(file.model.space, model.space);
+//! assert_eq!(file.tensors().count(), 2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![no_std]
 #![forbid(unsafe_code)]
+#![cfg_attr(not(feature = "std"), allow(rustdoc::broken_intra_doc_links, reason = "the writer"))]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+#[cfg(feature = "std")]
+extern crate std;
+
+mod about;
+#[cfg(feature = "std")]
+mod atomic;
+mod container;
+mod error;
+#[cfg(feature = "alloc")]
+mod f16;
+mod header;
+mod metadata;
+#[cfg(feature = "alloc")]
+mod model_writer;
+mod reader;
+mod section;
+mod tensors;
+#[cfg(feature = "alloc")]
+mod writer;
+
+pub use about::{About, DefaultCamera, MAX_PICTURE_SIDE, Provenance, Scene};
+#[cfg(feature = "std")]
+pub use atomic::write_atomically;
+pub use container::Container;
+pub use error::FormatError;
+pub use header::{HEADER_BYTES, Header, MAGIC, MAJOR, MINOR};
+pub use metadata::MAX_METADATA_BYTES;
+#[cfg(feature = "alloc")]
+pub use model_writer::{Precision, write};
+pub use reader::{ModelFile, open, open_verified};
+pub use section::{ALIGNMENT, CRITICAL, MAX_SECTIONS, RAW, Section, SectionId, kind};
+pub use tensors::{TensorName, tensors};
+#[cfg(feature = "alloc")]
+pub use writer::{ContainerWriter, WriteError};

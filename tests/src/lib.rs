@@ -1,1 +1,4 @@
 //! Cross-crate tests of pocketnerf; see `tests/`.
+
+pub mod checksums;
+pub mod tiny;

@@ -12,7 +12,6 @@ use crate::scratch::Workspace;
 use crate::store::Store;
 
 /// When view-dependent colour is computed.
-#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shading {
     /// For every sample; the ray accumulates three colours.

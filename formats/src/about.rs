@@ -1,0 +1,128 @@
+//! What a file says beside the model: coordinates, a camera to begin with, and
+//! where the model comes from.
+
+use pocketnerf_core::Camera;
+
+/// Everything in a file that is not the model itself.
+///
+/// The default says nothing: model coordinates are dataset coordinates, no
+/// camera, unknown origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct About<'a> {
+    /// Dataset coordinates and a name.
+    pub scene: Scene<'a>,
+    /// A view to begin with.
+    pub camera: Option<DefaultCamera>,
+    /// How the model was made.
+    pub provenance: Option<Provenance<'a>>,
+}
+
+/// The similarity transform from the model's coordinates (scene units) to the
+/// dataset's: `dataset = scale * rotation * model + translation`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scene<'a> {
+    /// Dataset units per scene unit, greater than 0.
+    pub scale: f32,
+    /// A proper rotation, row after row.
+    pub rotation: [[f32; 3]; 3],
+    /// Dataset coordinates of the model's origin, dataset units.
+    pub translation: [f32; 3],
+    /// What people call the scene; no control characters.
+    pub name: Option<&'a str>,
+}
+
+impl Default for Scene<'_> {
+    fn default() -> Self {
+        Self {
+            scale: 1.0,
+            rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            translation: [0.0; 3],
+            name: None,
+        }
+    }
+}
+
+impl Scene<'_> {
+    /// A point in scene units to dataset coordinates.
+    #[must_use]
+    pub fn to_dataset(&self, p: [f32; 3]) -> [f32; 3] {
+        let row = |i: usize| -> f32 {
+            let r = self.rotation[i];
+            self.scale * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2]) + self.translation[i]
+        };
+        [row(0), row(1), row(2)]
+    }
+
+    /// A point in dataset coordinates to scene units.
+    #[must_use]
+    pub fn to_model(&self, p: [f32; 3]) -> [f32; 3] {
+        let q = [0, 1, 2].map(|i| (p[i] - self.translation[i]) / self.scale);
+        // The inverse of a rotation is its transpose.
+        let r = &self.rotation;
+        [0, 1, 2].map(|i| r[0][i] * q[0] + r[1][i] * q[1] + r[2][i] * q[2])
+    }
+}
+
+/// A camera that shows the model well.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DefaultCamera {
+    /// 4×4 camera-to-world as in [`Camera::camera_to_world`], scene units.
+    pub camera_to_world: [f32; 16],
+    /// Horizontal field of view in radians, between 0 and π.
+    pub fov_x: f32,
+    /// Suggested picture width, pixels, 1 to [`MAX_PICTURE_SIDE`].
+    pub width: u32,
+    /// Suggested picture height, pixels, 1 to [`MAX_PICTURE_SIDE`].
+    pub height: u32,
+}
+
+/// The largest side of a suggested picture: no file asks for more memory than
+/// such a picture takes.
+pub const MAX_PICTURE_SIDE: u32 = 1 << 14;
+
+impl DefaultCamera {
+    /// The camera in core's terms.
+    #[must_use]
+    pub fn camera(&self) -> Camera {
+        Camera::from_fov_x(self.width, self.height, self.fov_x, self.camera_to_world)
+    }
+}
+
+/// How a model was made. Holds no dates, durations, machines or paths: the same
+/// training gives the same bytes. Texts hold no control characters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Provenance<'a> {
+    /// Name and version of the program that wrote the file.
+    pub program: &'a str,
+    /// Name of the training method, or of the conversion.
+    pub method: &'a str,
+    /// Seed of the training's random numbers.
+    pub seed: u64,
+    /// Optimizer steps.
+    pub steps: u64,
+    /// Fingerprint of the training images and cameras.
+    pub trained_on: u64,
+    /// Name of the dataset.
+    pub dataset: &'a str,
+    /// PSNR over the training rays at the end, dB.
+    pub train_psnr: Option<f32>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dataset_and_model_coordinates() {
+        // A quarter turn about z, twice as large, moved.
+        let scene = Scene {
+            scale: 2.0,
+            rotation: [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+            translation: [10.0, 20.0, 30.0],
+            name: None,
+        };
+        assert_eq!(scene.to_dataset([1.0, 2.0, 3.0]), [6.0, 22.0, 36.0]);
+        assert_eq!(scene.to_model([6.0, 22.0, 36.0]), [1.0, 2.0, 3.0]);
+        assert_eq!(Scene::default().to_dataset([1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
+    }
+}

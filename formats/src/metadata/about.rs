@@ -1,0 +1,244 @@
+//! SCENE, DISPLAY and PROVENANCE.
+
+use pocketnerf_core::{ColorSpace, Display};
+use serde::{Deserialize, Serialize};
+
+use super::Fields;
+use crate::FormatError;
+use crate::about::{DefaultCamera, MAX_PICTURE_SIDE, Provenance, Scene};
+
+/// SCENE; the fields are those of [`Scene`].
+#[derive(Serialize, Deserialize)]
+struct SceneV1<'a> {
+    scale: f32,
+    rotation: [[f32; 3]; 3],
+    translation: [f32; 3],
+    name: Option<&'a str>,
+}
+
+pub(crate) fn read_scene<'a>(mut fields: Fields<'a>) -> Result<Scene<'a>, FormatError> {
+    let SceneV1 { scale, rotation, translation, name } = fields.take()?;
+    fields.check("scale", scale.is_finite() && scale > 0.0)?;
+    fields.check("rotation", is_rotation(&rotation))?;
+    fields.finite("translation", &translation)?;
+    fields.text("name", name.unwrap_or_default())?;
+    fields.finish()?;
+    Ok(Scene { scale, rotation, translation, name })
+}
+
+#[cfg(feature = "alloc")]
+pub(crate) fn write_scene(scene: &Scene<'_>) -> alloc::vec::Vec<u8> {
+    let Scene { scale, rotation, translation, name } = *scene;
+    super::encode(&SceneV1 { scale, rotation, translation, name })
+}
+
+/// Whether the rows are orthonormal and right-handed, to three digits.
+/// False for NaN.
+fn is_rotation(r: &[[f32; 3]; 3]) -> bool {
+    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let [a, b, c] = *r;
+    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let close = |value: f32, to: f32| (value - to).abs() < 1e-3;
+    close(dot(a, a), 1.0)
+        && close(dot(b, b), 1.0)
+        && close(dot(c, c), 1.0)
+        && close(dot(a, b), 0.0)
+        && close(dot(cross, c), 1.0)
+}
+
+/// Codes of [`ColorSpace`].
+const SRGB: u8 = 0;
+const LINEAR: u8 = 1;
+
+/// DISPLAY.
+#[derive(Serialize, Deserialize)]
+struct DisplayV1 {
+    background: [f32; 3],
+    color_space: u8,
+    camera: Option<CameraV1>,
+}
+
+/// The default camera in DISPLAY; the fields are those of [`DefaultCamera`].
+#[derive(Serialize, Deserialize)]
+struct CameraV1 {
+    camera_to_world: [f32; 16],
+    fov_x: f32,
+    width: u32,
+    height: u32,
+}
+
+pub(crate) fn read_display(
+    mut fields: Fields<'_>,
+) -> Result<(Display, Option<DefaultCamera>), FormatError> {
+    let DisplayV1 { background, color_space, camera } = fields.take()?;
+    fields.finite("background", &background)?;
+    let color_space = match color_space {
+        SRGB => ColorSpace::Srgb,
+        LINEAR => ColorSpace::Linear,
+        code => return Err(fields.unknown("colour space", code)),
+    };
+    let camera = match camera {
+        Some(CameraV1 { camera_to_world, fov_x, width, height }) => {
+            let side = 1..=MAX_PICTURE_SIDE;
+            fields.finite("camera_to_world", &camera_to_world)?;
+            fields.check("fov_x", fov_x > 0.0 && fov_x < core::f32::consts::PI)?;
+            fields.check("width and height", side.contains(&width) && side.contains(&height))?;
+            Some(DefaultCamera { camera_to_world, fov_x, width, height })
+        }
+        None => None,
+    };
+    fields.finish()?;
+    Ok((Display { background, color_space }, camera))
+}
+
+/// The section's bytes; `None` for a colour space that the format has no code for.
+#[cfg(feature = "alloc")]
+pub(crate) fn write_display(
+    display: &Display,
+    camera: Option<&DefaultCamera>,
+) -> Option<alloc::vec::Vec<u8>> {
+    let color_space = match display.color_space {
+        ColorSpace::Srgb => SRGB,
+        ColorSpace::Linear => LINEAR,
+        _ => return None,
+    };
+    let camera = camera.map(|&DefaultCamera { camera_to_world, fov_x, width, height }| CameraV1 {
+        camera_to_world,
+        fov_x,
+        width,
+        height,
+    });
+    Some(super::encode(&DisplayV1 { background: display.background, color_space, camera }))
+}
+
+/// PROVENANCE; the fields are those of [`Provenance`].
+#[derive(Serialize, Deserialize)]
+struct ProvenanceV1<'a> {
+    program: &'a str,
+    method: &'a str,
+    seed: u64,
+    steps: u64,
+    trained_on: u64,
+    dataset: &'a str,
+    train_psnr: Option<f32>,
+}
+
+pub(crate) fn read_provenance<'a>(mut fields: Fields<'a>) -> Result<Provenance<'a>, FormatError> {
+    let ProvenanceV1 { program, method, seed, steps, trained_on, dataset, train_psnr } =
+        fields.take()?;
+    fields.text("program", program)?;
+    fields.text("method", method)?;
+    fields.text("dataset", dataset)?;
+    fields.finite("train_psnr", &[train_psnr.unwrap_or_default()])?;
+    fields.finish()?;
+    Ok(Provenance { program, method, seed, steps, trained_on, dataset, train_psnr })
+}
+
+#[cfg(feature = "alloc")]
+pub(crate) fn write_provenance(provenance: &Provenance<'_>) -> alloc::vec::Vec<u8> {
+    let Provenance { program, method, seed, steps, trained_on, dataset, train_psnr } = *provenance;
+    super::encode(&ProvenanceV1 { program, method, seed, steps, trained_on, dataset, train_psnr })
+}
+
+#[cfg(all(test, feature = "alloc"))]
+mod tests {
+    use super::*;
+    use crate::metadata::test_section;
+    use crate::section::{SectionId, kind};
+
+    fn fields(kind: u32, bytes: &[u8]) -> Fields<'_> {
+        Fields::open(&test_section(kind, bytes)).unwrap()
+    }
+
+    fn bad<T>(kind: u32, field: &'static str) -> Result<T, FormatError> {
+        Err(FormatError::Value { section: SectionId::first(kind), field })
+    }
+
+    #[test]
+    fn bytes_of_scene_v1() {
+        let scene = Scene {
+            scale: 2.0,
+            translation: [0.5, 1.0, -2.0],
+            name: Some("fox"),
+            ..Scene::default()
+        };
+        let bytes = write_scene(&scene);
+        #[rustfmt::skip]
+        let golden = [
+            0, 0, 0, 0x40,
+            0, 0, 0x80, 0x3f,  0, 0, 0, 0,        0, 0, 0, 0,
+            0, 0, 0, 0,        0, 0, 0x80, 0x3f,  0, 0, 0, 0,
+            0, 0, 0, 0,        0, 0, 0, 0,        0, 0, 0x80, 0x3f,
+            0, 0, 0, 0x3f,     0, 0, 0x80, 0x3f,  0, 0, 0, 0xc0,
+            1, 3, b'f', b'o', b'x',
+        ];
+        assert_eq!(bytes, golden);
+        assert_eq!(read_scene(fields(kind::SCENE, &bytes)), Ok(scene));
+    }
+
+    #[test]
+    fn scene_must_be_a_similarity() {
+        let read =
+            |scene: &Scene<'_>| read_scene(fields(kind::SCENE, &write_scene(scene))).map(|_| ());
+        let scene = Scene::default();
+        for scale in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(read(&Scene { scale, ..scene }), bad(kind::SCENE, "scale"));
+        }
+        for i in [f32::NAN, 2.0, -1.0] {
+            let rotation = [[i, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            assert_eq!(read(&Scene { rotation, ..scene }), bad(kind::SCENE, "rotation"));
+        }
+        let name = Some("\x1b[2J");
+        assert_eq!(read(&Scene { name, ..scene }), bad(kind::SCENE, "name"));
+    }
+
+    #[test]
+    fn bytes_of_display_v1() {
+        let display = Display { background: [1.0, 0.0, 0.5], color_space: ColorSpace::Linear };
+        let bytes = write_display(&display, None).unwrap();
+        assert_eq!(bytes, [0, 0, 0x80, 0x3f, 0, 0, 0, 0, 0, 0, 0, 0x3f, 1, 0]);
+        assert_eq!(read_display(fields(kind::DISPLAY, &bytes)), Ok((display, None)));
+
+        let mut camera_to_world = [0.0; 16];
+        camera_to_world[15] = 1.0;
+        let camera = DefaultCamera { camera_to_world, fov_x: 0.5, width: 800, height: 600 };
+        let bytes = write_display(&display, Some(&camera)).unwrap();
+        assert_eq!(bytes[12..14], [1, 1]);
+        assert_eq!(bytes[14..74], [0; 60]);
+        assert_eq!(bytes[74..], [0, 0, 0x80, 0x3f, 0, 0, 0, 0x3f, 0xa0, 0x06, 0xd8, 0x04]);
+        assert_eq!(read_display(fields(kind::DISPLAY, &bytes)), Ok((display, Some(camera))));
+
+        let wide = DefaultCamera { fov_x: 3.2, ..camera };
+        let bytes = write_display(&display, Some(&wide)).unwrap();
+        assert_eq!(read_display(fields(kind::DISPLAY, &bytes)), bad(kind::DISPLAY, "fov_x"));
+        let huge = DefaultCamera { width: MAX_PICTURE_SIDE + 1, ..camera };
+        let bytes = write_display(&display, Some(&huge)).unwrap();
+        assert_eq!(
+            read_display(fields(kind::DISPLAY, &bytes)),
+            bad(kind::DISPLAY, "width and height")
+        );
+    }
+
+    #[test]
+    fn bytes_of_provenance_v1() {
+        let provenance = Provenance {
+            program: "p",
+            method: "m",
+            seed: 300,
+            steps: 5,
+            trained_on: u64::MAX,
+            dataset: "é",
+            train_psnr: Some(1.0),
+        };
+        let bytes = write_provenance(&provenance);
+        #[rustfmt::skip]
+        let golden = [
+            1, b'p',  1, b'm',  0xac, 0x02,  5,
+            0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01,
+            2, 0xc3, 0xa9,
+            1, 0, 0, 0x80, 0x3f,
+        ];
+        assert_eq!(bytes, golden);
+        assert_eq!(read_provenance(fields(kind::PROVENANCE, &bytes)), Ok(provenance));
+    }
+}

@@ -1,0 +1,100 @@
+//! The small postcard sections, one file a subject.
+//!
+//! postcard is positional: a struct named `…V1` here is a promise about bytes
+//! and never changes. What changes gets a successor under a new section
+//! version. The tests hold the bytes of each.
+
+pub(crate) mod about;
+pub(crate) mod field;
+pub(crate) mod space;
+pub(crate) mod widths;
+
+use serde::Deserialize;
+
+use crate::FormatError;
+use crate::section::{Section, SectionId};
+
+/// Most bytes a metadata section may have.
+pub const MAX_METADATA_BYTES: usize = 1 << 16;
+
+/// Version of every metadata section so far.
+pub(crate) const V1: u16 = 1;
+
+/// The fields of one metadata section, taken from front to back.
+pub(crate) struct Fields<'a> {
+    section: SectionId,
+    rest: &'a [u8],
+}
+
+impl<'a> Fields<'a> {
+    /// Checks length and checksum. Metadata steers everything else, and is
+    /// short: it is never read unchecked.
+    pub(crate) fn open(section: &Section<'a>) -> Result<Self, FormatError> {
+        let (id, bytes) = (section.id, section.bytes);
+        if bytes.len() > MAX_METADATA_BYTES {
+            return Err(FormatError::MetadataLength {
+                section: id,
+                limit: MAX_METADATA_BYTES as u64,
+                found: bytes.len() as u64,
+            });
+        }
+        section.verify()?;
+        Ok(Self { section: id, rest: bytes })
+    }
+
+    /// The next value.
+    pub(crate) fn take<T: Deserialize<'a>>(&mut self) -> Result<T, FormatError> {
+        let (value, rest) = postcard::take_from_bytes(self.rest)
+            .map_err(|_| FormatError::Metadata(self.section))?;
+        self.rest = rest;
+        Ok(value)
+    }
+
+    /// Checks that nothing follows.
+    pub(crate) fn finish(self) -> Result<(), FormatError> {
+        if self.rest.is_empty() { Ok(()) } else { Err(FormatError::Metadata(self.section)) }
+    }
+
+    /// Checks that a field may have the value it has.
+    pub(crate) fn check(&self, field: &'static str, holds: bool) -> Result<(), FormatError> {
+        if holds { Ok(()) } else { Err(FormatError::Value { section: self.section, field }) }
+    }
+
+    /// Checks that every number of a field is finite.
+    pub(crate) fn finite(&self, field: &'static str, values: &[f32]) -> Result<(), FormatError> {
+        self.check(field, values.iter().all(|v| v.is_finite()))
+    }
+
+    /// Checks that a text can be printed: a terminal must not obey it.
+    pub(crate) fn text(&self, field: &'static str, text: &str) -> Result<(), FormatError> {
+        self.check(field, !text.chars().any(char::is_control))
+    }
+
+    /// The error of a code that no arm of a match knows.
+    pub(crate) fn unknown(&self, field: &'static str, found: u8) -> FormatError {
+        FormatError::UnknownCode { section: self.section, field, found: found.into() }
+    }
+}
+
+/// The bytes of a metadata value.
+#[cfg(feature = "alloc")]
+pub(crate) fn encode(value: &impl serde::Serialize) -> alloc::vec::Vec<u8> {
+    // The structs have no maps or unsized sequences, and a vector grows: the
+    // only errors that postcard could report cannot occur.
+    postcard::to_extend(value, alloc::vec::Vec::new()).unwrap_or_default()
+}
+
+/// A section as tests build it: in memory, with a right checksum.
+#[cfg(all(test, feature = "alloc"))]
+pub(crate) fn test_section(kind: u32, bytes: &[u8]) -> Section<'_> {
+    Section {
+        id: SectionId::first(kind),
+        version: V1,
+        encoding: crate::section::RAW,
+        flags: crate::section::CRITICAL,
+        offset: 0,
+        decoded_length: bytes.len() as u64,
+        checksum: crc32fast::hash(bytes),
+        bytes,
+    }
+}

@@ -1,0 +1,133 @@
+//! SPACE, SAMPLING and OCCUPANCY: the geometry of a ray's way.
+
+use pocketnerf_core::{Sampling, Space};
+use serde::{Deserialize, Serialize};
+
+use super::Fields;
+use crate::FormatError;
+
+/// Code of a box in SPACE.
+const BOX: u8 = 0;
+
+/// SPACE after its code, kind [`BOX`]. Scene units.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct BoxV1 {
+    min: [f32; 3],
+    max: [f32; 3],
+}
+
+pub(crate) fn read_space(mut fields: Fields<'_>) -> Result<Space, FormatError> {
+    let space = match fields.take::<u8>()? {
+        BOX => {
+            let BoxV1 { min, max } = fields.take()?;
+            fields.finite("min", &min)?;
+            fields.finite("max", &max)?;
+            Space::Box { min, max }
+        }
+        code => return Err(fields.unknown("kind of space", code)),
+    };
+    fields.finish()?;
+    Ok(space)
+}
+
+/// The section's bytes; `None` for a space that the format has no code for.
+#[cfg(feature = "alloc")]
+pub(crate) fn write_space(space: &Space) -> Option<alloc::vec::Vec<u8>> {
+    match *space {
+        Space::Box { min, max } => Some(super::encode(&(BOX, BoxV1 { min, max }))),
+        _ => None,
+    }
+}
+
+/// SAMPLING. Scene units.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct SamplingV1 {
+    step: f32,
+    near: f32,
+    far: f32,
+    min_transmittance: f32,
+}
+
+pub(crate) fn read_sampling(mut fields: Fields<'_>) -> Result<Sampling, FormatError> {
+    let SamplingV1 { step, near, far, min_transmittance } = fields.take()?;
+    fields.finite("step", &[step])?;
+    fields.finite("near", &[near])?;
+    fields.finite("far", &[far])?;
+    fields.finite("min_transmittance", &[min_transmittance])?;
+    fields.finish()?;
+    Ok(Sampling { step, near, far, min_transmittance })
+}
+
+#[cfg(feature = "alloc")]
+pub(crate) fn write_sampling(sampling: &Sampling) -> alloc::vec::Vec<u8> {
+    let Sampling { step, near, far, min_transmittance } = *sampling;
+    super::encode(&SamplingV1 { step, near, far, min_transmittance })
+}
+
+/// OCCUPANCY.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct OccupancyV1 {
+    /// Cells along an axis.
+    pub(crate) resolution: u32,
+    pub(crate) n_cascades: u32,
+}
+
+pub(crate) fn read_occupancy(mut fields: Fields<'_>) -> Result<OccupancyV1, FormatError> {
+    let occupancy = fields.take()?;
+    fields.finish()?;
+    Ok(occupancy)
+}
+
+#[cfg(all(test, feature = "alloc"))]
+mod tests {
+    use super::*;
+    use crate::metadata::{encode, test_section};
+    use crate::section::{SectionId, kind};
+
+    fn fields(kind: u32, bytes: &[u8]) -> Fields<'_> {
+        Fields::open(&test_section(kind, bytes)).unwrap()
+    }
+
+    #[test]
+    fn bytes_of_space_v1() {
+        let space = Space::Box { min: [-1.0, 0.5, 2.0], max: [1.0, 4.0, 8.0] };
+        let bytes = write_space(&space).unwrap();
+        #[rustfmt::skip]
+        let golden = [
+            0,
+            0, 0, 0x80, 0xbf,  0, 0, 0, 0x3f,     0, 0, 0, 0x40,
+            0, 0, 0x80, 0x3f,  0, 0, 0x80, 0x40,  0, 0, 0, 0x41,
+        ];
+        assert_eq!(bytes, golden);
+        assert_eq!(read_space(fields(kind::SPACE, &bytes)), Ok(space));
+        let section = SectionId::first(kind::SPACE);
+        assert_eq!(
+            read_space(fields(kind::SPACE, &[9])),
+            Err(FormatError::UnknownCode { section, field: "kind of space", found: 9 })
+        );
+        let mut long = bytes;
+        long.push(0);
+        assert_eq!(read_space(fields(kind::SPACE, &long)), Err(FormatError::Metadata(section)));
+    }
+
+    #[test]
+    fn bytes_of_sampling_v1() {
+        let sampling = Sampling { step: 0.5, near: 1.0, far: 2.0, min_transmittance: 0.25 };
+        let bytes = write_sampling(&sampling);
+        assert_eq!(bytes, [0, 0, 0, 0x3f, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40, 0, 0, 0x80, 0x3e]);
+        assert_eq!(read_sampling(fields(kind::SAMPLING, &bytes)), Ok(sampling));
+        let bad = write_sampling(&Sampling { far: f32::INFINITY, ..sampling });
+        let section = SectionId::first(kind::SAMPLING);
+        assert_eq!(
+            read_sampling(fields(kind::SAMPLING, &bad)),
+            Err(FormatError::Value { section, field: "far" })
+        );
+    }
+
+    #[test]
+    fn bytes_of_occupancy_v1() {
+        let bytes = encode(&OccupancyV1 { resolution: 128, n_cascades: 1 });
+        assert_eq!(bytes, [0x80, 1, 1]);
+        assert_eq!(read_occupancy(fields(kind::OCCUPANCY, &bytes)).unwrap().resolution, 128);
+    }
+}

@@ -1,0 +1,151 @@
+//! From a model to bytes.
+
+use alloc::vec::Vec;
+
+use pocketnerf_core::network::Mlp;
+use pocketnerf_core::{AnyField, DType, Layout, Model, TensorView};
+
+use crate::about::About;
+use crate::metadata::field::{DecoderConfig, EncodingConfig, write_field};
+use crate::metadata::widths::Widths;
+use crate::metadata::{V1, about, encode, space};
+use crate::section::{SectionId, kind};
+use crate::tensors::{TensorName, parts, tensors, write_directory};
+use crate::writer::{ContainerWriter, WriteError};
+use crate::{FormatError, f16, reader};
+
+/// How weights are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// As they are.
+    F32,
+    /// Two bytes a weight, eleven significant bits, with a scale per tensor.
+    #[default]
+    F16,
+}
+
+/// The bytes of a `.pnerf` file. The same model gives the same bytes.
+///
+/// # Errors
+/// [`WriteError`]; what [`open`](crate::open) would refuse is never written.
+pub fn write(
+    model: &Model<'_>,
+    about: &About<'_>,
+    precision: Precision,
+) -> Result<Vec<u8>, WriteError> {
+    let mut writer = ContainerWriter::new();
+    writer.add_model(model, about, precision)?;
+    let bytes = writer.finish()?;
+    reader::open(&bytes)?;
+    Ok(bytes)
+}
+
+impl<'a> ContainerWriter<'a> {
+    /// Adds the sections of a model, so that a program can put its own beside them.
+    ///
+    /// # Errors
+    /// [`WriteError::NotFinite`], [`WriteError::OutOfRange`] and
+    /// [`WriteError::Unsupported`]; [`WriteError::Unreadable`] where the model's
+    /// parts do not fit together.
+    pub fn add_model(
+        &mut self,
+        model: &Model<'a>,
+        about: &About<'_>,
+        precision: Precision,
+    ) -> Result<(), WriteError> {
+        model.validate().map_err(FormatError::Model)?;
+        self.metadata(kind::SCENE, about::write_scene(&about.scene));
+        let bytes = space::write_space(&model.space).ok_or(WriteError::Unsupported("space"))?;
+        self.metadata(kind::SPACE, bytes);
+        self.metadata(kind::SAMPLING, space::write_sampling(&model.sampling));
+        let (encoding, decoder) = config(&model.field).ok_or(WriteError::Unsupported("field"))?;
+        let bytes = write_field(&encoding, &decoder).ok_or(WriteError::Unsupported("field"))?;
+        self.metadata(kind::FIELD, bytes);
+        let bytes = about::write_display(&model.display, about.camera.as_ref())
+            .ok_or(WriteError::Unsupported("colour space"))?;
+        self.metadata(kind::DISPLAY, bytes);
+        if let Some(provenance) = &about.provenance {
+            // Nothing depends on it: readers may skip what they do not know.
+            let id = SectionId::first(kind::PROVENANCE);
+            self.add(id, V1, false, about::write_provenance(provenance));
+        }
+        if let Some(occupancy) = &model.occupancy {
+            let (resolution, n_cascades) = (occupancy.resolution(), occupancy.n_cascades());
+            self.metadata(kind::OCCUPANCY, encode(&space::OccupancyV1 { resolution, n_cascades }));
+            self.add(SectionId::first(kind::OCC_COARSE), V1, true, occupancy.coarse_bytes());
+            self.add(SectionId::first(kind::OCC_FINE), V1, true, occupancy.fine_bytes());
+        }
+        self.add_tensors(&model.field, precision)
+    }
+
+    fn metadata(&mut self, kind: u32, bytes: Vec<u8>) {
+        self.add(SectionId::first(kind), V1, true, bytes);
+    }
+
+    fn add_tensors(
+        &mut self,
+        field: &AnyField<'_>,
+        precision: Precision,
+    ) -> Result<(), WriteError> {
+        let mut stored = Vec::new();
+        for (name, view) in tensors(field) {
+            if view.layout() != Layout::RowMajor {
+                return Err(WriteError::Unsupported("tensor layout"));
+            }
+            let (dtype, bytes, scale_log2) = match precision {
+                Precision::F32 => (DType::F32, f16::to_f32(name, &view)?, 0),
+                Precision::F16 => {
+                    let (bytes, scale_log2) = f16::to_f16(name, &view)?;
+                    (DType::F16, bytes, scale_log2)
+                }
+            };
+            stored.push((name, view.shape(), dtype, scale_log2, bytes));
+        }
+        let mut n_network = 0;
+        let mut directory = Vec::with_capacity(stored.len());
+        for (name, shape, dtype, scale_log2, bytes) in &stored {
+            let section = match *name {
+                TensorName::GridLevel(index) => SectionId { kind: kind::GRID, index },
+                _ => SectionId { kind: kind::NETWORK, index: n_network },
+            };
+            n_network += u32::from(section.kind == kind::NETWORK);
+            let view = TensorView::new(bytes, *dtype, *shape, *scale_log2, Layout::RowMajor)
+                .map_err(FormatError::Model)?;
+            directory.push((*name, view, section));
+        }
+        let bytes = write_directory(directory.iter().copied())
+            .ok_or(WriteError::Unsupported("tensor type"))?;
+        self.metadata(kind::TENSORS, bytes);
+        let sections: Vec<SectionId> = directory.iter().map(|(_, _, section)| *section).collect();
+        for (section, (.., bytes)) in sections.into_iter().zip(stored) {
+            self.add(section, V1, true, bytes);
+        }
+        Ok(())
+    }
+}
+
+/// What FIELD says of a field; `None` for a kind that the format lacks.
+fn config(field: &AnyField<'_>) -> Option<(EncodingConfig, DecoderConfig)> {
+    let encoding = match field {
+        AnyField::HashGrid(field) => EncodingConfig::HashGrid(field.grid.config),
+        AnyField::Frequency(field) => EncodingConfig::Frequency(field.encoding),
+        _ => return None,
+    };
+    let (_, decoder) = parts(field)?;
+    let config = DecoderConfig {
+        n_features: decoder.n_features,
+        sh_degree: decoder.sh_degree,
+        shading: decoder.shading,
+        log_density_bias: decoder.log_density_bias,
+        density: widths(&decoder.density)?,
+        color: widths(&decoder.color)?,
+    };
+    Some((encoding, config))
+}
+
+fn widths(network: &Mlp<'_>) -> Option<Widths> {
+    let mut widths = Widths::default();
+    let n_input = u32::try_from(network.n_input()).ok()?;
+    let outputs = network.layers().iter().map(|layer| layer.weight.shape()[1]);
+    core::iter::once(n_input).chain(outputs).all(|width| widths.push(width)).then_some(widths)
+}

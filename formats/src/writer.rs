@@ -1,0 +1,184 @@
+//! Sections to a file.
+
+use alloc::borrow::Cow;
+use alloc::vec::Vec;
+use core::fmt;
+
+use crate::header::{HEADER_BYTES, Header, MAJOR, MINOR, seal};
+use crate::section::{ALIGNMENT, CRITICAL, ENTRY_BYTES, Entry, MAX_SECTIONS, RAW, SectionId};
+use crate::tensors::TensorName;
+use crate::{Container, FormatError};
+
+/// Why a file was not written.
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WriteError {
+    /// A weight is infinite or not a number.
+    NotFinite(TensorName),
+    /// A weight is too large for f16 at any allowed scale.
+    OutOfRange(TensorName),
+    /// The format has no code for a choice the model makes; the text names it.
+    Unsupported(&'static str),
+    /// Two sections of the same kind and index.
+    Twice(SectionId),
+    /// No reader would take the file.
+    Unreadable(FormatError),
+}
+
+impl fmt::Display for WriteError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite(tensor) => {
+                write!(f, "tensor {tensor}: holds a value that is infinite or not a number")
+            }
+            Self::OutOfRange(tensor) => {
+                write!(f, "tensor {tensor}: holds a value too large for f16; f32 can hold it")
+            }
+            Self::Unsupported(what) => write!(f, "the format cannot express the model's {what}"),
+            Self::Twice(section) => write!(f, "{section}: given twice"),
+            Self::Unreadable(error) => write!(f, "{error}"),
+        }
+    }
+}
+
+impl core::error::Error for WriteError {}
+
+impl From<FormatError> for WriteError {
+    fn from(error: FormatError) -> Self {
+        Self::Unreadable(error)
+    }
+}
+
+/// Collects sections and lays them out as a file.
+///
+/// The same sections give the same bytes, in whatever order they were added.
+/// Programs number their own kinds from
+/// [`kind::PROGRAM`](crate::section::kind::PROGRAM); sections that are not
+/// critical leave the model in the file readable by everyone.
+#[derive(Debug, Default)]
+pub struct ContainerWriter<'a> {
+    sections: Vec<Pending<'a>>,
+}
+
+#[derive(Debug)]
+struct Pending<'a> {
+    id: SectionId,
+    version: u16,
+    critical: bool,
+    payload: Cow<'a, [u8]>,
+}
+
+impl<'a> ContainerWriter<'a> {
+    /// A file without sections.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a raw section.
+    pub fn add(
+        &mut self,
+        id: SectionId,
+        version: u16,
+        critical: bool,
+        payload: impl Into<Cow<'a, [u8]>>,
+    ) {
+        self.sections.push(Pending { id, version, critical, payload: payload.into() });
+    }
+
+    /// The file's bytes.
+    ///
+    /// # Errors
+    /// [`WriteError::Twice`], or [`WriteError::Unreadable`] for too many sections.
+    pub fn finish(mut self) -> Result<Vec<u8>, WriteError> {
+        self.sections.sort_by_key(|section| section.id);
+        if let Some(pair) = self.sections.windows(2).find(|pair| pair[0].id == pair[1].id) {
+            return Err(WriteError::Twice(pair[0].id));
+        }
+        let n_sections = u32::try_from(self.sections.len()).unwrap_or(u32::MAX);
+        if n_sections > MAX_SECTIONS {
+            return Err(FormatError::TooManySections { found: n_sections }.into());
+        }
+        let table_end = HEADER_BYTES + self.sections.len() * ENTRY_BYTES;
+        let mut end = table_end as u64;
+        let mut head = Vec::with_capacity(table_end);
+        head.extend_from_slice(&[0; HEADER_BYTES]);
+        for section in &self.sections {
+            let length = section.payload.len() as u64;
+            let entry = Entry {
+                id: section.id,
+                version: section.version,
+                encoding: RAW,
+                flags: if section.critical { CRITICAL } else { 0 },
+                offset: end.next_multiple_of(ALIGNMENT),
+                stored_length: length,
+                decoded_length: length,
+                checksum: crc32fast::hash(&section.payload),
+            };
+            head.extend_from_slice(&entry.to_bytes());
+            end = entry.offset + length;
+        }
+        let header = Header { version: [MAJOR, MINOR], n_sections, file_length: end, checksum: 0 };
+        head[..HEADER_BYTES].copy_from_slice(&header.to_bytes());
+        seal(&mut head);
+
+        let mut file = head;
+        file.reserve_exact(end as usize - table_end);
+        for section in &self.sections {
+            file.resize(file.len().next_multiple_of(ALIGNMENT as usize), 0);
+            file.extend_from_slice(&section.payload);
+        }
+        debug_assert!(Container::open(&file).is_ok(), "what is written can be opened");
+        Ok(file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::section::kind;
+
+    const A: SectionId = SectionId { kind: kind::PROGRAM, index: 0 };
+    const B: SectionId = SectionId { kind: kind::PROGRAM, index: 1 };
+
+    #[test]
+    fn order_of_adding_does_not_matter() {
+        let (mut forth, mut back) = (ContainerWriter::new(), ContainerWriter::new());
+        forth.add(A, 1, false, &b"one"[..]);
+        forth.add(B, 2, true, Vec::new());
+        back.add(B, 2, true, Vec::new());
+        back.add(A, 1, false, &b"one"[..]);
+        let bytes = forth.finish().unwrap();
+        assert_eq!(back.finish().as_ref(), Ok(&bytes));
+        // 32 + 2 * 48 = 128, "one" at 128, the empty section at 192.
+        assert_eq!(bytes.len(), 192);
+        let container = Container::open(&bytes).unwrap();
+        container.verify().unwrap();
+        assert_eq!(container.sections().len(), 2);
+        assert_eq!(container.find(A).unwrap().bytes, b"one");
+        let b = container.find(B).unwrap();
+        assert_eq!((b.offset, b.version, b.is_critical()), (192, 2, true));
+        assert!(container.find(SectionId { kind: 3, index: 0 }).is_none());
+    }
+
+    #[test]
+    fn an_empty_file_is_a_file() {
+        let bytes = ContainerWriter::new().finish().unwrap();
+        assert_eq!(bytes.len(), HEADER_BYTES);
+        assert_eq!(Container::open(&bytes).unwrap().sections().len(), 0);
+    }
+
+    #[test]
+    fn refuses_twice_and_too_many() {
+        let mut writer = ContainerWriter::new();
+        writer.add(A, 1, false, Vec::new());
+        writer.add(A, 1, false, Vec::new());
+        assert_eq!(writer.finish(), Err(WriteError::Twice(A)));
+        let mut writer = ContainerWriter::new();
+        for index in 0..=MAX_SECTIONS {
+            writer.add(SectionId { kind: kind::PROGRAM, index }, 1, false, Vec::new());
+        }
+        let error = FormatError::TooManySections { found: MAX_SECTIONS + 1 };
+        assert_eq!(writer.finish(), Err(WriteError::Unreadable(error)));
+    }
+}

@@ -1,0 +1,156 @@
+//! Models small enough for golden files, the same on every machine.
+
+use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
+use pocketnerf_core::field::{Decoder, FrequencyField, HashGridField, Shading};
+use pocketnerf_core::network::{Dense, Mlp};
+use pocketnerf_core::{
+    AnyField, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,
+};
+use pocketnerf_formats::{About, DefaultCamera, Provenance, Scene};
+
+/// The memory that tiny models borrow.
+#[derive(Debug)]
+pub struct Tiny {
+    weights: Vec<u8>,
+    coarse: Vec<u8>,
+    fine: Vec<u8>,
+}
+
+/// Cuts tensors off the front of a buffer.
+struct Cutter<'a>(&'a [u8]);
+
+impl<'a> Cutter<'a> {
+    fn tensor(&mut self, rows: u32, cols: u32) -> TensorView<'a> {
+        let (bytes, rest) = self.0.split_at(4 * (rows * cols) as usize);
+        self.0 = rest;
+        TensorView::new(bytes, DType::F32, [rows, cols], 0, Layout::RowMajor).unwrap()
+    }
+
+    fn mlp(&mut self, widths: &[u32]) -> Mlp<'a> {
+        let layers: Vec<Dense<'_>> = widths
+            .windows(2)
+            .map(|pair| Dense {
+                weight: self.tensor(pair[0], pair[1]),
+                bias: Some(self.tensor(1, pair[1])),
+            })
+            .collect();
+        Mlp::new(&layers).unwrap()
+    }
+}
+
+impl Default for Tiny {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Tiny {
+    /// Weights between -0.5 and 0.5 that only integers and one division decide.
+    #[must_use]
+    pub fn new() -> Self {
+        let mut state = 1u32;
+        let weights = (0..2048)
+            .flat_map(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (((state >> 8) as f32 - 8_388_608.0) / 16_777_216.0).to_le_bytes()
+            })
+            .collect();
+        // 16 cells an axis, eight blocks; blocks 0 and 5 hold something.
+        let mut coarse = vec![0; 16];
+        coarse[0] = 1;
+        coarse[10] = 2;
+        let fine = (0..128u32).map(|i| (i * 37 % 251) as u8).collect();
+        Self { weights, coarse, fine }
+    }
+
+    /// A hash grid of a dense and a hashed level, shaded once per ray, with occupancy.
+    #[must_use]
+    pub fn hash_grid(&self) -> Model<'_> {
+        let mut cut = Cutter(&self.weights);
+        let config = HashGridConfig {
+            n_levels: 2,
+            n_features_per_level: 2,
+            log2_hashmap_size: 8,
+            base_resolution: 4,
+            per_level_scale: 2.0,
+            index: GridIndex::Blocked,
+        };
+        let mut levels = [TensorView::EMPTY; MAX_LEVELS];
+        for (l, table) in levels.iter_mut().enumerate().take(2) {
+            *table = cut.tensor(config.level(l).entries, 2);
+        }
+        let decoder = Decoder {
+            density: cut.mlp(&[4, 8, 4]),
+            color: cut.mlp(&[3 + 4, 8, 3]),
+            n_features: 3,
+            sh_degree: 2,
+            shading: Shading::PerRay,
+            log_density_bias: 1.5,
+        };
+        Model {
+            field: AnyField::HashGrid(HashGridField { grid: HashGrid { config, levels }, decoder }),
+            space: Space::Box { min: [-1.0, -1.0, -0.5], max: [1.0, 1.0, 0.5] },
+            occupancy: Some(Occupancy::new(16, 1, &self.coarse, &self.fine).unwrap()),
+            sampling: Sampling { step: 0.0625, near: 0.25, far: 6.0, min_transmittance: 1e-3 },
+            display: Display { background: [1.0; 3], color_space: ColorSpace::Srgb },
+        }
+    }
+
+    /// The paper's encoding and a network, shaded per sample, without occupancy.
+    #[must_use]
+    pub fn frequency(&self) -> Model<'_> {
+        let mut cut = Cutter(&self.weights);
+        let decoder = Decoder {
+            density: cut.mlp(&[15, 16, 16, 6]),
+            color: cut.mlp(&[5 + 9, 3]),
+            n_features: 5,
+            sh_degree: 3,
+            shading: Shading::PerSample,
+            log_density_bias: -0.5,
+        };
+        Model {
+            field: AnyField::Frequency(FrequencyField {
+                encoding: FrequencyConfig { n_frequencies: 2, include_input: true },
+                decoder,
+            }),
+            space: Space::Box { min: [0.0; 3], max: [2.0; 3] },
+            occupancy: None,
+            sampling: Sampling { step: 0.125, near: 0.0, far: 8.0, min_transmittance: 0.0 },
+            display: Display { background: [0.0, 0.5, 1.0], color_space: ColorSpace::Linear },
+        }
+    }
+}
+
+/// Something in every field that a file can say beside the model.
+#[must_use]
+pub fn about() -> About<'static> {
+    About {
+        scene: Scene {
+            scale: 2.0,
+            rotation: [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+            translation: [0.5, 0.25, -4.0],
+            name: Some("tiny"),
+        },
+        camera: Some(DefaultCamera {
+            #[rustfmt::skip]
+            camera_to_world: [
+                1.0, 0.0, 0.0, 0.0,
+                0.0, 1.0, 0.0, 0.0,
+                0.0, 0.0, 1.0, 3.0,
+                0.0, 0.0, 0.0, 1.0,
+            ],
+            fov_x: 0.75,
+            width: 160,
+            height: 120,
+        }),
+        provenance: Some(Provenance {
+            program: "pocketnerf-tests",
+            method: "none",
+            seed: 7,
+            steps: 300,
+            trained_on: 0x0123_4567_89ab_cdef,
+            dataset: "nothing",
+            train_psnr: Some(30.5),
+        }),
+    }
+}

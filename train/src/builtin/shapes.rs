@@ -1,0 +1,141 @@
+//! The solids of the built-in scene and where a ray enters them.
+//!
+//! All are convex: a ray from outside meets each at most once from the front,
+//! and no solid casts a shadow on its own lit side.
+
+use glam::{DVec2, DVec3};
+
+/// A solid, in scene units.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Shape {
+    /// An ellipsoid with its axes along x, y and z.
+    Ellipsoid { center: DVec3, radii: DVec3 },
+    /// A box turned about the z axis; `turn` is the unit vector along its own x axis.
+    Block { center: DVec3, half: DVec3, turn: DVec2 },
+    /// An upright cylinder with flat ends; `base` is the centre of its foot.
+    Cylinder { base: DVec3, radius: f64, height: f64 },
+    /// A cylinder without ends: both are hidden inside other solids.
+    Wire { from: DVec3, to: DVec3, radius: f64 },
+}
+
+/// Where a ray enters a solid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hit {
+    /// Distance along the ray, scene units.
+    pub(super) t: f64,
+    /// The outward unit normal.
+    pub(super) normal: DVec3,
+}
+
+impl Shape {
+    /// A ball.
+    pub(super) fn sphere(center: DVec3, radius: f64) -> Self {
+        Self::Ellipsoid { center, radii: DVec3::splat(radius) }
+    }
+
+    /// Where the ray from `origin` along the unit vector `direction` enters,
+    /// if that lies ahead.
+    pub(super) fn enter(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
+        match *self {
+            Self::Ellipsoid { center, radii } => {
+                // In units of the radii the ellipsoid is the unit sphere, at the same t.
+                let o = (origin - center) / radii;
+                let d = direction / radii;
+                let t = nearer_root(d.dot(d), o.dot(d), o.dot(o) - 1.0)?;
+                Some(Hit { t, normal: ((o + d * t) / radii).normalize() })
+            }
+            Self::Block { center, half, turn } => {
+                let o = into_block(origin - center, turn);
+                let d = into_block(direction, turn);
+                let middle = -o / d;
+                let reach = (half / d).abs();
+                let t = (middle - reach).max_element();
+                if !(t > 0.0 && t <= (middle + reach).min_element()) {
+                    return None;
+                }
+                // The face that is entered last.
+                let faces = (middle - reach).cmpge(DVec3::splat(t));
+                let face = if faces.x {
+                    DVec3::new(-d.x.signum(), 0.0, 0.0)
+                } else if faces.y {
+                    DVec3::new(0.0, -d.y.signum(), 0.0)
+                } else {
+                    DVec3::new(0.0, 0.0, -d.z.signum())
+                };
+                Some(Hit { t, normal: into_block(face, DVec2::new(turn.x, -turn.y)) })
+            }
+            Self::Cylinder { base, radius, height } => {
+                let o = origin - base;
+                let d = direction;
+                let (middle, reach) = ((0.5 * height - o.z) / d.z, (0.5 * height / d.z).abs());
+                let (oxy, dxy) = (o.truncate(), d.truncate());
+                let (a, b, c) = (dxy.dot(dxy), oxy.dot(dxy), oxy.dot(oxy) - radius * radius);
+                let discriminant = b * b - a * c;
+                if discriminant <= 0.0 {
+                    return None;
+                }
+                let root = discriminant.sqrt();
+                let side = (-b - root) / a;
+                let end = middle - reach;
+                let t = side.max(end);
+                if !(t > 0.0 && t <= ((root - b) / a).min(middle + reach)) {
+                    return None;
+                }
+                let normal = if side > end {
+                    ((oxy + dxy * t) / radius).extend(0.0)
+                } else {
+                    DVec3::new(0.0, 0.0, -d.z.signum())
+                };
+                Some(Hit { t, normal })
+            }
+            Self::Wire { from, to, radius } => {
+                let length = from.distance(to);
+                let axis = (to - from) / length;
+                let o = origin - from;
+                let across = direction - axis * direction.dot(axis);
+                let o_across = o - axis * o.dot(axis);
+                let c = o_across.dot(o_across) - radius * radius;
+                let t = nearer_root(across.dot(across), o_across.dot(across), c)?;
+                let along = (o + direction * t).dot(axis);
+                let normal = (o_across + across * t) / radius;
+                (along >= 0.0 && along <= length).then_some(Hit { t, normal })
+            }
+        }
+    }
+
+    /// Centre and radius of a ball around part `part` of [`Self::parts`].
+    pub(super) fn bound(&self, part: u32) -> (DVec3, f64) {
+        match *self {
+            Self::Ellipsoid { center, radii } => (center, radii.max_element()),
+            Self::Block { center, half, .. } => (center, half.length()),
+            Self::Cylinder { base, radius, height } => {
+                let half = 0.5 * height;
+                (base + DVec3::new(0.0, 0.0, half), (radius * radius + half * half).sqrt())
+            }
+            Self::Wire { from, to, radius } => {
+                let piece = (to - from) / f64::from(self.parts());
+                (from + piece * (f64::from(part) + 0.5), 0.5 * piece.length() + radius)
+            }
+        }
+    }
+
+    /// How many balls bound the solid: a row of small ones fits a wire best.
+    pub(super) fn parts(&self) -> u32 {
+        if matches!(self, Self::Wire { .. }) { 12 } else { 1 }
+    }
+}
+
+/// The smaller solution of a t² + 2 b t + c = 0, if it is real and positive.
+fn nearer_root(a: f64, b: f64, c: f64) -> Option<f64> {
+    let discriminant = b * b - a * c;
+    if discriminant <= 0.0 {
+        return None;
+    }
+    let t = (-b - discriminant.sqrt()) / a;
+    (t > 0.0).then_some(t)
+}
+
+/// `v` in the axes of a block whose x axis is `turn`.
+fn into_block(v: DVec3, turn: DVec2) -> DVec3 {
+    DVec3::new(turn.x * v.x + turn.y * v.y, turn.x * v.y - turn.y * v.x, v.z)
+}

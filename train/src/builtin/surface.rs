@@ -1,0 +1,102 @@
+//! What the bodies of the built-in scene are made of.
+//!
+//! Colours are in image (sRGB-like) values from 0 to 1. The constants named
+//! here set how hard the scene is; changing one changes the frozen hash.
+
+use super::noise::{noise, wave};
+use glam::DVec3;
+
+/// Side of a grain of the stone, scene units: 1.7 pixels at the cameras' distance.
+const STONE_CELL: f64 = 0.0122;
+/// Amplitude of the stone's grain: beyond what a small table resolves, so it
+/// bounds the error of every model from below.
+const STONE_CONTRAST: f64 = 0.28;
+/// Side of the grain of the board and the marble, scene units: 2.2 pixels at
+/// the cameras' distance.
+const BOARD_CELL: f64 = 0.016;
+/// Amplitude of the board's grain (the marble has less): what a large
+/// table resolves and a small one does not.
+const BOARD_CONTRAST: f64 = 0.38;
+/// Linear strength of the surroundings in the glaze and of the lamp's highlight
+/// on it: what a field without view dependence cannot show.
+pub(super) const GLAZE_REFLECTION: f64 = 0.20;
+/// See [`GLAZE_REFLECTION`].
+pub(super) const GLAZE_HIGHLIGHT: f64 = 0.36;
+/// Colour of the wires. Against white, a darker grey makes them cost more.
+const WIRE: DVec3 = DVec3::new(0.50, 0.48, 0.42);
+
+/// A material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Surface {
+    /// A chess board with grained squares.
+    Board,
+    /// Stone with grain as fine as the pixels.
+    Stone,
+    /// A dark body that reflects light and surroundings.
+    Glaze,
+    /// White, nearly unshaded.
+    White,
+    /// Red marble with veins.
+    Marble,
+    /// Bands of two colours.
+    Bands,
+    /// The wires' metal.
+    Wire,
+    /// One colour.
+    Plain(DVec3),
+}
+
+impl Surface {
+    /// The colour at `p` where the outward normal is `normal`.
+    pub(super) fn albedo(self, p: DVec3, normal: DVec3) -> DVec3 {
+        match self {
+            Self::Board => board(p, normal),
+            Self::Stone => {
+                let grain = STONE_CONTRAST * noise(p, STONE_CELL);
+                DVec3::new(0.29, 0.38, 0.47) + DVec3::splat(grain)
+            }
+            Self::Glaze => DVec3::new(0.10, 0.03, 0.08),
+            Self::White => DVec3::ONE,
+            Self::Marble => marble(p),
+            Self::Bands => {
+                let band = wave(9.0 * p.z + 0.25 * noise(p, 0.12));
+                let step = ((band - 0.5) * 6.0 + 0.5).clamp(0.0, 1.0);
+                mix3(DVec3::new(0.02, 0.36, 0.34), DVec3::new(0.95, 0.80, 0.42), step)
+            }
+            Self::Wire => WIRE,
+            Self::Plain(colour) => colour,
+        }
+    }
+
+    /// Whether the colour changes within a pixel, away from any outline.
+    pub(super) fn is_fine(self) -> bool {
+        matches!(self, Self::Board | Self::Stone | Self::Marble)
+    }
+}
+
+/// Eight by eight squares on top, dark wood at the sides.
+fn board(p: DVec3, normal: DVec3) -> DVec3 {
+    const SQUARE: f64 = 0.21;
+    let grain = BOARD_CONTRAST * noise(p, BOARD_CELL);
+    let odd = ((p.x / SQUARE).floor() + (p.y / SQUARE).floor()) as i64 & 1 != 0;
+    let colour = match (normal.z > 0.5, odd) {
+        (true, true) => DVec3::new(0.74, 0.66, 0.51),
+        (true, false) => DVec3::new(0.24, 0.15, 0.12),
+        (false, _) => DVec3::new(0.26, 0.13, 0.08),
+    };
+    (colour + DVec3::splat(grain)).max(DVec3::ZERO)
+}
+
+/// Swirls of red with light veins.
+fn marble(p: DVec3) -> DVec3 {
+    let swirl = noise(p, 0.22) + 0.5 * noise(p, 0.11) + 0.25 * noise(p, 0.055);
+    let band = wave(2.0 * p.z + 1.5 * p.x + 1.1 * swirl);
+    let vein = (1.0 - 9.0 * (band - 0.62).abs()).max(0.0);
+    let red = mix3(DVec3::new(0.36, 0.02, 0.04), DVec3::new(0.90, 0.20, 0.08), band);
+    let grain = 0.4 * BOARD_CONTRAST * noise(p, BOARD_CELL);
+    (mix3(red, DVec3::new(0.98, 0.78, 0.55), 0.8 * vein) + DVec3::splat(grain)).max(DVec3::ZERO)
+}
+
+fn mix3(a: DVec3, b: DVec3, t: f64) -> DVec3 {
+    a + (b - a) * t
+}

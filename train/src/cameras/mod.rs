@@ -1,0 +1,194 @@
+//! Cameras to render from: orbits, single poses and camera paths.
+
+mod path;
+
+use std::f32::consts::TAU;
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+use pocketnerf_core::{Camera, math};
+
+pub use path::camera_path;
+
+use crate::json::{self, JsonError, one_line};
+use crate::pose::{self, PoseProblem};
+
+/// Why cameras were refused. Each message is one line.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CameraError {
+    /// The text is wrong.
+    #[error(transparent)]
+    Json(#[from] JsonError),
+    /// A pose is wrong.
+    #[error("{}: camera {camera}: {problem}", one_line(.file))]
+    Pose {
+        /// The file.
+        file: PathBuf,
+        /// The camera's place in the list, from 0.
+        camera: usize,
+        /// What is wrong.
+        problem: PoseProblem,
+    },
+    /// Neither kind of file.
+    #[error(
+        "{}: no camera path: neither \"camera_path\" (nerfstudio) nor \"frames\" (transforms.json); give one of these",
+        one_line(.0)
+    )]
+    NotAPath(PathBuf),
+    /// A list without cameras.
+    #[error("{}: no cameras in it, expected at least one", one_line(.0))]
+    Empty(PathBuf),
+    /// A lens that cannot be rendered.
+    #[error("{}: camera type \"{}\", expected perspective", one_line(.file), json::escape(.found))]
+    Lens {
+        /// The file.
+        file: PathBuf,
+        /// What was found.
+        found: String,
+    },
+    /// A field of view that is missing or that no camera has.
+    #[error("{}: camera {camera}: field of view {found}, expected {expected}", one_line(.file))]
+    FieldOfView {
+        /// The file.
+        file: PathBuf,
+        /// The camera's place in the list, from 0.
+        camera: usize,
+        /// What was found.
+        found: String,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// No picture size, or one that cannot be.
+    #[error("{}: picture size {found}, expected 1x1 to 65536x65536; give --width and --height", one_line(.file))]
+    Size {
+        /// The file.
+        file: PathBuf,
+        /// What was found.
+        found: String,
+    },
+}
+
+/// Cameras on a circle, all looking at its axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    /// How many cameras, evenly spaced.
+    pub views: usize,
+    /// What they look at, scene units.
+    pub target: [f32; 3],
+    /// Distance from the target, scene units.
+    pub radius: f32,
+    /// Angle above the plane through the target, radians.
+    pub elevation: f32,
+    /// The direction that is up in the pictures; any length but 0.
+    pub up: [f32; 3],
+    /// Horizontal field of view, radians.
+    pub fov_x: f32,
+    /// Picture width and height in pixels.
+    pub size: [u32; 2],
+}
+
+impl Orbit {
+    /// The cameras, counter-clockwise seen from above. The first stands where
+    /// the x axis points (the y axis if x is up).
+    #[must_use]
+    pub fn cameras(&self) -> Vec<Camera> {
+        let up = Vec3::from(self.up).normalize_or(Vec3::Z);
+        let start = if up.x.abs() < 0.999 { Vec3::X } else { Vec3::Y };
+        let first = start.reject_from_normalized(up).normalize();
+        let second = up.cross(first);
+        let (rise, reach) = math::sin_cos(self.elevation);
+        let camera = |view: usize| {
+            let (sin, cos) = math::sin_cos(TAU * view as f32 / self.views as f32);
+            let direction = (first * cos + second * sin) * reach + up * rise;
+            let eye = Vec3::from(self.target) + direction * self.radius;
+            let pose = Camera::look_at(eye.to_array(), self.target, up.to_array());
+            Camera::from_fov_x(self.size[0], self.size[1], self.fov_x, pose)
+        };
+        (0..self.views).map(camera).collect()
+    }
+}
+
+/// A camera-to-world pose from JSON text, or from the file that `json` names:
+/// 16 numbers row after row, or 4 rows of 4.
+///
+/// # Errors
+/// One line: the file, what was found and what was expected.
+pub fn pose(json: &str) -> Result<[f32; 16], CameraError> {
+    const EXPECTED: &str = "a camera-to-world pose: 16 numbers row after row, or 4 rows of 4";
+    let inline = json.trim_start().starts_with(['[', '{']);
+    let file = Path::new(if inline { "--pose" } else { json });
+    let text = if inline { json.as_bytes().to_owned() } else { json::read(file)? };
+    let nested = text.iter().filter(|byte| !byte.is_ascii_whitespace()).nth(1) == Some(&b'[');
+    let result = if nested {
+        pose::from_rows(&json::parse::<Vec<Vec<f64>>>(&text, file, EXPECTED)?)
+    } else {
+        pose::from_list(&json::parse::<Vec<f64>>(&text, file, EXPECTED)?)
+    };
+    result.map_err(|problem| CameraError::Pose { file: file.to_owned(), camera: 0, problem })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: &[f32], b: &[f32]) -> bool {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5)
+    }
+
+    #[test]
+    fn an_orbit_of_four() {
+        let orbit = Orbit {
+            views: 4,
+            target: [1.0, 2.0, 3.0],
+            radius: 2.0,
+            elevation: std::f32::consts::FRAC_PI_6,
+            up: [0.0, 0.0, 5.0],
+            fov_x: std::f32::consts::FRAC_PI_2,
+            size: [8, 6],
+        };
+        let cameras = orbit.cameras();
+        // 30° up at distance 2: 1 above, √3 aside.
+        let side = 3.0f32.sqrt();
+        let expected = [[1.0 + side, 2.0], [1.0, 2.0 + side], [1.0 - side, 2.0], [1.0, 2.0 - side]];
+        for (camera, [x, y]) in cameras.iter().zip(expected) {
+            assert!(near(&camera.position(), &[x, y, 4.0]), "{:?}", camera.position());
+            let ray = camera.ray(4.0, 3.0);
+            let end: Vec<f32> =
+                ray.origin.iter().zip(ray.direction).map(|(o, d)| o + 2.0 * d).collect();
+            assert!(near(&end, &orbit.target), "{end:?}");
+            // 90° wide, 8 pixels: focal 4.
+            assert!(near(&camera.focal, &[4.0, 4.0]));
+        }
+        // The first camera's right is +y, its up leans back from +z.
+        let m = cameras[0].camera_to_world;
+        assert!(near(&[m[0], m[4], m[8]], &[0.0, 1.0, 0.0]), "{m:?}");
+        assert!(near(&[m[1], m[5], m[9]], &[-0.5, 0.0, side / 2.0]), "{m:?}");
+    }
+
+    #[test]
+    fn poses_inline_and_from_a_file() {
+        let flat = "[1,0,0,5, 0,1,0,6, 0,0,1,7, 0,0,0,1]";
+        let rows = " [[1,0,0,5],\n [0,1,0,6], [0,0,1,7], [0,0,0,1]]";
+        let expected = [1., 0., 0., 5., 0., 1., 0., 6., 0., 0., 1., 7., 0., 0., 0., 1.];
+        assert_eq!(pose(flat).unwrap(), expected);
+        assert_eq!(pose(rows).unwrap(), expected);
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), rows).unwrap();
+        assert_eq!(pose(file.path().to_str().unwrap()).unwrap(), expected);
+    }
+
+    #[test]
+    fn poses_that_are_none() {
+        for (text, message) in [
+            ("[1,2,3]", "--pose: camera 0: the pose has 3 numbers, expected 16 (camera-to-world)"),
+            ("[[1,2],[3]]", "--pose: camera 0: the pose has 2 rows of [2, 1] numbers"),
+            ("[1,2", "--pose:1:4: not valid JSON"),
+            ("{}", "--pose:1:0: invalid type: map"),
+            ("nowhere.json", "nowhere.json: cannot be read"),
+        ] {
+            let error = pose(text).unwrap_err().to_string();
+            assert!(error.starts_with(message), "{error}");
+        }
+    }
+}

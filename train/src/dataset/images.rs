@@ -1,0 +1,159 @@
+//! Finds and decodes image files, and makes them smaller.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{ImageFormat, ImageReader};
+
+use super::DatasetError;
+
+/// A decoded image.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Image {
+    /// Width and height in pixels.
+    pub(super) size: [u32; 2],
+    /// Straight RGBA, row after row from the top.
+    pub(super) rgba: Vec<u8>,
+}
+
+/// The path relative to `folder` at which the image lies: as it is written, or
+/// with an extension added.
+pub(super) fn find(folder: &Path, path: &str) -> Option<String> {
+    ["", ".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"]
+        .iter()
+        .map(|extension| format!("{path}{extension}"))
+        .find(|name| folder.join(name).is_file())
+}
+
+/// Decodes a PNG or JPEG file, whatever its name ends with, to 8 bits per
+/// channel; alpha is 255 where the file has none.
+pub(super) fn decode(path: &Path) -> Result<Image, DatasetError> {
+    decode_bytes(path)
+        .map_err(|problem| DatasetError::UnreadableImage { image: path.to_owned(), problem })
+}
+
+/// Width, height and whether there is an alpha channel; reads the header only.
+pub(super) fn header(path: &Path) -> Option<([u32; 2], bool)> {
+    use image::ImageDecoder as _;
+    let decoder = ImageReader::open(path).ok()?.with_guessed_format().ok()?.into_decoder().ok()?;
+    let (width, height) = decoder.dimensions();
+    Some(([width, height], decoder.color_type().has_alpha()))
+}
+
+fn decode_bytes(path: &Path) -> Result<Image, String> {
+    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    if bytes.is_empty() {
+        return Err("the file has 0 bytes".to_owned());
+    }
+    let format = image::guess_format(&bytes).ok();
+    let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg)) = format else {
+        return Err("neither PNG nor JPEG".to_owned());
+    };
+    if format == ImageFormat::Jpeg && !has_end_marker(&bytes) {
+        return Err("the file is cut off: it has no end marker".to_owned());
+    }
+    let image = ImageReader::with_format(Cursor::new(bytes), format)
+        .decode()
+        .map_err(|error| error.to_string())?;
+    let size = [image.width(), image.height()];
+    if size.contains(&0) {
+        return Err(format!("{}x{} pixels", size[0], size[1]));
+    }
+    Ok(Image { size, rgba: image.into_rgba8().into_raw() })
+}
+
+/// Whether an end-of-image marker follows a JPEG's last scan. The decoder
+/// fills what is missing with grey, without a word.
+fn has_end_marker(jpeg: &[u8]) -> bool {
+    let last = |marker: [u8; 2]| jpeg.windows(2).rposition(|pair| pair == marker);
+    matches!((last([0xff, 0xda]), last([0xff, 0xd9])), (Some(scan), Some(end)) if end > scan)
+}
+
+impl Image {
+    /// The average of `factor` × `factor` pixels for each pixel, taken on
+    /// premultiplied values, so that invisible colours do not bleed. Where the
+    /// size is no multiple, boxes are slightly larger and share pixels.
+    pub(super) fn downscaled(self, factor: u32) -> Result<Self, DatasetError> {
+        let [width, height] = self.size;
+        let largest = width.min(height);
+        if factor == 0 || factor > largest {
+            return Err(DatasetError::DownscaleFactor { factor, largest, size: self.size });
+        }
+        if factor == 1 {
+            return Ok(self);
+        }
+        let size = [width / factor, height / factor];
+        let columns: Vec<_> = (0..size[0]).map(|x| shares(x, width, size[0])).collect();
+        let mut rgba = Vec::with_capacity(size[0] as usize * size[1] as usize * 4);
+        for y in 0..size[1] {
+            let rows = shares(y, height, size[1]);
+            for columns in &columns {
+                rgba.extend(self.average(columns, &rows, u64::from(width) * u64::from(height)));
+            }
+        }
+        Ok(Self { size, rgba })
+    }
+
+    /// The weighted average of some columns and rows; weights sum to `total`.
+    fn average(&self, columns: &[(u32, u64)], rows: &[(u32, u64)], total: u64) -> [u8; 4] {
+        let (mut color, mut alpha) = ([0u64; 3], 0u64);
+        for &(y, row) in rows {
+            for &(x, column) in columns {
+                let at = (y as usize * self.size[0] as usize + x as usize) * 4;
+                let pixel = &self.rgba[at..at + 4];
+                let share = row * column * u64::from(pixel[3]);
+                alpha += share;
+                for (sum, &value) in color.iter_mut().zip(pixel) {
+                    *sum += share * u64::from(value);
+                }
+            }
+        }
+        let rounded = |sum: u64, of: u64| (sum + of / 2).checked_div(of).unwrap_or(0) as u8;
+        let [r, g, b] = color.map(|sum| rounded(sum, alpha));
+        [r, g, b, rounded(alpha, total)]
+    }
+}
+
+/// The old pixels under new pixel `new` of a side that goes from `from` to
+/// `to` pixels, each with its share; the shares sum to `from`.
+fn shares(new: u32, from: u32, to: u32) -> Vec<(u32, u64)> {
+    let (from, to, new) = (u64::from(from), u64::from(to), u64::from(new));
+    let (begin, end) = (new * from, (new + 1) * from);
+    (begin / to..end.div_ceil(to))
+        .map(|old| (old as u32, end.min((old + 1) * to) - begin.max(old * to)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_cover_a_side_exactly() {
+        assert_eq!(shares(1, 4, 2), [(2, 2), (3, 2)]);
+        // 5 pixels become 2: the middle one is shared.
+        assert_eq!(shares(0, 5, 2), [(0, 2), (1, 2), (2, 1)]);
+        assert_eq!(shares(1, 5, 2), [(2, 1), (3, 2), (4, 2)]);
+    }
+
+    #[test]
+    fn downscaling_averages_premultiplied() {
+        // Red opaque, and green that nobody can see.
+        let row = [[200, 0, 0, 255], [0, 255, 0, 0]].concat();
+        let image = Image { size: [2, 2], rgba: [row.clone(), row].concat() };
+        let small = image.clone().downscaled(2).unwrap();
+        assert_eq!(small, Image { size: [1, 1], rgba: vec![200, 0, 0, 128] });
+        assert_eq!(image.clone().downscaled(1).unwrap(), image);
+        for factor in [0, 3] {
+            let error = image.clone().downscaled(factor).unwrap_err().to_string();
+            assert!(error.ends_with("expected 1 to 2 for images of 2x2"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_flat_image_stays_flat() {
+        let image = Image { size: [7, 5], rgba: [9, 80, 255, 77].repeat(35) };
+        let small = image.downscaled(2).unwrap();
+        assert_eq!(small, Image { size: [3, 2], rgba: [9, 80, 255, 77].repeat(6) });
+    }
+}

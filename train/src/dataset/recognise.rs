@@ -1,0 +1,141 @@
+//! Which convention a folder follows, by what is in it.
+
+use std::path::Path;
+
+use super::{DatasetError, Split, blender};
+use crate::json::{self, Keys};
+
+/// A convention that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Convention {
+    /// `transforms_train.json`, `transforms_val.json`, `transforms_test.json`.
+    Blender,
+}
+
+/// Looks into the folder and names its convention.
+pub(super) fn recognise(folder: &Path) -> Result<Convention, DatasetError> {
+    let kind = std::fs::metadata(folder).map_err(|source| match source.kind() {
+        std::io::ErrorKind::NotFound => DatasetError::Missing(folder.to_owned()),
+        _ => DatasetError::Unlistable { folder: folder.to_owned(), source },
+    })?;
+    if !kind.is_dir() {
+        return Err(DatasetError::NotAFolder(folder.to_owned()));
+    }
+    let names = list(folder)?;
+    if names.is_empty() {
+        return Err(DatasetError::Empty(folder.to_owned()));
+    }
+    if holds_blender(folder) {
+        return Ok(Convention::Blender);
+    }
+    Err(match other_convention(folder)? {
+        Some((convention, sign)) => {
+            DatasetError::NotSupported { path: folder.to_owned(), convention, sign }
+        }
+        None => DatasetError::NotRecognised {
+            folder: folder.to_owned(),
+            found: some_of(&names),
+            inside: names.into_iter().find(|name| holds_blender(&folder.join(name))),
+        },
+    })
+}
+
+/// The convention that an intrinsics key belongs to which Blender's files do not have.
+pub(super) fn dialect<'a>(
+    keys: impl IntoIterator<Item = &'a String>,
+) -> Option<(&'static str, String)> {
+    const NERFSTUDIO: [&str; 4] =
+        ["camera_model", "applied_transform", "ply_file_path", "mask_path"];
+    const INSTANT_NGP: [&str; 17] = [
+        "fl_x",
+        "fl_y",
+        "x_fov",
+        "y_fov",
+        "camera_angle_y",
+        "cx",
+        "cy",
+        "w",
+        "h",
+        "k1",
+        "k2",
+        "k3",
+        "k4",
+        "p1",
+        "p2",
+        "is_fisheye",
+        "rolling_shutter",
+    ];
+    let keys: Vec<&str> = keys.into_iter().map(String::as_str).collect();
+    for (convention, own) in
+        [("nerfstudio", &NERFSTUDIO[..]), ("instant-ngp or nerfstudio", &INSTANT_NGP[..])]
+    {
+        let signs: Vec<&str> = own.iter().copied().filter(|key| keys.contains(key)).collect();
+        if !signs.is_empty() {
+            return Some((convention, format!("it has {}", signs.join(", "))));
+        }
+    }
+    None
+}
+
+fn holds_blender(folder: &Path) -> bool {
+    Split::ALL.iter().any(|&split| folder.join(blender::file_name(split)).is_file())
+}
+
+/// Conventions that are known by their files but not read.
+fn other_convention(folder: &Path) -> Result<Option<(&'static str, String)>, DatasetError> {
+    let transforms = folder.join("transforms.json");
+    if transforms.is_file() {
+        let keys: Keys =
+            json::parse(&json::read(&transforms)?, &transforms, "a JSON object of cameras")?;
+        return Ok(Some(match dialect(keys.keys()) {
+            Some((convention, sign)) => (convention, format!("transforms.json: {sign}")),
+            None => ("single-file transforms.json", "transforms.json".to_owned()),
+        }));
+    }
+    for (file, convention) in [
+        ("poses_bounds.npy", "LLFF"),
+        ("sparse", "COLMAP"),
+        ("colmap/sparse", "COLMAP"),
+        ("cameras.bin", "COLMAP"),
+        ("cameras.txt", "COLMAP"),
+    ] {
+        if folder.join(file).exists() {
+            return Ok(Some((convention, file.to_owned())));
+        }
+    }
+    Ok(None)
+}
+
+/// The names in a folder, sorted.
+fn list(folder: &Path) -> Result<Vec<String>, DatasetError> {
+    let unlistable = |source| DatasetError::Unlistable { folder: folder.to_owned(), source };
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(unlistable)? {
+        names.push(entry.map_err(unlistable)?.file_name().to_string_lossy().into_owned());
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// The first names, for a message.
+fn some_of(names: &[String]) -> String {
+    const SHOWN: usize = 5;
+    let shown = names[..names.len().min(SHOWN)].join(", ");
+    if names.len() > SHOWN { format!("{shown} and {} more", names.len() - SHOWN) } else { shown }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_tell_the_dialects_apart() {
+        let of = |keys: &[&str]| {
+            let keys: Vec<String> = keys.iter().map(|&key| key.to_owned()).collect();
+            dialect(&keys).map(|(name, _)| name)
+        };
+        assert_eq!(of(&["camera_angle_x", "frames", "aabb_scale"]), None);
+        assert_eq!(of(&["camera_angle_x", "fl_x"]), Some("instant-ngp or nerfstudio"));
+        assert_eq!(of(&["fl_x", "camera_model"]), Some("nerfstudio"));
+    }
+}

@@ -1,0 +1,113 @@
+//! A field backwards: from the gradient of densities, features and colours to
+//! that of encoded points and network weights.
+
+use fearless_simd::Simd;
+use pocketnerf_core::field::Decoder;
+use pocketnerf_core::network::panel_len;
+
+use super::network::Network;
+use super::{FieldConfig, Layout};
+
+/// The networks of a field, ready to go backwards.
+#[derive(Clone, Debug)]
+pub struct Backward {
+    density: Network,
+    color: Network,
+    max_width: usize,
+}
+
+/// Buffers of one worker for a batch of points.
+#[derive(Clone, Debug)]
+pub struct Gradients {
+    stride: usize,
+    density_hidden: Vec<Vec<f32>>,
+    color_hidden: Vec<Vec<f32>>,
+    gradient: Vec<f32>,
+    other: Vec<f32>,
+    panel: Vec<f32>,
+}
+
+impl Gradients {
+    /// The buffer that holds a gradient, `[max width][stride]`.
+    pub fn rows(&mut self) -> &mut [f32] {
+        &mut self.gradient
+    }
+}
+
+impl Backward {
+    /// For fields of this shape.
+    #[must_use]
+    pub fn new(config: &FieldConfig, layout: &Layout) -> Self {
+        let density = Network::new(layout, config.density_widths(), false);
+        let color = Network::new(layout, config.color_widths(), true);
+        let widths = density.widths.iter().chain(&color.widths);
+        let max_width = widths.copied().max().unwrap_or(0);
+        Self { density, color, max_width }
+    }
+
+    /// Takes over new weights: the networks' part of the parameters.
+    pub fn update(&mut self, networks: &[f32]) {
+        self.density.update(networks);
+        self.color.update(networks);
+    }
+
+    /// Buffers for batches of up to `stride` points.
+    #[must_use]
+    pub fn buffers(&self, stride: usize) -> Gradients {
+        let hidden = |network: &Network| {
+            network.widths[1..network.n_layers()].iter().map(|w| vec![0.0; w * stride]).collect()
+        };
+        Gradients {
+            stride,
+            density_hidden: hidden(&self.density),
+            color_hidden: hidden(&self.color),
+            gradient: vec![0.0; self.max_width * stride],
+            other: vec![0.0; self.max_width * stride],
+            panel: vec![0.0; panel_len(self.max_width)],
+        }
+    }
+
+    /// Density network backwards. `buffers.rows()` holds the gradient of its
+    /// outputs, `[1 + n_features][stride]`; `encoded` its inputs; `n` points, a
+    /// multiple of 32. Adds to `weights`; the inputs' gradient goes to
+    /// `d_encoded` where wanted.
+    #[inline(always)]
+    pub fn density<S: Simd>(
+        &self,
+        simd: S,
+        decoder: &Decoder<'_>,
+        encoded: &[f32],
+        buffers: &mut Gradients,
+        n: usize,
+        weights: &mut [f32],
+        d_encoded: Option<&mut [f32]>,
+    ) {
+        let Gradients { stride, density_hidden: hidden, gradient, other, panel, .. } = buffers;
+        let layers = decoder.density.layers();
+        self.density.hidden_layers(simd, layers, encoded, hidden, n, *stride, panel);
+        let pair = [gradient, other];
+        self.density.backward(simd, encoded, hidden, pair, n, *stride, weights, d_encoded, panel);
+    }
+
+    /// Colour network backwards. `buffers.rows()` holds the gradient of its
+    /// outputs before the logistic, `[3][stride]`; `input` is
+    /// `[features, harmonics][stride]`. Afterwards `d_input` holds the inputs'
+    /// gradient.
+    #[inline(always)]
+    pub fn color<S: Simd>(
+        &self,
+        simd: S,
+        decoder: &Decoder<'_>,
+        input: &[f32],
+        buffers: &mut Gradients,
+        n: usize,
+        weights: &mut [f32],
+        d_input: &mut [f32],
+    ) {
+        let Gradients { stride, color_hidden: hidden, gradient, other, panel, .. } = buffers;
+        let layers = decoder.color.layers();
+        self.color.hidden_layers(simd, layers, input, hidden, n, *stride, panel);
+        let pair = [gradient, other];
+        self.color.backward(simd, input, hidden, pair, n, *stride, weights, Some(d_input), panel);
+    }
+}

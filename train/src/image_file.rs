@@ -1,0 +1,140 @@
+//! Writes pictures as PNG files.
+
+use std::path::Path;
+
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+
+use crate::output::{OutputError, write_atomic};
+
+/// Scene units per step of a depth file, unless told otherwise: a thousandth,
+/// as programs that read millimetres expect.
+pub const DEPTH_UNITS_PER_STEP: f32 = 1e-3;
+
+/// Writes 8-bit RGB, `width * height * 3` values from the top left.
+///
+/// # Errors
+/// One line that names the file.
+///
+/// # Panics
+/// If `rgb` has another length.
+pub fn write_rgb(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<(), OutputError> {
+    write(path, width, height, rgb, ExtendedColorType::Rgb8)
+}
+
+/// Writes 8-bit RGBA with straight alpha, `width * height * 4` values.
+///
+/// # Errors
+/// One line that names the file.
+///
+/// # Panics
+/// If `rgba` has another length.
+pub fn write_rgba(path: &Path, width: u32, height: u32, rgba: &[u8]) -> Result<(), OutputError> {
+    write(path, width, height, rgba, ExtendedColorType::Rgba8)
+}
+
+/// Writes depth, scene units, as 16-bit grey: `round(depth / units_per_step)`,
+/// from 1 to 65535. 0 means no surface: depth that is infinite, NaN or not
+/// above 0.
+///
+/// # Errors
+/// One line that names the file.
+///
+/// # Panics
+/// If `depth` does not hold `width * height` values.
+pub fn write_depth(
+    path: &Path,
+    width: u32,
+    height: u32,
+    depth: &[f32],
+    units_per_step: f32,
+) -> Result<(), OutputError> {
+    let steps: Vec<u16> = depth
+        .iter()
+        .map(|&depth| {
+            let surface = depth.is_finite() && depth > 0.0;
+            if surface { (depth / units_per_step).round().clamp(1.0, 65535.0) as u16 } else { 0 }
+        })
+        .collect();
+    write(path, width, height, bytemuck::must_cast_slice(&steps), ExtendedColorType::L16)
+}
+
+/// The absolute difference of two pictures, `gain` times brighter.
+#[must_use]
+pub fn difference(left: &[u8], right: &[u8], gain: u8) -> Vec<u8> {
+    left.iter().zip(right).map(|(l, r)| l.abs_diff(*r).saturating_mul(gain)).collect()
+}
+
+/// RGB pictures of one size next to each other: the width of all and their
+/// pixels.
+///
+/// # Panics
+/// If there is no picture, or one is not `width` wide and as high as the first.
+#[must_use]
+pub fn side_by_side(width: u32, pictures: &[&[u8]]) -> (u32, Vec<u8>) {
+    let stride = width as usize * 3;
+    let length = pictures[0].len();
+    assert!(length.is_multiple_of(stride), "whole rows");
+    assert!(pictures.iter().all(|picture| picture.len() == length), "pictures of one size");
+    let rows = (0..length / stride).map(|y| y * stride..(y + 1) * stride);
+    let rgb = rows.flat_map(|row| pictures.iter().flat_map(move |picture| &picture[row.clone()]));
+    (width * pictures.len() as u32, rgb.copied().collect())
+}
+
+fn write(
+    path: &Path,
+    width: u32,
+    height: u32,
+    pixels: &[u8],
+    color: ExtendedColorType,
+) -> Result<(), OutputError> {
+    let mut png = Vec::new();
+    PngEncoder::new(&mut png).write_image(pixels, width, height, color).map_err(|error| {
+        OutputError::Refused { file: path.to_owned(), source: std::io::Error::other(error) }
+    })?;
+    write_atomic(path, &png)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_come_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let rgb: Vec<u8> = (0..18).collect();
+        write_rgb(&path, 3, 2, &rgb).unwrap();
+        assert_eq!(image::open(&path).unwrap().as_rgb8().unwrap().as_raw(), &rgb);
+        let rgba: Vec<u8> = (0..24).collect();
+        write_rgba(&path, 3, 2, &rgba).unwrap();
+        assert_eq!(image::open(&path).unwrap().as_rgba8().unwrap().as_raw(), &rgba);
+    }
+
+    #[test]
+    fn depth_in_steps() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let depth = [2.5, 1e-9, 1e9, f32::INFINITY, f32::NAN, 0.0];
+        write_depth(&path, 3, 2, &depth, DEPTH_UNITS_PER_STEP).unwrap();
+        let image = image::open(&path).unwrap();
+        assert_eq!(image.as_luma16().unwrap().as_raw(), &[2500, 1, 65535, 0, 0, 0]);
+    }
+
+    #[test]
+    fn the_file_is_named() {
+        let error = write_rgb(Path::new("/nowhere/a.png"), 1, 1, &[0; 3]).unwrap_err();
+        assert!(error.to_string().starts_with("/nowhere/a.png: "), "{error}");
+    }
+
+    #[test]
+    fn pictures_next_to_each_other() {
+        let left = [1, 1, 1, 2, 2, 2];
+        let right = [3, 3, 3, 42, 42, 42];
+        let apart = difference(&left, &right, 10);
+        assert_eq!(apart, [20, 20, 20, 255, 255, 255]);
+        let (width, rgb) = side_by_side(1, &[&left, &right, &apart]);
+        assert_eq!(width, 3);
+        assert_eq!(rgb, [1, 1, 1, 3, 3, 3, 20, 20, 20, 2, 2, 2, 42, 42, 42, 255, 255, 255]);
+    }
+}

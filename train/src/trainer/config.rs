@@ -1,0 +1,86 @@
+//! Settings of a training run.
+
+use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
+use pocketnerf_core::field::Shading;
+
+use crate::field::{EncodingConfig, FieldConfig};
+
+/// Everything that decides what a run learns, apart from its data and length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrainConfig {
+    /// Shape of the field.
+    pub field: FieldConfig,
+    /// Where random numbers begin.
+    pub seed: u64,
+    /// The box of the scene, smallest and largest corner; `None`: found from
+    /// the cameras and silhouettes.
+    pub aabb: Option<[[f32; 3]; 2]>,
+    /// Nothing is seen nearer to a camera than this, scene units.
+    pub near: f32,
+    /// Nothing is seen farther than this; `None`: everything in the box.
+    pub far: Option<f32>,
+    /// Cells of the occupancy along an axis.
+    pub occupancy_resolution: u32,
+    /// Samples along the longest side of the box.
+    pub samples_per_side: f32,
+    /// Rays a step; `None`: as many as give `samples_per_step`.
+    pub batch_rays: Option<usize>,
+    /// Samples a step aims at.
+    pub samples_per_step: usize,
+    /// Learning rate of grid entries at its highest.
+    pub grid_rate: f32,
+    /// Learning rate of network weights at its highest.
+    pub network_rate: f32,
+    /// What remains of the learning rates at the end.
+    pub final_rate: f32,
+    /// Share of samples that the roulette passes back, at the start and at the
+    /// end; 1: all.
+    pub kept: [f32; 2],
+    /// Steps are so many times longer at the start.
+    pub first_step_scale: f32,
+    /// Colour behind images without alpha.
+    pub opaque_backdrop: [f32; 3],
+    /// `Some`: learn against this background, not against random ones.
+    pub backdrop: Option<[f32; 3]>,
+}
+
+impl TrainConfig {
+    /// The hash-grid method's defaults.
+    #[must_use]
+    pub fn hash_grid() -> Self {
+        let grid = HashGridConfig {
+            n_levels: 8,
+            n_features_per_level: 4,
+            log2_hashmap_size: 16,
+            base_resolution: 16,
+            per_level_scale: 1.8,
+            index: GridIndex::Blocked,
+        };
+        Self {
+            field: FieldConfig {
+                encoding: EncodingConfig::HashGrid(grid),
+                density_hidden: vec![64],
+                color_hidden: vec![64],
+                n_features: 15,
+                sh_degree: 4,
+                shading: Shading::PerRay,
+                log_density_bias: 0.0,
+            },
+            seed: 0,
+            aabb: None,
+            near: 0.0,
+            far: None,
+            occupancy_resolution: 128,
+            samples_per_side: 591.0,
+            batch_rays: None,
+            samples_per_step: 1 << 16,
+            grid_rate: 1e-2,
+            network_rate: 3e-3,
+            final_rate: 0.03,
+            kept: [1.0, 1.0],
+            first_step_scale: 1.0,
+            opaque_backdrop: [0.0; 3],
+            backdrop: None,
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Where nothing can be, by the silhouettes: the visual hull of images with
+//! alpha (Laurentini 1994), kept conservative so that thin parts survive.
+
+use pocketnerf_core::{Camera, Space};
+use rayon::prelude::*;
+
+/// Largest alpha of ever larger squares of an image.
+#[derive(Debug)]
+struct Pyramid {
+    /// Level 0 is the image itself: width, height, largest alpha.
+    levels: Vec<(usize, usize, Vec<u8>)>,
+}
+
+impl Pyramid {
+    fn new(width: usize, height: usize, rgba: &[u8]) -> Self {
+        let alpha: Vec<u8> = rgba.iter().skip(3).step_by(4).copied().collect();
+        let mut levels = vec![(width, height, alpha)];
+        while let Some((w, h, below)) = levels.last().filter(|(w, h, _)| w.max(h) > &1) {
+            let (half_w, half_h) = (w.div_ceil(2), h.div_ceil(2));
+            let mut above = vec![0u8; half_w * half_h];
+            for y in 0..*h {
+                for x in 0..*w {
+                    let to = &mut above[(y / 2) * half_w + x / 2];
+                    *to = (*to).max(below[y * w + x]);
+                }
+            }
+            levels.push((half_w, half_h, above));
+        }
+        Self { levels }
+    }
+
+    /// Whether any pixel of a rectangle (inclusive, inside the image) has
+    /// alpha. May say yes a little too often.
+    fn any(&self, [x0, y0, x1, y1]: [usize; 4]) -> bool {
+        let size = (x1 - x0).max(y1 - y0) + 1;
+        let level = (size.next_power_of_two().trailing_zeros() as usize).min(self.levels.len() - 1);
+        let (w, _, alpha) = &self.levels[level];
+        (y0 >> level..=y1 >> level)
+            .any(|y| (x0 >> level..=x1 >> level).any(|x| alpha[y * w + x] > 0))
+    }
+}
+
+/// Silhouettes of all training views.
+#[derive(Debug)]
+pub struct Hull {
+    views: Vec<(Camera, Pyramid)>,
+}
+
+impl Hull {
+    /// From the views' cameras and RGBA images.
+    #[must_use]
+    pub fn new(cameras: &[Camera], images: &[Vec<u8>]) -> Self {
+        let views = cameras
+            .par_iter()
+            .zip(images)
+            .map(|(c, rgba)| (*c, Pyramid::new(c.width as usize, c.height as usize, rgba)))
+            .collect();
+        Self { views }
+    }
+
+    /// Whether a ball around `center` (scene units) may hold something: false
+    /// only if some view sees all of it against a transparent background.
+    #[must_use]
+    pub fn may_hold(&self, center: [f32; 3], radius: f32) -> bool {
+        self.views.iter().all(|(camera, pyramid)| match footprint(camera, center, radius) {
+            Some(rectangle) => pyramid.any(rectangle),
+            None => true,
+        })
+    }
+
+    /// Cells that may hold something of a grid of `resolution`³ cells (a power
+    /// of two from 16 up) over the cube of the space, in ascending order of
+    /// `x + n (y + n z)`. Cells outside the box of the space are left out.
+    #[must_use]
+    pub fn cells(&self, space: &Space, resolution: u32) -> Vec<u32> {
+        let map = space.unit_map();
+        let mut size = 16;
+        let mut cells: Vec<[u32; 3]> = (0..size * size * size)
+            .map(|i| [i % size, i / size % size, i / (size * size)])
+            .collect();
+        loop {
+            let side = 1.0 / (size as f32 * map.scale);
+            let radius = side * 0.5 * 3f32.sqrt();
+            cells.retain(|cell| {
+                let Space::Box { max, .. } = space else { return true };
+                (0..3).all(|a| map.min[a] + cell[a] as f32 * side < max[a])
+            });
+            cells = cells
+                .into_par_iter()
+                .filter(|cell| {
+                    let center = [0, 1, 2].map(|a| map.min[a] + (cell[a] as f32 + 0.5) * side);
+                    self.may_hold(center, radius)
+                })
+                .collect();
+            if size >= resolution {
+                break;
+            }
+            size *= 2;
+            cells = cells
+                .iter()
+                .flat_map(|c| (0..8).map(|i| [0, 1, 2].map(|a| c[a] * 2 + (i >> a & 1))))
+                .collect();
+        }
+        let mut numbers: Vec<u32> =
+            cells.iter().map(|c| c[0] + size * (c[1] + size * c[2])).collect();
+        numbers.sort_unstable();
+        numbers
+    }
+}
+
+/// The rectangle of pixels that a ball may cover, `[x0, y0, x1, y1]`;
+/// `None` unless all of it lies in front of the camera and inside the image.
+fn footprint(camera: &Camera, center: [f32; 3], radius: f32) -> Option<[usize; 4]> {
+    let m = &camera.camera_to_world;
+    let d = [center[0] - m[3], center[1] - m[7], center[2] - m[11]];
+    let along = |c: usize| d[0] * m[c] + d[1] * m[4 + c] + d[2] * m[8 + c];
+    let depth = -along(2);
+    if depth <= 2.0 * radius {
+        return None;
+    }
+    let x = camera.center[0] + camera.focal[0] * along(0) / depth;
+    let y = camera.center[1] - camera.focal[1] * along(1) / depth;
+    // A ball off the axis covers more than f r / depth: by 1 / cos² at most.
+    let off_axis = (along(0) * along(0) + along(1) * along(1)) / (depth * depth);
+    let spread = radius / (depth - radius) * (1.0 + off_axis);
+    // One pixel more: alpha is an average over the pixel's square.
+    let (rx, ry) = (camera.focal[0] * spread + 1.0, camera.focal[1] * spread + 1.0);
+    let inside = x - rx >= 0.0
+        && y - ry >= 0.0
+        && x + rx < camera.width as f32
+        && y + ry < camera.height as f32;
+    inside.then_some([(x - rx) as usize, (y - ry) as usize, (x + rx) as usize, (y + ry) as usize])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cameras on the axes, which see a disc of `radius` pixels.
+    fn views(radius: f32) -> (Vec<Camera>, Vec<Vec<u8>>) {
+        let eyes = [[4.0, 0.0, 0.0], [0.0, 4.0, 0.1], [0.0, 0.0, 4.0]];
+        let cameras: Vec<Camera> = eyes
+            .iter()
+            .map(|eye| {
+                let up = if eye[2] > 1.0 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
+                Camera::from_fov_x(101, 101, 0.7, Camera::look_at(*eye, [0.0; 3], up))
+            })
+            .collect();
+        let image: Vec<u8> = (0..101 * 101)
+            .flat_map(|i| {
+                let (x, y) = ((i % 101) as f32 - 50.0, (i / 101) as f32 - 50.0);
+                [0, 0, 0, if x * x + y * y <= radius * radius { 255 } else { 0 }]
+            })
+            .collect();
+        (cameras, vec![image; 3])
+    }
+
+    #[test]
+    fn keeps_what_the_silhouettes_allow() {
+        let (cameras, images) = views(10.0);
+        let hull = Hull::new(&cameras, &images);
+        let space = Space::Box { min: [-1.5; 3], max: [1.5; 3] };
+        let cells = hull.cells(&space, 64);
+        // 10 pixels at distance 4 and focal 138 are 0.29 units: three
+        // cylinders' intersection, at least the ball, grown by about a cell.
+        let center =
+            |n: u32| [n % 64, n / 64 % 64, n / 4096].map(|c| (c as f32 + 0.5) * 3.0 / 64.0 - 1.5);
+        let norm = |p: [f32; 3]| p.iter().map(|v| v * v).sum::<f32>().sqrt();
+        assert!(cells.iter().all(|n| norm(center(*n)) < 0.29 * 1.5 + 0.15));
+        let ball = (0..64u32.pow(3)).filter(|n| norm(center(*n)) < 0.28);
+        let mut inside = 0;
+        for n in ball {
+            assert!(cells.binary_search(&n).is_ok(), "a cell of the ball was carved away");
+            inside += 1;
+        }
+        assert!(inside > 500 && cells.len() < 6 * inside, "{inside} {}", cells.len());
+    }
+
+    #[test]
+    fn one_pixel_is_never_lost() {
+        let (cameras, images) = views(0.5);
+        let hull = Hull::new(&cameras, &images);
+        assert!(hull.may_hold([0.0; 3], 1e-3));
+        assert!(!hull.may_hold([0.3, 0.0, 0.0], 1e-3));
+    }
+}

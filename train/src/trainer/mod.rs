@@ -1,0 +1,377 @@
+//! The training loop: rays → march → shade → back → scatter → Adam.
+
+mod config;
+mod group;
+mod hull;
+mod occupancy_grid;
+mod optimizer;
+mod rays;
+mod scene_box;
+
+use fearless_simd::{Level, dispatch};
+use pocketnerf_core::encoding::hash_grid::Level as GridLevel;
+use pocketnerf_core::field::Field;
+use pocketnerf_core::sampler::Marcher;
+use pocketnerf_core::scratch::Limits;
+use pocketnerf_core::{AnyField, ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
+use rayon::prelude::*;
+
+pub use config::TrainConfig;
+pub use hull::Hull;
+pub use occupancy_grid::{OccupancyGrid, dilated, pack};
+pub use optimizer::{Adam, Slices};
+pub use rays::{Backdrop, RaySource, TrainingRay};
+pub use scene_box::find_box;
+
+use crate::dataset::Dataset;
+use crate::field::{Backward, EncodingConfig, Layout, initialize, scatter_level};
+use crate::random::Random;
+use group::{Group, GroupStats, Job, STRIDE, Worker};
+
+/// Shares that a step is cut into, at any number of threads.
+const GROUPS: usize = 32;
+/// Steps between two updates of the occupancy.
+const OCCUPANCY_EVERY: u32 = 16;
+
+/// What a step found out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StepStats {
+    /// Rays of the step.
+    pub rays: usize,
+    /// Samples at which the field was asked.
+    pub samples: usize,
+    /// Samples passed back.
+    pub kept: usize,
+    /// Mean squared error over rays and colours.
+    pub mean_squared_error: f64,
+    /// Mean opacity of the rays.
+    pub mean_opacity: f64,
+}
+
+/// How a step is to be taken: what the plan of a run decides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepSettings {
+    /// Factor on the learning rates.
+    pub rate: f32,
+    /// Factor on the distance between samples.
+    pub step_scale: f32,
+    /// Share of samples to pass back.
+    pub kept: f32,
+    /// Whether the occupancy still changes.
+    pub update_occupancy: bool,
+}
+
+/// A field in training.
+#[derive(Debug)]
+pub struct Trainer {
+    config: TrainConfig,
+    level: Level,
+    source: RaySource,
+    space: Space,
+    sampling: Sampling,
+    layout: Layout,
+    parameters: Vec<f32>,
+    gradient: Vec<f32>,
+    mean: Vec<f32>,
+    square: Vec<f32>,
+    adam: Adam,
+    backward: Backward,
+    groups: Vec<Group>,
+    limits: Limits,
+    grid: OccupancyGrid,
+    step: u32,
+    n_rays: usize,
+    /// Gradient magnitude below which the roulette plays.
+    roulette: f32,
+}
+
+impl Trainer {
+    /// Prepares a run on `dataset`.
+    ///
+    /// # Errors
+    /// When the configuration does not make a valid field, or the SIMD level is
+    /// not there.
+    pub fn new(dataset: Dataset, mut config: TrainConfig, simd: SimdLevel) -> Result<Self, Error> {
+        let level = simd.token()?;
+        let has_alpha = dataset.has_alpha;
+        let backdrop = match (config.backdrop, has_alpha) {
+            (Some(color), _) => Backdrop::Color(color),
+            (None, true) => Backdrop::Random,
+            (None, false) => Backdrop::Color(config.opaque_backdrop),
+        };
+        let source = RaySource::new(dataset.views, backdrop);
+        let hull = has_alpha.then(|| Hull::new(source.cameras(), source.images()));
+        let space = match config.aabb {
+            Some([min, max]) => Space::Box { min, max },
+            None => find_box(source.cameras(), hull.as_ref()),
+        };
+        space.validate()?;
+        let scale = space.unit_map().scale;
+        let step = 1.0 / (scale * config.samples_per_side);
+        let far = config.far.unwrap_or(config.near + 64.0 / scale);
+        let sampling = Sampling { step, near: config.near, far, min_transmittance: 1e-3 };
+        sampling.validate()?;
+        // Density is learnt per unit length of the cube, whatever its size.
+        config.field.log_density_bias = scale.ln();
+        let layout = Layout::new(&config.field);
+        let mut parameters = vec![0.0; layout.len()];
+        initialize(&layout, config.seed, &mut parameters);
+        let limits = layout.view(&config.field, &parameters)?.limits();
+        let resolution = config.occupancy_resolution;
+        let candidates = match &hull {
+            Some(hull) => hull.cells(&space, resolution),
+            None => all_cells(&space, resolution),
+        };
+        let backward = Backward::new(&config.field, &layout);
+        let n_network = layout.len() - layout.networks_start();
+        let group = || Group::new(n_network);
+        let zeros = || vec![0.0; layout.len()];
+        Ok(Self {
+            level,
+            source,
+            space,
+            sampling,
+            gradient: zeros(),
+            mean: zeros(),
+            square: zeros(),
+            adam: Adam::default(),
+            backward,
+            groups: (0..GROUPS).map(|_| group()).collect(),
+            limits,
+            grid: OccupancyGrid::new(resolution, candidates),
+            step: 0,
+            n_rays: config.batch_rays.unwrap_or(1024),
+            roulette: 0.0,
+            parameters,
+            layout,
+            config,
+        })
+    }
+
+    /// The model as it stands.
+    ///
+    /// # Panics
+    /// Never: the parts were checked when training began.
+    #[must_use]
+    pub fn model(&self) -> Model<'_> {
+        let field = self.layout.view(&self.config.field, &self.parameters);
+        Model {
+            field: field.expect("checked when training began"),
+            space: self.space,
+            occupancy: Some(self.grid.view()),
+            sampling: self.sampling,
+            display: Display { background: [1.0; 3], color_space: ColorSpace::Srgb },
+        }
+    }
+
+    /// Steps taken so far.
+    #[must_use]
+    pub const fn steps(&self) -> u32 {
+        self.step
+    }
+
+    /// The occupancy as it stands.
+    #[must_use]
+    pub const fn occupancy(&self) -> &OccupancyGrid {
+        &self.grid
+    }
+
+    /// Takes one step.
+    pub fn step(&mut self, settings: &StepSettings) -> StepStats {
+        if settings.update_occupancy && self.step.is_multiple_of(OCCUPANCY_EVERY) {
+            self.update_occupancy();
+        }
+        self.backward.update(&self.parameters[self.layout.networks_start()..]);
+        self.run_groups(settings);
+        let stats = self.gather_stats();
+        self.plan_next(settings, &stats);
+        self.step += 1;
+        self.update_parameters(settings);
+        stats
+    }
+
+    fn update_occupancy(&mut self) {
+        let Self { grid, layout, config, parameters, level, backward, limits, .. } = self;
+        let field = layout.view(&config.field, parameters).expect("checked when training began");
+        let worker = || Worker::new(*limits, backward);
+        let step = self.sampling.step;
+        match &field {
+            AnyField::HashGrid(field) => grid.update(*level, field, config.seed, step, worker),
+            AnyField::Frequency(field) => grid.update(*level, field, config.seed, step, worker),
+            _ => unreachable!("kinds that this crate lays out"),
+        }
+    }
+
+    /// Forward and backward of every group.
+    fn run_groups(&mut self, settings: &StepSettings) {
+        let mut sampling = self.sampling;
+        sampling.step *= settings.step_scale;
+        let occupancy = Some(self.grid.view());
+        let job = Job {
+            marcher: Marcher::from_parts(occupancy, self.space, sampling, true),
+            backward: &self.backward,
+            step: sampling.step,
+            roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
+        };
+        let field = self.layout.view(&self.config.field, &self.parameters);
+        let field = field.expect("checked when training began");
+        let (seed, step) = (self.config.seed, u64::from(self.step));
+        let (level, limits, source, n_rays) = (self.level, self.limits, &self.source, self.n_rays);
+        self.groups.par_iter_mut().enumerate().with_max_len(1).for_each_init(
+            || Worker::new(limits, &self.backward),
+            |worker, (g, group)| {
+                let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
+                group.draw(source, n, Random::new(seed, [1, step, g as u64]));
+                run_group(level, group, &field, &job, worker);
+            },
+        );
+    }
+
+    fn gather_stats(&self) -> StepStats {
+        let mut total = GroupStats::default();
+        for group in &self.groups {
+            total.squared_error += group.stats.squared_error;
+            total.opacity += group.stats.opacity;
+            total.samples += group.stats.samples;
+            total.kept += group.stats.kept;
+        }
+        StepStats {
+            rays: self.n_rays,
+            samples: total.samples,
+            kept: total.kept,
+            mean_squared_error: total.squared_error / (3 * self.n_rays) as f64,
+            mean_opacity: total.opacity / self.n_rays as f64,
+        }
+    }
+
+    /// Chooses the next step's number of rays and roulette threshold from
+    /// what this one met, so that steps cost about the same.
+    fn plan_next(&mut self, settings: &StepSettings, stats: &StepStats) {
+        let mean: f64 = self.groups.iter().map(|g| g.stats.gradient_size).sum::<f64>()
+            / stats.samples.max(1) as f64;
+        let share = stats.kept as f32 / stats.samples.max(1) as f32;
+        if settings.kept < 1.0 {
+            if self.roulette == 0.0 {
+                self.roulette = mean as f32;
+            } else {
+                let correction = (share / settings.kept).clamp(0.8, 1.25);
+                self.roulette *= correction;
+            }
+        }
+        if self.config.batch_rays.is_none() {
+            let per_ray = stats.samples as f64 / stats.rays as f64;
+            let wanted = self.config.samples_per_step as f64 / per_ray.max(0.1);
+            // Half of the way: one odd batch must not upset the next.
+            let n = 0.5 * (self.n_rays as f64 + wanted);
+            self.n_rays = (n as usize).clamp(256, 1 << 17);
+        }
+    }
+
+    /// Scatter to the grid, sum the networks' gradients, and Adam.
+    fn update_parameters(&mut self, settings: &StepSettings) {
+        let Self {
+            config, layout, groups, parameters, gradient, mean, square, adam, level, ..
+        } = self;
+        let start = layout.networks_start();
+        let (grid_p, network_p) = parameters.split_at_mut(start);
+        let (grid_g, network_g) = gradient.split_at_mut(start);
+        let (grid_m, network_m) = mean.split_at_mut(start);
+        let (grid_v, network_v) = square.split_at_mut(start);
+        for group in &*groups {
+            for (sum, g) in network_g.iter_mut().zip(&group.network_gradient) {
+                *sum += g;
+            }
+        }
+        let network = Slices {
+            parameters: network_p,
+            gradient: network_g,
+            mean: network_m,
+            square: network_v,
+        };
+        let rate = adam.corrected(config.network_rate * settings.rate, self.step);
+        dispatch!(*level, simd => adam.update(simd, rate, network));
+        let EncodingConfig::HashGrid(grid) = config.field.encoding else { return };
+        let features = grid.n_features_per_level as usize;
+        let n_encoded = grid.n_output();
+        let mut rest = [grid_p, grid_g, grid_m, grid_v];
+        let mut tasks = Vec::with_capacity(layout.levels().len());
+        for (l, range) in layout.levels().iter().enumerate() {
+            let [parameters, gradient, mean, square] = rest.each_mut().map(|slice| {
+                let (head, tail) = std::mem::take(slice).split_at_mut(range.len());
+                *slice = tail;
+                head
+            });
+            tasks.push((l, grid.level(l), Slices { parameters, gradient, mean, square }));
+        }
+        // Fine levels, which take longest, first.
+        tasks.reverse();
+        let rate = adam.corrected(config.grid_rate * settings.rate, self.step);
+        let groups = &*groups;
+        tasks.into_par_iter().with_max_len(1).for_each(|(l, grid_level, slices)| {
+            dispatch!(*level, simd => {
+                scatter_groups(
+                    simd, groups, &grid_level, l, features, n_encoded, slices.gradient,
+                );
+                adam.update(simd, rate, slices);
+            });
+        });
+    }
+}
+
+/// Adds what all groups ask of one level, in their order.
+#[inline(always)]
+fn scatter_groups<S: fearless_simd::Simd>(
+    simd: S,
+    groups: &[Group],
+    grid_level: &GridLevel,
+    l: usize,
+    features: usize,
+    n_encoded: usize,
+    gradient: &mut [f32],
+) {
+    for group in groups {
+        let blocks = group.blocks.chunks_exact((3 + n_encoded) * STRIDE);
+        for (block, &n) in blocks.zip(&group.block_lens) {
+            let (points, rows) = block.split_at(3 * STRIDE);
+            let points = [0, 1, 2].map(|a| &points[a * STRIDE..][..n]);
+            let rows = &rows[l * features * STRIDE..];
+            scatter_level(simd, grid_level, features, points, rows, STRIDE, gradient);
+        }
+    }
+}
+
+fn run_group(
+    level: Level,
+    group: &mut Group,
+    field: &AnyField<'_>,
+    job: &Job<'_>,
+    worker: &mut Worker,
+) {
+    fn run<F: Field>(
+        level: Level,
+        group: &mut Group,
+        field: &F,
+        job: &Job<'_>,
+        worker: &mut Worker,
+    ) {
+        dispatch!(level, simd => group.run(simd, field, job, worker));
+    }
+    match field {
+        AnyField::HashGrid(field) => run(level, group, field, job, worker),
+        AnyField::Frequency(field) => run(level, group, field, job, worker),
+        _ => unreachable!("kinds that this crate lays out"),
+    }
+}
+
+/// Every cell of the cube that lies in the box of the space.
+fn all_cells(space: &Space, resolution: u32) -> Vec<u32> {
+    let n = resolution;
+    let map = space.unit_map();
+    let Space::Box { max, .. } = space else { return (0..n * n * n).collect() };
+    let end = map.apply(*max).map(|u| (u * n as f32).ceil() as u32);
+    let inside = |cell: &u32| {
+        let corner = [cell % n, cell / n % n, cell / (n * n)];
+        (0..3).all(|a| corner[a] < end[a])
+    };
+    (0..n * n * n).filter(inside).collect()
+}

@@ -1,0 +1,225 @@
+//! Which cells a field occupies, learnt while it trains.
+//!
+//! Every candidate cell keeps a decaying maximum of the densities seen at
+//! random points in it (Müller et al. 2022, appendix C). A cell is occupied
+//! where a step through it would absorb more than a little; the threshold is
+//! held below the mean, so that a field that is thin everywhere is not lost.
+
+use fearless_simd::{Level, dispatch};
+use pocketnerf_core::Occupancy;
+use pocketnerf_core::field::{Field, Samples};
+use pocketnerf_core::occupancy::{BLOCK, BLOCK_BYTES};
+use pocketnerf_core::store::F32;
+use rayon::prelude::*;
+
+use super::group::{STRIDE, Worker};
+use crate::random::Random;
+
+/// A cell is looked at in one of so many updates.
+const PERIOD: usize = 4;
+/// What remains of a cell's density when it is looked at again.
+const DECAY: f32 = 0.95;
+/// Optical thickness of one step above which a cell is occupied.
+const THRESHOLD: f32 = 0.01;
+/// Cells a task.
+const TASK: usize = 512;
+
+/// Decaying densities of the candidate cells, and the bits made from them.
+#[derive(Clone, Debug)]
+pub struct OccupancyGrid {
+    resolution: u32,
+    /// Cells that may hold something, ascending; the rest never will.
+    candidates: Vec<u32>,
+    /// Greatest density of each candidate, 1 / scene unit.
+    density: Vec<f32>,
+    /// Coarse blocks as core reads them.
+    coarse: Vec<u8>,
+    /// Fine bits as core reads them.
+    fine: Vec<u8>,
+    updates: u32,
+}
+
+impl OccupancyGrid {
+    /// All candidates occupied.
+    #[must_use]
+    pub fn new(resolution: u32, candidates: Vec<u32>) -> Self {
+        let mut grid = Self {
+            resolution,
+            density: vec![f32::INFINITY; candidates.len()],
+            candidates,
+            coarse: Vec::new(),
+            fine: Vec::new(),
+            updates: 0,
+        };
+        grid.set_bits(|_| true);
+        grid
+    }
+
+    /// The bits, for core to march through.
+    #[must_use]
+    pub fn view(&self) -> Occupancy<'_> {
+        Occupancy::new(self.resolution, 1, &self.coarse, &self.fine)
+            .expect("made for this resolution")
+    }
+
+    /// Fraction of the candidates that are occupied.
+    #[must_use]
+    pub fn fraction(&self) -> f32 {
+        let all = f64::from(self.resolution).powi(3);
+        (f64::from(self.view().fraction()) * all / self.candidates.len().max(1) as f64) as f32
+    }
+
+    /// What a checkpoint keeps: densities and number of updates.
+    #[must_use]
+    pub fn state(&self) -> (&[f32], u32) {
+        (&self.density, self.updates)
+    }
+
+    /// Takes back what [`OccupancyGrid::state`] gave; the bits follow with
+    /// [`OccupancyGrid::restore_bits`]. False where the sizes differ.
+    #[must_use]
+    pub fn restore(&mut self, density: &[f32], updates: u32, coarse: &[u8], fine: &[u8]) -> bool {
+        let fits = density.len() == self.density.len()
+            && Occupancy::new(self.resolution, 1, coarse, fine).is_ok();
+        if fits {
+            self.density.copy_from_slice(density);
+            self.updates = updates;
+            self.coarse = coarse.to_vec();
+            self.fine = fine.to_vec();
+        }
+        fits
+    }
+
+    /// Looks at a share of the candidates, one random point each, and sets the
+    /// bits anew. `step` is the distance between samples, scene units.
+    pub(crate) fn update<F: Field + Sync>(
+        &mut self,
+        level: Level,
+        field: &F,
+        seed: u64,
+        step: f32,
+        worker: impl Fn() -> Worker + Sync,
+    ) {
+        let n = self.resolution as usize;
+        let phase = self.updates as usize % PERIOD;
+        let update = u64::from(self.updates);
+        let first_look = self.updates < PERIOD as u32;
+        let candidates = &self.candidates;
+        self.density.par_chunks_mut(TASK * PERIOD).enumerate().for_each_init(
+            &worker,
+            |worker, (task, densities)| {
+                let first = task * TASK * PERIOD;
+                let mut random = Random::new(seed, [2, update, task as u64]);
+                let mut count = 0;
+                for i in (phase..densities.len()).step_by(PERIOD) {
+                    let cell = candidates[first + i] as usize;
+                    let corner = [cell % n, cell / n % n, cell / (n * n)];
+                    for (row, c) in worker.points().iter_mut().zip(corner) {
+                        row[count] = (c as f32 + random.next_f32()) / n as f32;
+                    }
+                    count += 1;
+                }
+                let sigmas = worker.densities(level, field, count);
+                let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
+                for (density, sigma) in looked_at.zip(sigmas) {
+                    let before = if first_look { 0.0 } else { *density * DECAY };
+                    *density = before.max(*sigma);
+                }
+            },
+        );
+        self.updates += 1;
+        if self.updates >= PERIOD as u32 {
+            let sum: f64 = self.density.iter().map(|d| f64::from(*d)).sum();
+            let mean = (sum / self.density.len().max(1) as f64) as f32;
+            let threshold = (THRESHOLD / step).min(mean);
+            let density = std::mem::take(&mut self.density);
+            self.set_bits(|i| density[i] >= threshold);
+            self.density = density;
+        }
+    }
+
+    fn set_bits(&mut self, occupied: impl Fn(usize) -> bool) {
+        let cells = self.candidates.iter().enumerate().filter(|(i, _)| occupied(*i));
+        let (coarse, fine) = pack(self.resolution, cells.map(|(_, cell)| *cell));
+        self.coarse = coarse;
+        self.fine = fine;
+    }
+}
+
+/// Coarse blocks and fine bits of some cells, as core reads them.
+#[must_use]
+pub fn pack(resolution: u32, cells: impl Iterator<Item = u32>) -> (Vec<u8>, Vec<u8>) {
+    let n = resolution;
+    let blocks = n / BLOCK;
+    let mut bits: Vec<Option<Box<[u8; BLOCK_BYTES]>>> =
+        vec![None; (blocks * blocks * blocks) as usize];
+    for cell in cells {
+        let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+        let block = x / BLOCK + blocks * (y / BLOCK + blocks * (z / BLOCK));
+        let bytes = bits[block as usize].get_or_insert_with(|| Box::new([0; BLOCK_BYTES]));
+        bytes[(y % BLOCK + BLOCK * (z % BLOCK)) as usize] |= 1 << (x % BLOCK);
+    }
+    let mut coarse = Vec::with_capacity(bits.len() * 2);
+    let mut fine = Vec::new();
+    for block in bits {
+        let mut number = 0u16;
+        if let Some(bytes) = block {
+            fine.extend_from_slice(&bytes[..]);
+            number = (fine.len() / BLOCK_BYTES) as u16;
+        }
+        coarse.extend(number.to_le_bytes());
+    }
+    (coarse, fine)
+}
+
+/// The cells of an occupancy and all their neighbours.
+#[must_use]
+pub fn dilated(occupancy: &Occupancy<'_>) -> Vec<u32> {
+    let n = occupancy.resolution();
+    let near = |c: u32| c.saturating_sub(1)..(c + 2).min(n);
+    (0..n * n * n)
+        .into_par_iter()
+        .filter(|cell| {
+            let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+            near(z).any(|z| near(y).any(|y| near(x).any(|x| occupancy.cell(x, y, z))))
+        })
+        .collect()
+}
+
+impl Worker {
+    /// Sigma at the first `count` points.
+    fn densities<F: Field>(&mut self, level: Level, field: &F, count: usize) -> &[f32] {
+        let padded = count.next_multiple_of(32);
+        for row in self.points() {
+            row[count..padded].fill(0.0);
+        }
+        dispatch!(level, simd => {
+            let (points, directions, mut work) = self.parts();
+            let samples = Samples {
+                points: [0, 1, 2].map(|a| &points[a][..padded]),
+                directions: [0, 1, 2].map(|a| &directions[a][..padded]),
+            };
+            field.density_features::<_, F32>(simd, samples, &mut work);
+        });
+        &self.output()[..count]
+    }
+}
+
+const _: () = assert!(TASK <= STRIDE);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packs_and_dilates() {
+        let (coarse, fine) = pack(16, [5u32, 16 * 16 * 15 + 16 * 15 + 15].into_iter());
+        let occupancy = Occupancy::new(16, 1, &coarse, &fine).unwrap();
+        assert!(occupancy.cell(5, 0, 0) && occupancy.cell(15, 15, 15));
+        assert_eq!(occupancy.fraction(), 2.0 / 4096.0);
+        let grown = dilated(&occupancy);
+        // A cell on a face grows to 3 × 2 × 2, one in a corner to 2 × 2 × 2.
+        assert_eq!(grown.len(), 12 + 8);
+        assert!(grown.contains(&(4 + 16 + 256)) && !grown.contains(&3));
+    }
+}

@@ -1,0 +1,78 @@
+//! What a step learns from: random pixels of all training views.
+
+use pocketnerf_core::{Camera, Ray};
+
+use crate::dataset::View;
+use crate::random::Random;
+
+/// A pixel to learn from.
+#[derive(Clone, Copy, Debug)]
+pub struct TrainingRay {
+    /// Through the pixel's centre.
+    pub ray: Ray,
+    /// Where in its step each sample lies, 0 to 1.
+    pub phase: f32,
+    /// Colour behind the scene.
+    pub background: [f32; 3],
+    /// The pixel's colour over that background.
+    pub target: [f32; 3],
+}
+
+/// What lies behind the training images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Backdrop {
+    /// Another random colour for every ray: what is transparent must become
+    /// empty. For images with alpha.
+    Random,
+    /// Always this colour.
+    Color([f32; 3]),
+}
+
+/// The training views as a source of rays.
+#[derive(Debug)]
+pub struct RaySource {
+    cameras: Vec<Camera>,
+    images: Vec<Vec<u8>>,
+    backdrop: Backdrop,
+}
+
+impl RaySource {
+    /// Takes over the views' images.
+    #[must_use]
+    pub fn new(views: Vec<View>, backdrop: Backdrop) -> Self {
+        let (cameras, images) = views.into_iter().map(|v| (v.camera, v.rgba)).unzip();
+        Self { cameras, images, backdrop }
+    }
+
+    /// The views' cameras.
+    #[must_use]
+    pub fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    /// The views' images, RGBA.
+    #[must_use]
+    pub fn images(&self) -> &[Vec<u8>] {
+        &self.images
+    }
+
+    /// Draws a random ray.
+    #[must_use]
+    pub fn draw(&self, random: &mut Random) -> TrainingRay {
+        let view = random.below(self.cameras.len());
+        let camera = &self.cameras[view];
+        let pixel = random.below(camera.width as usize * camera.height as usize);
+        let (x, y) = (pixel % camera.width as usize, pixel / camera.width as usize);
+        let phase = random.next_f32();
+        let background = match self.backdrop {
+            Backdrop::Random => [random.next_f32(), random.next_f32(), random.next_f32()],
+            Backdrop::Color(color) => color,
+        };
+        let rgba = &self.images[view][pixel * 4..][..4];
+        let alpha = f32::from(rgba[3]) / 255.0;
+        let target =
+            [0, 1, 2].map(|c| f32::from(rgba[c]) / 255.0 * alpha + (1.0 - alpha) * background[c]);
+        let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
+        TrainingRay { ray, phase, background, target }
+    }
+}
