@@ -37,6 +37,8 @@ impl RenderOptions {
     }
 
     fn check(&self, model: &Model<'_>) -> Result<(), Error> {
+        // Cheap beside a tile's work, and kernels rely on it.
+        model.validate()?;
         model.fits(&self.limits)?;
         let Tuning { samples, rays } = self.tuning;
         if samples == 0 || !samples.is_multiple_of(32) || rays == 0 || rays > samples {
@@ -69,7 +71,7 @@ impl Tile {
     /// Pixels in the tile.
     #[must_use]
     pub const fn pixels(&self) -> usize {
-        self.width as usize * self.height as usize
+        (self.width as usize).saturating_mul(self.height as usize)
     }
 }
 
@@ -91,8 +93,9 @@ pub struct RenderStats {
 /// `scratch` may hold anything; its length is [`RenderOptions::scratch_len`].
 ///
 /// # Errors
-/// When a slice is too short, the model exceeds `options.limits`, or the SIMD
-/// level is not there. Nothing is written then.
+/// When the parts of the model do not fit together, it exceeds
+/// `options.limits`, a slice is too short, or the SIMD level is not there.
+/// Nothing is written then.
 pub fn render_tile(
     model: &Model<'_>,
     camera: &Camera,
@@ -103,8 +106,10 @@ pub fn render_tile(
     depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
     let pixel = |i: usize| {
-        let (x, y) = (i as u32 % tile.width, i as u32 / tile.width);
-        camera.ray((tile.x + x) as f32 + 0.5, (tile.y + y) as f32 + 0.5)
+        let width = tile.width as usize;
+        let (x, y) = ((i % width) as u32, (i / width) as u32);
+        let (x, y) = (tile.x.saturating_add(x), tile.y.saturating_add(y));
+        camera.ray(x as f32 + 0.5, y as f32 + 0.5)
     };
     render(model, tile.pixels(), pixel, options, scratch, rgba, depth)
 }
@@ -138,9 +143,11 @@ fn render(
         let (needed, given) = (options.scratch_len(), scratch.len());
         return Err(Error::ScratchTooSmall { needed, given });
     }
-    let given = depth.as_ref().map_or(usize::MAX, |d| d.len()).min(rgba.len() / 4);
-    if given < n {
-        return Err(Error::OutputLength { needed: n, given });
+    let depth_len = depth.as_ref().map_or(usize::MAX, |d| d.len());
+    for (needed, given) in [(n.saturating_mul(4), rgba.len()), (n, depth_len)] {
+        if given < needed {
+            return Err(Error::OutputLength { needed, given });
+        }
     }
     let level = options.simd.token()?;
     let RenderOptions { limits, tuning, skip, .. } = *options;

@@ -45,8 +45,8 @@ pub struct Decoder<'a> {
     pub log_density_bias: f32,
 }
 
-/// Log densities are cut off here, so that sigma stays finite.
-pub(super) const MAX_LOG_DENSITY: f32 = 15.0;
+/// e^15: densities are cut off here.
+const MAX_SIGMA: f32 = 3_269_017.4;
 
 impl Decoder<'_> {
     /// Checks that networks, features and encoding fit together; `n_encoded` is
@@ -106,9 +106,9 @@ impl Decoder<'_> {
         self.density.forward::<S, T>(simd, a, b, output, n, stride, panel);
         for sigma in output[..n].chunks_exact_mut(S::f32s::LEN) {
             let log = S::f32s::from_slice(simd, sigma) + self.log_density_bias;
-            // The limit first: NaN passes `min` and becomes 0 in `exp`.
-            let log = S::f32s::splat(simd, MAX_LOG_DENSITY).min(log);
-            lanes::exp(simd, log).store_slice(sigma);
+            // Cut off after `exp`, which takes NaN to 0: what `min` does with NaN
+            // differs from machine to machine.
+            lanes::exp(simd, log).min(S::f32s::splat(simd, MAX_SIGMA)).store_slice(sigma);
         }
         if self.shading == Shading::PerSample {
             let features = &output[stride..(1 + self.n_features as usize) * stride];

@@ -78,7 +78,7 @@ impl<'a> Marcher<'a> {
         let last = (((far - near) / step) as u32).saturating_add(1);
         let inside = |k: u32| {
             let t = self.distance(k, phase);
-            t < far && self.space.contains(Self::point(&ray, t))
+            t <= far && self.space.contains(Self::point(&ray, t))
         };
         let mut next = (((t0 - near) / step) as u32).saturating_sub(2);
         let mut end = (((t1 - near) / step) as u32).saturating_add(3).min(last);
@@ -147,15 +147,24 @@ struct Stride {
     steps_per_unit: [f32; 3],
     /// 1 where the ray goes up the axis, else 0: which face it leaves through.
     upper: [f32; 3],
+    /// Rounding error of a unit coordinate along each axis, in steps: large
+    /// where the ray hardly moves along the axis.
+    slack: [f32; 3],
     /// Rounding error of a distance, in steps, per unit of distance.
     error: f32,
 }
 
 impl Stride {
     fn new(ray: &Ray, map: &UnitMap, sampling: &Sampling) -> Self {
-        let per_unit = |d: f32| 1.0 / (d * map.scale * sampling.step);
+        let steps_per_unit = ray.direction.map(|d| 1.0 / (d * map.scale * sampling.step));
+        // A point is a sum of numbers no larger than this, each rounded.
+        let rounding = |axis: usize| {
+            let most = 1.0 + map.scale * (ray.origin[axis].abs() + map.min[axis].abs());
+            4.0 * f32::EPSILON * most
+        };
         Self {
-            steps_per_unit: ray.direction.map(per_unit),
+            steps_per_unit,
+            slack: [0, 1, 2].map(|axis| rounding(axis) * steps_per_unit[axis].abs()),
             upper: ray.direction.map(|d| if d > 0.0 { 1.0 } else { 0.0 }),
             error: 8.0 * f32::EPSILON / sampling.step,
         }
@@ -167,9 +176,10 @@ impl Stride {
     fn steps_to_leave(&self, u: [f32; 3], cell: [u32; 3], side: f32, t: f32) -> u32 {
         let along = |axis: usize| {
             let face = (cell[axis] as f32 + self.upper[axis]) * side;
-            // Parallel rays give ±infinity or NaN: `min` ignores NaN.
-            let steps = (face - u[axis]) * self.steps_per_unit[axis];
-            if steps >= 0.0 { steps } else { f32::INFINITY }
+            let steps = (face - u[axis]) * self.steps_per_unit[axis] - self.slack[axis];
+            // Parallel rays give ±infinity or NaN, and never leave. A negative number
+            // means that rounding put `u` on the far side: one step, no more.
+            if steps.is_finite() { steps } else { f32::INFINITY }
         };
         let steps = along(0).min(along(1)).min(along(2));
         let safe = steps - (0.01 + self.error * t);

@@ -115,7 +115,6 @@ pub(crate) fn write_field(
         shading: match decoder.shading {
             Shading::PerSample => PER_SAMPLE,
             Shading::PerRay => PER_RAY,
-            _ => return None,
         },
         log_density_bias: decoder.log_density_bias,
         density: decoder.density,

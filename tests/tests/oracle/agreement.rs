@@ -1,0 +1,88 @@
+//! The same picture as the oracle's, within a tolerance.
+
+use pocketnerf_core::reference::{self, RayResult};
+use pocketnerf_core::{RenderOptions, Sampling, Tuning};
+
+use crate::models::{Recipe, camera};
+use crate::picture::{self, Picture, levels, options, whole};
+
+/// Most that a channel of a pixel may differ, premultiplied and in [0, 1]: a
+/// quarter of a step of an 8-bit picture. It covers f32 against f64 and rays
+/// that end one sample apart at the transmittance they stop at (1e-4 here).
+const CHANNEL: f32 = 1e-3;
+
+/// Root of the mean squared difference of a picture: so little that a PSNR of
+/// 40 dB moves by at most 0.02 dB.
+const RMS: f64 = 2.3e-5;
+
+/// Most that opacity × depth may differ, scene units: a thirtieth of a step.
+const DEPTH: f32 = 1e-3;
+
+#[test]
+fn every_kind_of_model_at_every_level() {
+    let camera = camera(33, 17);
+    let [mut empty, mut misty, mut opaque] = [0; 3];
+    for recipe in Recipe::all() {
+        let model = recipe.build();
+        let mut expected = vec![RayResult::EMPTY; 33 * 17];
+        reference::render_picture(&model, &camera, &mut expected).unwrap();
+        for level in levels() {
+            for tuning in [Tuning::SMALL, Tuning::FAST] {
+                let options = options(&model, level, tuning);
+                let found = picture::tile(&model, &camera, whole(&camera), &options);
+                compare(&found, &expected, &format!("{recipe:?} {level} {tuning:?}"));
+                let unskipped = RenderOptions { skip: false, ..options };
+                picture::tile(&model, &camera, whole(&camera), &unskipped)
+                    .assert_same(&found, "without skipping");
+            }
+        }
+        empty += expected.iter().filter(|p| p.opacity == 0.0).count();
+        misty += expected.iter().filter(|p| (0.1..0.9).contains(&p.opacity)).count();
+        opaque += expected.iter().filter(|p| p.opacity > 0.999).count();
+    }
+    // The models show what there is to get wrong.
+    for (what, pixels) in [("empty", empty), ("misty", misty), ("opaque", opaque)] {
+        assert!(pixels > 1000, "{pixels} {what} pixels");
+    }
+}
+
+#[track_caller]
+fn compare(found: &Picture, expected: &[RayResult], what: &str) {
+    let mut squares = 0.0;
+    for (i, (rgba, expected)) in found.rgba.iter().zip(expected).enumerate() {
+        let [r, g, b] = expected.rgb;
+        for (a, b) in rgba.iter().zip([r, g, b, expected.opacity]) {
+            assert!((a - b).abs() <= CHANNEL, "{what}: pixel {i}: {rgba:?} for {expected:?}");
+            squares += f64::from(a - b).powi(2);
+        }
+        if expected.opacity > 0.0 && rgba[3] > 0.0 {
+            let apart = (found.depth[i] - expected.depth) * expected.opacity;
+            assert!(apart.abs() <= DEPTH, "{what}: depth {i}: {} for {expected:?}", found.depth[i]);
+        } else {
+            assert!(rgba[3] > 0.0 || found.depth[i] == f32::INFINITY, "{what}: depth {i}");
+        }
+    }
+    let rms = (squares / (4 * expected.len()) as f64).sqrt();
+    assert!(rms <= RMS, "{what}: rms {rms:e}");
+}
+
+/// The oracle tries every sample of the grid, the renderer those that count.
+#[test]
+fn the_field_is_asked_at_the_same_points() {
+    let camera = camera(21, 13);
+    for occupancy in [None, Some(16), Some(24)] {
+        let mut model = Recipe { occupancy, ..Recipe::PLAIN }.build();
+        // Nothing is hidden, and the last sample lies at `far` exactly.
+        let (step, near, far) = (0.03125, 0.5, 0.5 + 64.5 * 0.03125);
+        model.sampling = Sampling { step, near, far, min_transmittance: 0.0 };
+        let mut expected = vec![RayResult::EMPTY; 21 * 13];
+        reference::render_picture(&model, &camera, &mut expected).unwrap();
+        let asked: u64 = expected.iter().map(|ray| u64::from(ray.samples)).sum();
+        for level in levels() {
+            let options = options(&model, level, Tuning::FAST);
+            let found = picture::tile(&model, &camera, whole(&camera), &options);
+            assert_eq!(found.stats.samples, asked, "{occupancy:?} {level}");
+            assert_eq!(found.stats.rays, 21 * 13);
+        }
+    }
+}

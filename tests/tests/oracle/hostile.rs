@@ -1,0 +1,142 @@
+//! Rays and weights that no camera and no training would give: every call ends,
+//! and pictures hold finite numbers.
+
+use pocketnerf_core::field::{AnyField, Shading};
+use pocketnerf_core::network::{Dense, Mlp};
+use pocketnerf_core::reference;
+use pocketnerf_core::{DType, Layout, Model, Ray, TensorView, Tuning};
+
+use crate::models::{Encoding, Random, Recipe, camera};
+use crate::picture::{self, Picture, levels, options, whole};
+
+#[track_caller]
+fn assert_finite(picture: &Picture, what: &str) {
+    for (rgba, depth) in picture.rgba.iter().zip(&picture.depth) {
+        assert!(rgba.iter().all(|v| v.is_finite()), "{what}: {rgba:?}");
+        assert!(!depth.is_nan(), "{what}: {depth}");
+    }
+}
+
+#[test]
+fn rays_of_every_kind_of_number() {
+    const NUMBERS: [f32; 11] = [
+        0.0,
+        -0.0,
+        0.5,
+        -1.0,
+        f32::MIN_POSITIVE,
+        1e-45,
+        1e20,
+        f32::MAX,
+        f32::MIN,
+        f32::INFINITY,
+        f32::NAN,
+    ];
+    let mut random = Random(11);
+    let mut any = || NUMBERS[(random.unit() * NUMBERS.len() as f32) as usize];
+    let rays: Vec<Ray> = (0..3000)
+        .map(|_| Ray { origin: [any(), any(), any()], direction: [any(), any(), any()] })
+        .collect();
+    let not_a_place = |ray: &Ray| {
+        let mut numbers = ray.origin.iter().chain(&ray.direction);
+        numbers.any(|v| !v.is_finite())
+    };
+    for shading in [Shading::PerSample, Shading::PerRay] {
+        for occupancy in [None, Some(16)] {
+            let model = Recipe { shading, occupancy, ..Recipe::PLAIN }.build();
+            for level in levels() {
+                let options = options(&model, level, Tuning::FAST);
+                let found = picture::rays(&model, &rays, &options);
+                assert_finite(&found, "strange rays");
+                for (ray, rgba) in rays.iter().zip(&found.rgba) {
+                    assert!(!not_a_place(ray) || *rgba == [0.0; 4], "{ray:?} sees {rgba:?}");
+                }
+            }
+        }
+    }
+}
+
+/// The model with value `index` of layer `layer` of a network replaced.
+fn poisoned(model: &Model<'static>, of_density: bool, layer: usize, value: f32) -> Model<'static> {
+    let mut model = *model;
+    let decoder = match &mut model.field {
+        AnyField::HashGrid(field) => &mut field.decoder,
+        AnyField::Frequency(field) => &mut field.decoder,
+        _ => unreachable!("a new kind of field"),
+    };
+    let network = if of_density { &mut decoder.density } else { &mut decoder.color };
+    let mut layers: Vec<Dense<'static>> = network.layers().to_vec();
+    let weight = layers[layer].weight;
+    let mut bytes = weight.bytes().to_vec();
+    bytes[..4].copy_from_slice(&value.to_le_bytes());
+    layers[layer].weight =
+        TensorView::new(bytes.leak(), DType::F32, weight.shape(), 0, Layout::RowMajor).unwrap();
+    *network = Mlp::new(&layers).unwrap();
+    model
+}
+
+#[test]
+fn weights_that_are_no_numbers() {
+    let camera = camera(11, 7);
+    for encoding in [Encoding::HashGrid(2), Encoding::Frequency { include_input: true }] {
+        for shading in [Shading::PerSample, Shading::PerRay] {
+            let sound = Recipe { encoding, shading, ..Recipe::PLAIN }.build();
+            for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN] {
+                for (of_density, layer) in [(true, 0), (true, 1), (true, 2), (false, 0), (false, 1)]
+                {
+                    let model = poisoned(&sound, of_density, layer, value);
+                    for level in levels() {
+                        let options = options(&model, level, Tuning::SMALL);
+                        let found = picture::tile(&model, &camera, whole(&camera), &options);
+                        assert_finite(&found, &format!("{value} {of_density} {layer} {level}"));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// As the oracle has it: a density that is no number is empty space, and a
+/// colour that is none is black.
+#[test]
+fn nan_is_empty_and_black() {
+    let camera = camera(11, 7);
+    for shading in [Shading::PerSample, Shading::PerRay] {
+        let sound = Recipe { shading, ..Recipe::PLAIN }.build();
+        for level in levels() {
+            let options = options(&sound, level, Tuning::SMALL);
+            let model = poisoned(&sound, true, 2, f32::NAN);
+            let empty = picture::tile(&model, &camera, whole(&camera), &options);
+            assert!(empty.rgba.iter().all(|rgba| *rgba == [0.0; 4]), "{level}");
+            let model = poisoned(&sound, false, 1, f32::NAN);
+            let black = picture::tile(&model, &camera, whole(&camera), &options);
+            for (i, [red, .., alpha]) in black.rgba.iter().enumerate() {
+                let (x, y) = (i as u32 % 11, i as u32 / 11);
+                let expected = reference::render_pixel(&model, &camera, x, y).unwrap();
+                assert!((alpha - expected.opacity).abs() < 1e-3, "{level}");
+                assert_eq!((*red, expected.rgb[0]), (0.0, 0.0), "{level}");
+            }
+        }
+    }
+}
+
+#[test]
+fn densities_beyond_measure() {
+    let camera = camera(11, 7);
+    for shading in [Shading::PerSample, Shading::PerRay] {
+        for log_density_bias in [-63.0, 63.0] {
+            let mut model = Recipe { shading, ..Recipe::PLAIN }.build();
+            if let AnyField::HashGrid(field) = &mut model.field {
+                field.decoder.log_density_bias = log_density_bias;
+            }
+            for step in [1e-4, 0.03, 5.0] {
+                model.sampling.step = step;
+                for level in levels() {
+                    let options = options(&model, level, Tuning::FAST);
+                    let found = picture::tile(&model, &camera, whole(&camera), &options);
+                    assert_finite(&found, &format!("{log_density_bias} {step} {level}"));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! The renderer against the oracle, `pocketnerf_core::reference`: every kind of
+//! field, every stored type, every shading, at every SIMD level of this machine.
+
+mod agreement;
+mod hostile;
+mod invariants;
+mod models;
+mod picture;
+mod refusals;

@@ -1,0 +1,205 @@
+//! Random models whose pictures have edges, mist and empty places.
+
+use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
+use pocketnerf_core::field::{AnyField, Decoder, FrequencyField, HashGridField, Shading};
+use pocketnerf_core::network::{Dense, Mlp};
+use pocketnerf_core::{
+    Camera, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,
+};
+
+/// Knuth's MMIX generator: the same numbers on every machine.
+pub(crate) struct Random(pub u64);
+
+impl Random {
+    /// Uniform in [0, 1).
+    pub(crate) fn unit(&mut self) -> f32 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1 << 24) as f32
+    }
+
+    /// Uniform in [-1, 1).
+    pub(crate) fn signed(&mut self) -> f32 {
+        2.0 * self.unit() - 1.0
+    }
+}
+
+/// How positions are encoded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Encoding {
+    /// A hash grid of so many features per level.
+    HashGrid(u32),
+    /// Sines and cosines, with the position itself or without.
+    Frequency { include_input: bool },
+}
+
+/// What to build.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Recipe {
+    pub encoding: Encoding,
+    pub dtype: DType,
+    pub shading: Shading,
+    pub sh_degree: u32,
+    /// Cells along an axis; `None`: no occupancy.
+    pub occupancy: Option<u32>,
+    pub seed: u64,
+}
+
+impl Recipe {
+    pub(crate) const PLAIN: Self = Self {
+        encoding: Encoding::HashGrid(2),
+        dtype: DType::F32,
+        shading: Shading::PerSample,
+        sh_degree: 3,
+        occupancy: Some(16),
+        seed: 1,
+    };
+
+    /// Every encoding with every stored type and shading, with and without
+    /// occupancy; the degree of the harmonics goes round.
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        let encodings = [1, 2, 4, 8].map(Encoding::HashGrid).into_iter().chain([
+            Encoding::Frequency { include_input: false },
+            Encoding::Frequency { include_input: true },
+        ]);
+        encodings.enumerate().flat_map(|(e, encoding)| {
+            (0..8).map(move |n| Self {
+                encoding,
+                dtype: if n & 1 == 0 { DType::F32 } else { DType::F16 },
+                shading: if n & 2 == 0 { Shading::PerSample } else { Shading::PerRay },
+                // 24 cells are no power of two: cell walls are rounded numbers.
+                occupancy: (n & 4 != 0).then_some(if n & 1 == 0 { 16 } else { 24 }),
+                sh_degree: 1 + (e as u32 + n) % 4,
+                seed: 1000 + 8 * e as u64 + u64::from(n),
+            })
+        })
+    }
+
+    /// Builds the model; its bytes are never freed.
+    pub(crate) fn build(self) -> Model<'static> {
+        let mut tensors = Tensors { random: Random(self.seed), dtype: self.dtype, made: 0 };
+        let field = match self.encoding {
+            Encoding::HashGrid(n_features_per_level) => {
+                let grid = tensors.hash_grid(n_features_per_level);
+                let decoder = self.decoder(&mut tensors, grid.config.n_output());
+                AnyField::HashGrid(HashGridField { grid, decoder })
+            }
+            Encoding::Frequency { include_input } => {
+                let encoding = FrequencyConfig { n_frequencies: 4, include_input };
+                let decoder = self.decoder(&mut tensors, encoding.n_output());
+                AnyField::Frequency(FrequencyField { encoding, decoder })
+            }
+        };
+        let model = Model {
+            field,
+            space: Space::Box { min: [-1.0, -0.75, -1.0], max: [1.0, 0.75, 0.5] },
+            occupancy: self.occupancy.map(|n| occupancy(n, &mut tensors.random)),
+            sampling: Sampling { step: 0.03, near: 0.5, far: 6.0, min_transmittance: 1e-4 },
+            display: Display { background: [1.0, 0.5, 0.25], color_space: ColorSpace::Srgb },
+        };
+        model.validate().expect("a model that fits together");
+        model
+    }
+
+    fn decoder(self, tensors: &mut Tensors, n_encoded: usize) -> Decoder<'static> {
+        const N_FEATURES: u32 = 7;
+        let n_color = (N_FEATURES + self.sh_degree * self.sh_degree) as usize;
+        let density = [
+            tensors.dense(n_encoded, 24, 1.0, true),
+            // 13 is no multiple of what a kernel computes at a time.
+            tensors.dense(24, 13, 1.0, false),
+            tensors.dense(13, 1 + N_FEATURES as usize, 4.0, true),
+        ];
+        let color = [tensors.dense(n_color, 16, 1.0, true), tensors.dense(16, 3, 2.0, false)];
+        Decoder {
+            density: Mlp::new(&density).unwrap(),
+            color: Mlp::new(&color).unwrap(),
+            n_features: N_FEATURES,
+            sh_degree: self.sh_degree,
+            shading: self.shading,
+            log_density_bias: -1.0,
+        }
+    }
+}
+
+/// Makes tensors of random values.
+struct Tensors {
+    random: Random,
+    dtype: DType,
+    made: usize,
+}
+
+impl Tensors {
+    /// Uniform values in [-amplitude, amplitude). Half precision is stored with a
+    /// scale of its own for each tensor, never 1.
+    fn tensor(&mut self, rows: usize, cols: usize, amplitude: f32) -> TensorView<'static> {
+        let scale_log2 = match self.dtype {
+            DType::F16 => [-9, 3, -2, 6][self.made % 4],
+            _ => 0,
+        };
+        self.made += 1;
+        let scale = f32::from(scale_log2).exp2();
+        let mut bytes = Vec::new();
+        for _ in 0..rows * cols {
+            let stored = self.random.signed() * amplitude / scale;
+            match self.dtype {
+                DType::F16 => bytes.extend(half::f16::from_f32(stored).to_le_bytes()),
+                _ => bytes.extend(stored.to_le_bytes()),
+            }
+        }
+        let shape = [rows as u32, cols as u32];
+        TensorView::new(bytes.leak(), self.dtype, shape, scale_log2, Layout::RowMajor).unwrap()
+    }
+
+    /// A layer that keeps the spread of its inputs, times `gain`.
+    fn dense(&mut self, n_in: usize, n_out: usize, gain: f32, bias: bool) -> Dense<'static> {
+        let weight = self.tensor(n_in, n_out, gain * (6.0 / n_in as f32).sqrt());
+        Dense { weight, bias: bias.then(|| self.tensor(1, n_out, 0.5)) }
+    }
+
+    /// Coarse levels are dense, fine ones hashed.
+    fn hash_grid(&mut self, n_features_per_level: u32) -> HashGrid<'static> {
+        let config = HashGridConfig {
+            n_levels: 6,
+            n_features_per_level,
+            log2_hashmap_size: 10,
+            base_resolution: 4,
+            per_level_scale: 1.5,
+            index: GridIndex::Blocked,
+        };
+        assert!(config.level(0).dense_blocks > 0, "a dense level");
+        assert_eq!(config.level(5).dense_blocks, 0, "a hashed level");
+        let mut levels = [TensorView::EMPTY; MAX_LEVELS];
+        for (l, table) in levels.iter_mut().enumerate().take(config.n_levels as usize) {
+            let entries = config.level(l).entries as usize;
+            *table = self.tensor(entries, n_features_per_level as usize, 1.0);
+        }
+        HashGrid { config, levels }
+    }
+}
+
+/// Blocks that are empty, full or sprinkled with cells.
+pub(crate) fn occupancy(resolution: u32, random: &mut Random) -> Occupancy<'static> {
+    let (mut coarse, mut fine) = (Vec::new(), Vec::new());
+    let mut filled = 0u16;
+    for _ in 0..(resolution / 8).pow(3) {
+        let fraction = [0.0, 0.0, 0.3, 1.0][(random.unit() * 4.0) as usize];
+        if fraction == 0.0 {
+            coarse.extend([0, 0]);
+            continue;
+        }
+        filled += 1;
+        coarse.extend(filled.to_le_bytes());
+        for _ in 0..64 {
+            let bits = (0..8).map(|x| u8::from(random.unit() < fraction) << x);
+            fine.push(bits.fold(0, |all, bit| all | bit));
+        }
+    }
+    Occupancy::new(resolution, 1, coarse.leak(), fine.leak()).unwrap()
+}
+
+/// A camera that sees all of the box, and past it.
+pub(crate) fn camera(width: u32, height: u32) -> Camera {
+    let pose = Camera::look_at([1.6, 1.1, 2.2], [0.0, 0.0, -0.2], [0.0, 1.0, 0.0]);
+    Camera::from_fov_x(width, height, 1.0, pose)
+}
