@@ -1,2 +1,8 @@
 //! The command line `pocketnerf`.
-fn main() {}
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+fn main() -> ExitCode {
+    pocketnerf_train::cli::run(Instant::now())
+}

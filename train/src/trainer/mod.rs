@@ -6,6 +6,7 @@ mod hull;
 mod occupancy_grid;
 mod optimizer;
 mod rays;
+mod run;
 mod scene_box;
 
 use fearless_simd::{Level, dispatch};
@@ -21,6 +22,7 @@ pub use hull::Hull;
 pub use occupancy_grid::{OccupancyGrid, dilated, pack};
 pub use optimizer::{Adam, Slices};
 pub use rays::{Backdrop, RaySource, TrainingRay};
+pub use run::{Length, Progress, Summary, run};
 pub use scene_box::find_box;
 
 use crate::dataset::Dataset;
@@ -162,6 +164,12 @@ impl Trainer {
             sampling: self.sampling,
             display: Display { background: [1.0; 3], color_space: ColorSpace::Srgb },
         }
+    }
+
+    /// The run's settings.
+    #[must_use]
+    pub const fn config(&self) -> &TrainConfig {
+        &self.config
     }
 
     /// Steps taken so far.

@@ -1,0 +1,71 @@
+//! `pocketnerf demo`.
+
+use std::path::PathBuf;
+
+use super::{Common, Failure, make_folder, open, read_model, train};
+use crate::dataset::Split;
+use crate::evaluate::evaluate;
+use crate::field::EncodingConfig;
+use crate::trainer::{Length, TrainConfig};
+use crate::{builtin, image_file};
+
+/// Train on the built-in scene, save, render, and compare with the truth.
+#[derive(Debug, clap::Args)]
+pub(super) struct Demo {
+    /// Folder for the model and the pictures.
+    #[arg(long, value_name = "DIR", default_value = "out/demo")]
+    out: PathBuf,
+    /// Wall time until the model is written.
+    #[arg(long, value_name = "S", default_value_t = 75.0)]
+    seconds: f64,
+}
+
+impl Demo {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let folder = make_folder(&self.out)?;
+        let dataset = builtin::dataset(Split::Train, 1);
+        let held_out = builtin::dataset(Split::Test, 1);
+        let mut config = TrainConfig::hash_grid();
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            grid.log2_hashmap_size = 14;
+        }
+        let path = folder.join("scene.pnerf");
+        let length = Length::Seconds(self.seconds);
+        let mut value = train::train(dataset, config, length, &path, common)?;
+        let bytes = read_model(&path)?;
+        let file = open(&path, &bytes)?;
+        let background = file.model.display.background;
+        let mut failure = None;
+        let skip = !common.no_skip;
+        let result =
+            evaluate(&file.model, &held_out, background, common.simd(), skip, |i, a, b| {
+                let camera = &held_out.views[i].camera;
+                let (width, pixels) = image_file::side_by_side(camera.width, &[a, b]);
+                let to = folder.join(format!("view_{i:02}.png"));
+                let written = image_file::write_rgb(&to, width, camera.height, &pixels);
+                failure = written.err().or(failure.take());
+            })?;
+        if let Some(failure) = failure {
+            return Err(failure.into());
+        }
+        if common.json {
+            let scores = serde_json::to_value(&result)?;
+            if let (Some(all), Some(scores)) = (value.as_object_mut(), scores.as_object()) {
+                all.extend(scores.clone());
+            }
+            println!("{value}");
+        } else {
+            println!(
+                "{}: {} bytes, held-out PSNR {:.2} dB on white, {:.3} s a frame, {:.1} s in all; \
+                 model and truth side by side: {}/view_*.png",
+                path.display(),
+                bytes.len(),
+                result.psnr,
+                result.seconds_per_frame,
+                common.started.elapsed().as_secs_f64(),
+                folder.display(),
+            );
+        }
+        Ok(())
+    }
+}

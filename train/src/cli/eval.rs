@@ -1,0 +1,81 @@
+//! `pocketnerf eval`.
+
+use std::path::PathBuf;
+
+use super::{Common, Failure, make_folder, open, read_model};
+use crate::dataset::{self, Split};
+use crate::evaluate::evaluate;
+use crate::image_file;
+
+/// Compare a model's pictures with a dataset's.
+#[derive(Debug, clap::Args)]
+pub(super) struct Eval {
+    /// Model file.
+    model: PathBuf,
+    /// Dataset folder.
+    data: PathBuf,
+    /// Which views: train, val or test.
+    #[arg(long, default_value = "test")]
+    split: Split,
+    /// What model and truth are composited on: white, black or R,G,B; the
+    /// model's own background unless told.
+    #[arg(long, value_name = "COLOR", value_parser = super::parse_color)]
+    background: Option<[f32; 3]>,
+    /// Compare with images so many times smaller.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    downscale_factor: u32,
+    /// Folder for side-by-side pictures: model, truth, difference.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Eval {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let bytes = read_model(&self.model)?;
+        let file = open(&self.model, &bytes)?;
+        let dataset = dataset::load(&self.data, self.split, self.downscale_factor)?;
+        let background = self.background.unwrap_or(file.model.display.background);
+        let folder = self.out.as_deref().map(make_folder).transpose()?;
+        let mut failure = None;
+        let views = &dataset.views;
+        let skip = !common.no_skip;
+        let result =
+            evaluate(&file.model, &dataset, background, common.simd(), skip, |i, a, b| {
+                let Some(folder) = &folder else { return };
+                let path = folder.join(format!("{i:03}.png"));
+                let difference = image_file::difference(a, b, 4);
+                let (width, pixels) =
+                    image_file::side_by_side(views[i].camera.width, &[a, b, &difference]);
+                let height = views[i].camera.height;
+                failure =
+                    image_file::write_rgb(&path, width, height, &pixels).err().or(failure.take());
+            })?;
+        if let Some(failure) = failure {
+            return Err(failure.into());
+        }
+        if common.json {
+            let mut value = serde_json::to_value(&result)?;
+            value["model"] = self.model.display().to_string().into();
+            value["bytes"] = bytes.len().into();
+            value["method"] = file.model.field.kind().into();
+            value["split"] = self.split.name().into();
+            println!("{value}");
+        } else {
+            for view in &result.per_view {
+                println!("{}: {:.2} dB", view.name, view.psnr);
+            }
+            println!(
+                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB, SSIM {}, {:.3} s a frame",
+                result.views,
+                self.split.name(),
+                result.width,
+                result.height,
+                result.background,
+                result.psnr,
+                result.ssim.map_or_else(|| "-".to_owned(), |s| format!("{s:.4}")),
+                result.seconds_per_frame,
+            );
+        }
+        Ok(())
+    }
+}

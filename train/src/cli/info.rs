@@ -1,0 +1,62 @@
+//! `pocketnerf info`.
+
+use std::path::PathBuf;
+
+use pocketnerf_core::Space;
+use pocketnerf_formats::kind;
+use serde_json::json;
+
+use super::{Common, Failure, open, read_model};
+use crate::dataset;
+
+/// Tell what is in a model file or a dataset.
+#[derive(Debug, clap::Args)]
+pub(super) struct Info {
+    /// Model file, or dataset folder.
+    path: PathBuf,
+}
+
+impl Info {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        if self.path.is_dir() {
+            let report = dataset::inspect(&self.path)?;
+            if common.json {
+                println!("{}", serde_json::to_string(&report)?);
+            } else {
+                println!("{report}");
+            }
+            return Ok(());
+        }
+        let bytes = read_model(&self.path)?;
+        let file = open(&self.path, &bytes)?;
+        let Space::Box { min, max } = file.model.space else {
+            return Err("this build does not know the model's kind of space".into());
+        };
+        let parameters: usize = file.tensors().map(|(_, t)| t.rows() * t.cols()).sum();
+        let sections: Vec<_> = file
+            .sections()
+            .map(|s| {
+                json!({"kind": kind::name(s.id.kind), "index": s.id.index, "bytes": s.bytes.len()})
+            })
+            .collect();
+        let provenance = file.about.provenance;
+        let value = json!({
+            "method": file.model.field.kind(),
+            "bytes": bytes.len(),
+            "parameters": parameters,
+            "precision": format!("{:?}", file.model.field.dtype()).to_lowercase(),
+            "sections": sections,
+            "aabb": [min, max],
+            "occupancy_fraction": file.model.occupancy.map(|o| o.fraction()),
+            "trained_on": provenance.map(|p| {
+                json!({"dataset": p.dataset, "fingerprint": format!("{:016x}", p.trained_on),
+                    "seed": p.seed, "steps": p.steps, "program": p.program})
+            }),
+            "metrics": provenance.and_then(|p| p.train_psnr).map(|p| json!({"train_psnr": p})),
+        });
+        let text =
+            if common.json { value.to_string() } else { serde_json::to_string_pretty(&value)? };
+        println!("{text}");
+        Ok(())
+    }
+}

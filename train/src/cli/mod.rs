@@ -1,0 +1,152 @@
+//! The command line: a thin layer over the library. One file a command.
+
+mod demo;
+mod eval;
+mod info;
+mod render;
+mod train;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::{Args, Parser, Subcommand};
+use pocketnerf_core::SimdLevel;
+
+/// Whatever stops a command: its text is one line.
+type Failure = Box<dyn std::error::Error>;
+
+/// Radiance fields on ordinary CPUs: photos with known cameras in, a compact
+/// model file out, new views from any side.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Command {
+    #[command(subcommand)]
+    action: Action,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Train on the built-in scene, save, render, and compare with the truth.
+    Demo(demo::Demo),
+    /// Learn a model from a dataset.
+    Train(train::Train),
+    /// Compare a model's pictures with a dataset's.
+    Eval(eval::Eval),
+    /// Render pictures of a model.
+    Render(render::Render),
+    /// Tell what is in a model file or a dataset.
+    Info(info::Info),
+}
+
+/// Options of every command.
+#[derive(Clone, Debug, Args)]
+struct Common {
+    /// Worker threads; the machine's cores unless told.
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<usize>,
+    /// Vector instructions: portable, sse4.2, avx2, avx512, neon; the best
+    /// this machine has unless told.
+    #[arg(long, global = true, value_name = "LEVEL", value_parser = parse_simd)]
+    simd: Option<SimdLevel>,
+    /// Visit every step of a ray instead of crossing empty space in strides.
+    #[arg(long, global = true)]
+    no_skip: bool,
+    /// Print one JSON object on standard output and nothing else there.
+    #[arg(long, global = true)]
+    json: bool,
+    /// No progress.
+    #[arg(long, global = true)]
+    quiet: bool,
+    /// When the program began.
+    #[arg(skip = Instant::now())]
+    started: Instant,
+}
+
+impl Common {
+    fn simd(&self) -> SimdLevel {
+        self.simd.unwrap_or_else(SimdLevel::detect)
+    }
+
+    /// A line for people: on standard error when standard output is JSON's.
+    fn say(&self, text: &str) {
+        if self.json {
+            eprintln!("{text}");
+        } else {
+            println!("{text}");
+        }
+    }
+}
+
+fn parse_simd(name: &str) -> Result<SimdLevel, String> {
+    let level: SimdLevel = name.parse().map_err(str::to_owned)?;
+    level.token().map(|_| level).map_err(|e| e.to_string())
+}
+
+/// Three numbers from 0 to 1, or `white` or `black`.
+fn parse_color(text: &str) -> Result<[f32; 3], String> {
+    match text {
+        "white" => return Ok([1.0; 3]),
+        "black" => return Ok([0.0; 3]),
+        _ => {}
+    }
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok([r, g, b]) if [r, g, b].iter().all(|v| (0.0..=1.0).contains(*v)) => Ok([*r, *g, *b]),
+        _ => Err("expected white, black or three numbers from 0 to 1: R,G,B".to_owned()),
+    }
+}
+
+/// Runs the command of this process; `started` is when the program began.
+#[must_use]
+pub fn run(started: Instant) -> ExitCode {
+    let mut command = Command::parse();
+    command.common.started = started;
+    match execute(&command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("pocketnerf: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn execute(command: &Command) -> Result<(), Failure> {
+    let common = &command.common;
+    if let Some(n) = common.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(n).build_global()?;
+    }
+    match &command.action {
+        Action::Demo(action) => action.run(common),
+        Action::Train(action) => action.run(common),
+        Action::Eval(action) => action.run(common),
+        Action::Render(action) => action.run(common),
+        Action::Info(action) => action.run(common),
+    }
+}
+
+/// Reads a model file whole.
+fn read_model(path: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(path).map_err(|e| format!("{}: cannot be read: {e}", path.display()).into())
+}
+
+/// Opens a model's bytes; the error names the file.
+fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<pocketnerf_formats::ModelFile<'a>, Failure> {
+    pocketnerf_formats::open_verified(bytes).map_err(|e| format!("{}: {e}", path.display()).into())
+}
+
+/// Makes a folder for results.
+fn make_folder(path: &Path) -> Result<PathBuf, Failure> {
+    std::fs::create_dir_all(path)
+        .map_err(|e| format!("{}: this folder cannot be made: {e}", path.display()))?;
+    Ok(path.to_owned())
+}
+
+/// The most memory that this process has held, where the system tells.
+fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
+}

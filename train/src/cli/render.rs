@@ -1,0 +1,128 @@
+//! `pocketnerf render`.
+
+use std::path::{Path, PathBuf};
+
+use pocketnerf_core::{Camera, Space};
+use pocketnerf_formats::ModelFile;
+
+use super::{Common, Failure, make_folder, open, read_model};
+use crate::cameras::{self, Orbit};
+use crate::{image_file, metrics, output, picture};
+
+/// Render pictures of a model.
+#[derive(Debug, clap::Args)]
+pub(super) struct Render {
+    /// Model file.
+    model: PathBuf,
+    /// Camera-to-world pose: 16 numbers or 4 rows of 4, as text or a file.
+    #[arg(long, value_name = "JSON", conflicts_with_all = ["camera_path", "orbit"])]
+    pose: Option<String>,
+    /// Camera path: nerfstudio's camera_path.json or a transforms.json.
+    #[arg(long, value_name = "JSON", conflicts_with = "orbit")]
+    camera_path: Option<PathBuf>,
+    /// So many views in a circle around the scene.
+    #[arg(long, value_name = "N")]
+    orbit: Option<usize>,
+    /// Horizontal field of view, degrees; the model's own unless told.
+    #[arg(long, value_name = "DEG")]
+    fov: Option<f32>,
+    /// Picture width; the model's own unless told.
+    #[arg(long, value_name = "W")]
+    width: Option<u32>,
+    /// Picture height; the model's own unless told.
+    #[arg(long, value_name = "H")]
+    height: Option<u32>,
+    /// White, black or R,G,B; the model's own unless told.
+    #[arg(long, value_name = "COLOR", value_parser = super::parse_color)]
+    background: Option<[f32; 3]>,
+    /// Also write the depth, as 16-bit PNG in thousandths of a scene unit.
+    #[arg(long)]
+    depth: bool,
+    /// File for one picture, folder for several.
+    #[arg(long, value_name = "FILE|DIR", default_value = "render.png")]
+    out: PathBuf,
+}
+
+impl Render {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let bytes = read_model(&self.model)?;
+        let file = open(&self.model, &bytes)?;
+        let cameras = self.cameras(&file)?;
+        let background = self.background.unwrap_or(file.model.display.background);
+        let folder = (cameras.len() > 1).then(|| make_folder(&self.out)).transpose()?;
+        if folder.is_none() {
+            output::check_output(&self.out)?;
+        }
+        for (i, camera) in cameras.iter().enumerate() {
+            let path = match &folder {
+                Some(folder) => folder.join(format!("{i:03}.png")),
+                None => self.out.clone(),
+            };
+            let rendered = picture::render(&file.model, camera, common.simd(), !common.no_skip)?;
+            let rgb = metrics::quantize_all(&rendered.over(background));
+            image_file::write_rgb(&path, camera.width, camera.height, &rgb)?;
+            if self.depth {
+                let (path, per_step) = (depth_path(&path), image_file::DEPTH_UNITS_PER_STEP);
+                let size = (camera.width, camera.height);
+                image_file::write_depth(&path, size.0, size.1, &rendered.depth, per_step)?;
+            }
+        }
+        if !common.quiet {
+            common.say(&format!("{}: {} pictures", self.out.display(), cameras.len()));
+        }
+        Ok(())
+    }
+
+    fn cameras(&self, file: &ModelFile<'_>) -> Result<Vec<Camera>, Failure> {
+        let own = file.about.camera.map(|c| c.camera());
+        let size = [
+            self.width.or(own.map(|c| c.width)).unwrap_or(400),
+            self.height.or(own.map(|c| c.height)).unwrap_or(400),
+        ];
+        if size.iter().any(|side| !(1..=16_384).contains(side)) {
+            return Err(format!("picture size {size:?}: expected 1 to 16384 a side").into());
+        }
+        let own_fov = own.map(|c| 2.0 * (0.5 * c.width as f32 / c.focal[0]).atan());
+        let fov_x = self.fov.map(f32::to_radians).or(own_fov).unwrap_or(0.7);
+        if !(0.01..3.1).contains(&fov_x) {
+            return Err(format!(
+                "field of view {:.1}: expected 1 to 177 degrees",
+                fov_x.to_degrees()
+            )
+            .into());
+        }
+        if let Some(path) = &self.camera_path {
+            let given = (self.width.is_some() && self.height.is_some()).then_some(size);
+            return Ok(cameras::camera_path(path, given)?);
+        }
+        if let Some(pose) = &self.pose {
+            let pose = cameras::pose(pose)?;
+            return Ok(vec![Camera::from_fov_x(size[0], size[1], fov_x, pose)]);
+        }
+        let target = file.model.space.center();
+        if let (None, Some(own)) = (self.orbit, own) {
+            let pose = own.camera_to_world;
+            return Ok(vec![Camera::from_fov_x(size[0], size[1], fov_x, pose)]);
+        }
+        let radius = own.map_or_else(
+            || 2.0 * longest_side(&file.model.space),
+            |c| (0..3).map(|a| (c.position()[a] - target[a]).powi(2)).sum::<f32>().sqrt(),
+        );
+        let views = self.orbit.unwrap_or(1);
+        if !(1..=10_000).contains(&views) {
+            return Err(format!("--orbit {views}: expected 1 to 10000 views").into());
+        }
+        let orbit =
+            Orbit { views, target, radius, elevation: 0.5, up: [0.0, 0.0, 1.0], fov_x, size };
+        Ok(orbit.cameras())
+    }
+}
+
+fn longest_side(space: &Space) -> f32 {
+    1.0 / space.unit_map().scale
+}
+
+/// `view.png` → `view.depth.png`.
+fn depth_path(path: &Path) -> PathBuf {
+    path.with_extension("depth.png")
+}

@@ -1,0 +1,104 @@
+//! A model against the views of a dataset.
+
+use std::time::Instant;
+
+use pocketnerf_core::{Error, Model, SimdLevel};
+use serde::Serialize;
+
+use crate::dataset::Dataset;
+use crate::{metrics, picture};
+
+/// One view's result.
+#[derive(Clone, Debug, Serialize)]
+pub struct ViewScore {
+    /// The view's name.
+    pub name: String,
+    /// dB, on 8-bit values; `null` for identical pictures.
+    pub psnr: f64,
+    /// Structural similarity; `null` where the picture is too small.
+    pub ssim: Option<f64>,
+}
+
+/// Results over a split.
+#[derive(Clone, Debug, Serialize)]
+pub struct Evaluation {
+    /// Number of views.
+    pub views: usize,
+    /// Picture width of the first view.
+    pub width: u32,
+    /// Picture height of the first view.
+    pub height: u32,
+    /// What the pictures and the truth were composited on.
+    pub background: [f32; 3],
+    /// Mean of the views' PSNR, dB.
+    pub psnr: f64,
+    /// Mean of the views' SSIM.
+    pub ssim: Option<f64>,
+    /// Not measured: no weights given.
+    pub lpips: Option<f64>,
+    /// Every view.
+    pub per_view: Vec<ViewScore>,
+    /// Median rendering time.
+    pub seconds_per_frame: f64,
+    /// Its inverse.
+    pub frames_per_second: f64,
+    /// Rays a second.
+    pub rays_per_second: f64,
+    /// Samples at which the field was asked, a ray.
+    pub samples_per_ray: f64,
+    /// Threads that rendered.
+    pub threads: usize,
+}
+
+/// Renders every view and compares; `each` receives the view's number, its
+/// 8-bit picture and the 8-bit truth.
+///
+/// # Errors
+/// Whatever rendering reports.
+pub fn evaluate(
+    model: &Model<'_>,
+    dataset: &Dataset,
+    background: [f32; 3],
+    simd: SimdLevel,
+    skip: bool,
+    mut each: impl FnMut(usize, &[u8], &[u8]),
+) -> Result<Evaluation, Error> {
+    let (mut times, mut per_view, mut rays, mut samples) = (Vec::new(), Vec::new(), 0, 0);
+    for (i, view) in dataset.views.iter().enumerate() {
+        let begun = Instant::now();
+        let rendered = picture::render(model, &view.camera, simd, skip)?;
+        times.push(begun.elapsed().as_secs_f64());
+        rays += rendered.stats.rays;
+        samples += rendered.stats.samples;
+        let picture = metrics::quantize_all(&rendered.over(background));
+        let truth = metrics::quantize_all(&metrics::composite_on(&view.rgba, background));
+        let size = (view.camera.width as usize, view.camera.height as usize);
+        per_view.push(ViewScore {
+            name: view.name.clone(),
+            psnr: metrics::psnr(&picture, &truth),
+            ssim: metrics::ssim(&picture, &truth, size.0, size.1),
+        });
+        each(i, &picture, &truth);
+    }
+    let n = per_view.len().max(1) as f64;
+    let total: f64 = times.iter().sum();
+    times.sort_by(f64::total_cmp);
+    let median = times.get(times.len() / 2).copied().unwrap_or(0.0);
+    let ssim: Option<f64> = per_view.iter().map(|v| v.ssim).sum();
+    let first = dataset.views.first().map_or([0, 0], |v| [v.camera.width, v.camera.height]);
+    Ok(Evaluation {
+        views: per_view.len(),
+        width: first[0],
+        height: first[1],
+        background,
+        psnr: per_view.iter().map(|v| v.psnr).sum::<f64>() / n,
+        ssim: ssim.map(|sum| sum / n),
+        lpips: None,
+        per_view,
+        seconds_per_frame: median,
+        frames_per_second: 1.0 / median.max(1e-9),
+        rays_per_second: rays as f64 / total.max(1e-9),
+        samples_per_ray: samples as f64 / (rays as f64).max(1.0),
+        threads: rayon::current_num_threads(),
+    })
+}

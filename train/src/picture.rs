@@ -1,0 +1,88 @@
+//! Whole pictures of a model, tiles in parallel.
+
+use pocketnerf_core::render::RenderStats;
+use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
+use rayon::prelude::*;
+
+/// Side of a tile: as many pixels as rays travel together.
+const TILE: u32 = 16;
+
+/// A rendered picture.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Pixels along x.
+    pub width: u32,
+    /// Pixels along y.
+    pub height: u32,
+    /// Premultiplied RGBA, four values a pixel, without background.
+    pub rgba: Vec<f32>,
+    /// Expected Euclidean distance, scene units; infinite where nothing is.
+    pub depth: Vec<f32>,
+    /// What it took.
+    pub stats: RenderStats,
+}
+
+impl Picture {
+    /// RGB over a background, three values a pixel.
+    #[must_use]
+    pub fn over(&self, background: [f32; 3]) -> Vec<f32> {
+        let pixels = self.rgba.as_chunks::<4>().0.iter();
+        pixels
+            .flat_map(|[r, g, b, a]| {
+                let [br, bg, bb] = background.map(|c| c * (1.0 - a));
+                [r + br, g + bg, b + bb]
+            })
+            .collect()
+    }
+}
+
+/// Renders the picture that `camera` takes, on all threads of the current pool.
+///
+/// # Errors
+/// Whatever [`render_tile`] reports.
+pub fn render(
+    model: &Model<'_>,
+    camera: &Camera,
+    simd: SimdLevel,
+    skip: bool,
+) -> Result<Picture, Error> {
+    let options = RenderOptions { skip, ..RenderOptions::new(model, simd, Tuning::FAST) };
+    let (width, height) = (camera.width, camera.height);
+    let corners = (0..height.div_ceil(TILE))
+        .flat_map(|y| (0..width.div_ceil(TILE)).map(move |x| (x * TILE, y * TILE)));
+    let tiles: Vec<Tile> = corners
+        .map(|(x, y)| Tile { x, y, width: TILE.min(width - x), height: TILE.min(height - y) })
+        .collect();
+    let parts: Result<Vec<_>, Error> = tiles
+        .par_iter()
+        .map_init(
+            || vec![0.0; options.scratch_len()],
+            |scratch, tile| {
+                let mut rgba = vec![0.0; tile.pixels() * 4];
+                let mut depth = vec![0.0; tile.pixels()];
+                let to = (&mut rgba, &mut depth);
+                let stats = render_tile(model, camera, *tile, &options, scratch, to.0, Some(to.1))?;
+                Ok((rgba, depth, stats))
+            },
+        )
+        .collect();
+    let pixels = width as usize * height as usize;
+    let mut picture = Picture {
+        width,
+        height,
+        rgba: vec![0.0; pixels * 4],
+        depth: vec![0.0; pixels],
+        stats: RenderStats::default(),
+    };
+    for (tile, (rgba, depth, stats)) in tiles.iter().zip(parts?) {
+        picture.stats.rays += stats.rays;
+        picture.stats.samples += stats.samples;
+        let row = tile.width as usize;
+        for y in 0..tile.height as usize {
+            let to = (tile.y as usize + y) * width as usize + tile.x as usize;
+            picture.rgba[to * 4..][..row * 4].copy_from_slice(&rgba[y * row * 4..][..row * 4]);
+            picture.depth[to..][..row].copy_from_slice(&depth[y * row..][..row]);
+        }
+    }
+    Ok(picture)
+}
