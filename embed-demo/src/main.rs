@@ -1,2 +1,61 @@
-//! Renders an orbit of a `.pnerf` file.
-fn main() {}
+//! Renders an orbit of a `.pnerf` file: `pocketnerf-embed-demo MODEL FOLDER`.
+//!
+//! All that an embedding program needs: open the bytes, size the scratch, and
+//! call `render_tile` from as many threads as it likes.
+
+use std::error::Error;
+use std::f32::consts::TAU;
+use std::path::Path;
+
+use pocketnerf_core::{Camera, Model, RenderOptions, SimdLevel, Tile, Tuning, math, render_tile};
+use rayon::prelude::*;
+
+const VIEWS: u32 = 8;
+const SIDE: u32 = 400;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [model, folder] = arguments.as_slice() else {
+        return Err("usage: pocketnerf-embed-demo MODEL FOLDER".into());
+    };
+    let bytes = std::fs::read(model).map_err(|e| format!("{model}: {e}"))?;
+    let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{model}: {e}"))?;
+    std::fs::create_dir_all(folder)?;
+    for view in 0..VIEWS {
+        let camera = orbit(&file.model, view);
+        let rgb = picture(&file.model, &camera)?;
+        let path = Path::new(folder).join(format!("{view:02}.png"));
+        image::save_buffer(&path, &rgb, SIDE, SIDE, image::ColorType::Rgb8)?;
+    }
+    println!("{folder}: {VIEWS} pictures");
+    Ok(())
+}
+
+/// A camera on a circle around the scene, z up.
+fn orbit(model: &Model<'_>, view: u32) -> Camera {
+    let target = model.space.center();
+    let radius = 1.6 / model.space.unit_map().scale;
+    let (sin, cos) = math::sin_cos(TAU * view as f32 / VIEWS as f32);
+    let eye = [target[0] + radius * cos, target[1] + radius * sin, target[2] + 0.5 * radius];
+    Camera::from_fov_x(SIDE, SIDE, 0.7, Camera::look_at(eye, target, [0.0, 0.0, 1.0]))
+}
+
+/// One row of pixels a task, on all cores.
+fn picture(model: &Model<'_>, camera: &Camera) -> Result<Vec<u8>, pocketnerf_core::Error> {
+    let options = RenderOptions::new(model, SimdLevel::detect(), Tuning::FAST);
+    let background = model.display.background;
+    let rows: Result<Vec<Vec<u8>>, _> = (0..camera.height)
+        .into_par_iter()
+        .map_init(
+            || (vec![0.0; options.scratch_len()], vec![0.0; 4 * camera.width as usize]),
+            |(scratch, rgba), y| {
+                let tile = Tile { x: 0, y, width: camera.width, height: 1 };
+                render_tile(model, camera, tile, &options, scratch, rgba, None)?;
+                let over = |p: &[f32; 4]| [0, 1, 2].map(|c| p[c] + (1.0 - p[3]) * background[c]);
+                let to_byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+                Ok(rgba.as_chunks::<4>().0.iter().flat_map(|p| over(p).map(to_byte)).collect())
+            },
+        )
+        .collect();
+    Ok(rows?.concat())
+}

@@ -27,7 +27,9 @@ impl Demo {
         let held_out = builtin::dataset(Split::Test, 1);
         let mut config = TrainConfig::hash_grid();
         if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            // At most a megabyte.
             grid.log2_hashmap_size = 14;
+            grid.base_resolution = 12;
         }
         let path = folder.join("scene.pnerf");
         let length = Length::Seconds(self.seconds);

@@ -72,6 +72,7 @@ impl Backward {
     /// multiple of 32. Adds to `weights`; the inputs' gradient goes to
     /// `d_encoded` where wanted.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
     pub fn density<S: Simd>(
         &self,
         simd: S,
@@ -94,6 +95,7 @@ impl Backward {
     /// `[features, harmonics][stride]`. Afterwards `d_input` holds the inputs'
     /// gradient.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
     pub fn color<S: Simd>(
         &self,
         simd: S,

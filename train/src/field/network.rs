@@ -10,9 +10,9 @@ use super::{Layout, Part};
 
 /// A network's layers as the backward pass reads them.
 #[derive(Clone, Debug)]
-pub struct Network {
+pub(super) struct Network {
     /// Widths from input to output.
-    pub widths: Vec<usize>,
+    pub(super) widths: Vec<usize>,
     /// Offsets of each layer's weights and biases among the networks' parameters.
     offsets: Vec<[usize; 2]>,
     /// Each layer's weights transposed, `[n_out, n_in]`.
@@ -21,7 +21,7 @@ pub struct Network {
 
 impl Network {
     /// The density network (`color` false) or the colour network of a layout.
-    pub fn new(layout: &Layout, widths: Vec<usize>, color: bool) -> Self {
+    pub(super) fn new(layout: &Layout, widths: Vec<usize>, color: bool) -> Self {
         let part = |i, bias| match (color, bias) {
             (false, false) => Part::DensityWeight(i),
             (false, true) => Part::DensityBias(i),
@@ -37,12 +37,12 @@ impl Network {
     }
 
     /// Number of layers.
-    pub fn n_layers(&self) -> usize {
+    pub(super) fn n_layers(&self) -> usize {
         self.offsets.len()
     }
 
     /// Takes over the weights in `networks`, the networks' parameters.
-    pub fn update(&mut self, networks: &[f32]) {
+    pub(super) fn update(&mut self, networks: &[f32]) {
         for (i, transposed) in self.transposed.iter_mut().enumerate() {
             let (n_in, n_out) = (self.widths[i], self.widths[i + 1]);
             let weights = &networks[self.offsets[i][0]..][..n_in * n_out];
@@ -57,7 +57,8 @@ impl Network {
     /// Computes every hidden layer of `n` points, `hidden[i]` being
     /// `[widths[i + 1]][stride]`, from the encoded `input`.
     #[inline(always)]
-    pub fn hidden_layers<S: Simd>(
+    #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
+    pub(super) fn hidden_layers<S: Simd>(
         &self,
         simd: S,
         layers: &[Dense<'_>],
@@ -67,10 +68,10 @@ impl Network {
         stride: usize,
         panel: &mut [f32],
     ) {
-        for i in 0..self.n_layers() - 1 {
+        for (i, layer) in layers.iter().enumerate().take(self.n_layers() - 1) {
             let (before, after) = hidden.split_at_mut(i);
             let x = before.last().map_or(input, |v| v.as_slice());
-            dense::<S, F32>(simd, &layers[i], x, &mut after[0], n, stride, true, panel);
+            dense::<S, F32>(simd, layer, x, &mut after[0], n, stride, true, panel);
         }
     }
 
@@ -80,7 +81,8 @@ impl Network {
     /// parameters. The gradient of the input goes to `d_input`,
     /// `[n_in][stride]`, where wanted.
     #[inline(always)]
-    pub fn backward<S: Simd>(
+    #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
+    pub(super) fn backward<S: Simd>(
         &self,
         simd: S,
         input: &[f32],

@@ -178,12 +178,13 @@ mod tests {
     fn keeps_what_the_silhouettes_allow() {
         let (cameras, images) = views(10.0);
         let hull = Hull::new(&cameras, &images);
-        let space = Space::Box { min: [-1.5; 3], max: [1.5; 3] };
+        // Small enough for every view to see all of it.
+        let space = Space::Box { min: [-0.9; 3], max: [0.9; 3] };
         let cells = hull.cells(&space, 64);
         // 10 pixels at distance 4 and focal 138 are 0.29 units: three
         // cylinders' intersection, at least the ball, grown by about a cell.
         let center =
-            |n: u32| [n % 64, n / 64 % 64, n / 4096].map(|c| (c as f32 + 0.5) * 3.0 / 64.0 - 1.5);
+            |n: u32| [n % 64, n / 64 % 64, n / 4096].map(|c| (c as f32 + 0.5) * 1.8 / 64.0 - 0.9);
         let norm = |p: [f32; 3]| p.iter().map(|v| v * v).sum::<f32>().sqrt();
         assert!(cells.iter().all(|n| norm(center(*n)) < 0.29 * 1.5 + 0.15));
         let ball = (0..64u32.pow(3)).filter(|n| norm(center(*n)) < 0.28);

@@ -75,8 +75,8 @@ impl OccupancyGrid {
         (&self.density, self.updates)
     }
 
-    /// Takes back what [`OccupancyGrid::state`] gave; the bits follow with
-    /// [`OccupancyGrid::restore_bits`]. False where the sizes differ.
+    /// Takes back what [`OccupancyGrid::state`] gave, with the bits of
+    /// [`OccupancyGrid::view`]. False where the sizes differ.
     #[must_use]
     pub fn restore(&mut self, density: &[f32], updates: u32, coarse: &[u8], fine: &[u8]) -> bool {
         let fits = density.len() == self.density.len()
