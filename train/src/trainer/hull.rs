@@ -33,7 +33,9 @@ impl Pyramid {
     /// alpha. May say yes a little too often.
     fn any(&self, [x0, y0, x1, y1]: [usize; 4]) -> bool {
         let size = (x1 - x0).max(y1 - y0) + 1;
-        let level = (size.next_power_of_two().trailing_zeros() as usize).min(self.levels.len() - 1);
+        // Squares of a quarter of the rectangle: few of them, little beside it.
+        let level = size.next_power_of_two().trailing_zeros().saturating_sub(2) as usize;
+        let level = level.min(self.levels.len() - 1);
         let (w, _, alpha) = &self.levels[level];
         (y0 >> level..=y1 >> level)
             .any(|y| (x0 >> level..=x1 >> level).any(|x| alpha[y * w + x] > 0))
