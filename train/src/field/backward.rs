@@ -4,6 +4,7 @@
 use fearless_simd::Simd;
 use pocketnerf_core::field::Decoder;
 use pocketnerf_core::network::panel_len;
+use pocketnerf_core::store::Store;
 
 use super::network::Network;
 use super::{FieldConfig, Layout};
@@ -73,7 +74,7 @@ impl Backward {
     /// `d_encoded` where wanted.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
-    pub fn density<S: Simd>(
+    pub fn density<S: Simd, T: Store>(
         &self,
         simd: S,
         decoder: &Decoder<'_>,
@@ -85,7 +86,7 @@ impl Backward {
     ) {
         let Gradients { stride, density_hidden: hidden, gradient, other, panel, .. } = buffers;
         let layers = decoder.density.layers();
-        self.density.hidden_layers(simd, layers, encoded, hidden, n, *stride, panel);
+        self.density.hidden_layers::<S, T>(simd, layers, encoded, hidden, n, *stride, panel);
         let pair = [gradient, other];
         self.density.backward(simd, encoded, hidden, pair, n, *stride, weights, d_encoded, panel);
     }
@@ -96,7 +97,7 @@ impl Backward {
     /// gradient.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
-    pub fn color<S: Simd>(
+    pub fn color<S: Simd, T: Store>(
         &self,
         simd: S,
         decoder: &Decoder<'_>,
@@ -108,7 +109,7 @@ impl Backward {
     ) {
         let Gradients { stride, color_hidden: hidden, gradient, other, panel, .. } = buffers;
         let layers = decoder.color.layers();
-        self.color.hidden_layers(simd, layers, input, hidden, n, *stride, panel);
+        self.color.hidden_layers::<S, T>(simd, layers, input, hidden, n, *stride, panel);
         let pair = [gradient, other];
         self.color.backward(simd, input, hidden, pair, n, *stride, weights, Some(d_input), panel);
     }

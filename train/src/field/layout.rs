@@ -139,11 +139,34 @@ impl Layout {
         config: &FieldConfig,
         parameters: &'a [f32],
     ) -> Result<AnyField<'a>, Error> {
-        let tensor = |range: &Range| {
+        self.view_with(config, |range| {
             let bytes = bytemuck::must_cast_slice(&parameters[range.indices()]);
             let shape = range.shape.map(|n| n as u32);
             TensorView::new(bytes, DType::F32, shape, 0, Order::RowMajor)
-        };
+        })
+    }
+
+    /// The same from [rounded](super::half) parameters.
+    ///
+    /// # Errors
+    /// Whatever core's validation reports.
+    pub fn view_half<'a>(
+        &self,
+        config: &FieldConfig,
+        parameters: &'a [u16],
+    ) -> Result<AnyField<'a>, Error> {
+        self.view_with(config, |range| {
+            let bytes = bytemuck::must_cast_slice(&parameters[range.indices()]);
+            let shape = range.shape.map(|n| n as u32);
+            TensorView::new(bytes, DType::F16, shape, super::half::SCALE_LOG2, Order::RowMajor)
+        })
+    }
+
+    fn view_with<'a>(
+        &self,
+        config: &FieldConfig,
+        tensor: impl Fn(&Range) -> Result<TensorView<'a>, Error>,
+    ) -> Result<AnyField<'a>, Error> {
         let mut levels = [TensorView::EMPTY; MAX_LEVELS];
         for (level, range) in levels.iter_mut().zip(self.levels()) {
             *level = tensor(range)?;

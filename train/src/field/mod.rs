@@ -6,6 +6,7 @@
 
 mod backward;
 mod config;
+pub mod half;
 mod hash_grid;
 mod init;
 mod layout;

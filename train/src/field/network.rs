@@ -3,7 +3,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use pocketnerf_core::network::{Dense, dense};
-use pocketnerf_core::store::F32;
+use pocketnerf_core::store::{F32, Store};
 use pocketnerf_core::{DType, Layout as Order, TensorView};
 
 use super::{Layout, Part};
@@ -58,7 +58,7 @@ impl Network {
     /// `[widths[i + 1]][stride]`, from the encoded `input`.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
-    pub(super) fn hidden_layers<S: Simd>(
+    pub(super) fn hidden_layers<S: Simd, T: Store>(
         &self,
         simd: S,
         layers: &[Dense<'_>],
@@ -71,7 +71,7 @@ impl Network {
         for (i, layer) in layers.iter().enumerate().take(self.n_layers() - 1) {
             let (before, after) = hidden.split_at_mut(i);
             let x = before.last().map_or(input, |v| v.as_slice());
-            dense::<S, F32>(simd, layer, x, &mut after[0], n, stride, true, panel);
+            dense::<S, T>(simd, layer, x, &mut after[0], n, stride, true, panel);
         }
     }
 

@@ -9,7 +9,7 @@ use pocketnerf_core::encoding::spherical_harmonics;
 use pocketnerf_core::field::{Field, Samples, Shading};
 use pocketnerf_core::sampler::{Marcher, Path};
 use pocketnerf_core::scratch::{Limits, Tuning, Workspace};
-use pocketnerf_core::store::F32;
+use pocketnerf_core::store::Store;
 
 use super::rays::{RaySource, TrainingRay};
 use crate::field::{Backward, Gradients};
@@ -180,7 +180,7 @@ impl Group {
 
     /// Everything: march, shade, and both backward passes.
     #[inline(always)]
-    pub(crate) fn run<S: Simd, F: Field>(
+    pub(crate) fn run<S: Simd, T: Store, F: Field>(
         &mut self,
         simd: S,
         field: &F,
@@ -189,18 +189,18 @@ impl Group {
     ) {
         self.stats = GroupStats::default();
         self.network_gradient.fill(0.0);
-        self.march(simd, field, job, worker);
+        self.march::<S, T, F>(simd, field, job, worker);
         match field.decoder().shading {
-            Shading::PerRay => self.shade(simd, field, job, worker),
+            Shading::PerRay => self.shade::<S, T, F>(simd, field, job, worker),
             Shading::PerSample => self.compare(),
         }
         self.sample_gradients(job, field.decoder().channels());
-        self.back_through_networks(simd, field, job, worker);
+        self.back_through_networks::<S, T, F>(simd, field, job, worker);
     }
 
     /// Forward: density and features along every ray until it is opaque.
     #[inline(always)]
-    fn march<S: Simd, F: Field>(&mut self, simd: S, field: &F, job: &Job<'_>, worker: &mut Worker) {
+    fn march<S: Simd, T: Store, F: Field>(&mut self, simd: S, field: &F, job: &Job<'_>, worker: &mut Worker) {
         let channels = field.decoder().channels();
         let per_sample = field.decoder().shading == Shading::PerSample;
         self.records.clear();
@@ -247,7 +247,7 @@ impl Group {
                 points: [0, 1, 2].map(|axis| &points[axis][..padded]),
                 directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
             };
-            field.density_features::<S, F32>(simd, samples, &mut work);
+            field.density_features::<S, T>(simd, samples, &mut work);
             // The first row of `a` is free now: opacities go there, sigma stays.
             worker.a[..padded].copy_from_slice(&worker.output[..padded]);
             composite::opacities(simd, &mut worker.a[..padded], job.step);
@@ -318,7 +318,7 @@ impl Group {
     /// Deferred shading: colour of every ray that met something, the error,
     /// and back through the colour network. `sums` become their gradients.
     #[inline(always)]
-    fn shade<S: Simd, F: Field>(&mut self, simd: S, field: &F, job: &Job<'_>, worker: &mut Worker) {
+    fn shade<S: Simd, T: Store, F: Field>(&mut self, simd: S, field: &F, job: &Job<'_>, worker: &mut Worker) {
         let decoder = field.decoder();
         let channels = decoder.channels();
         self.ray_gradients.clear();
@@ -369,7 +369,7 @@ impl Group {
             worker.a[..n_features].copy_from_slice(&worker.color_input[..n_features]);
             let directions = worker.directions.clone();
             let axes = [0, 1, 2].map(|axis| directions[axis].as_slice());
-            decoder.colors::<S, F32>(simd, axes, padded, &mut worker.workspace());
+            decoder.colors::<S, T>(simd, axes, padded, &mut worker.workspace());
             // Gradient of the colour network's outputs, before the logistic.
             let rows = worker.gradients.rows();
             for row in rows.chunks_mut(STRIDE).take(3) {
@@ -390,7 +390,7 @@ impl Group {
                 self.ray_gradients[r].opacity =
                     (0..3).map(|c| d_color[c] * (rgb[c] - ray.background[c])).sum();
             }
-            job.backward.color(
+            job.backward.color::<S, T>(
                 simd,
                 decoder,
                 &worker.color_input,
@@ -454,7 +454,7 @@ impl Group {
 
     /// From samples to network weights and encoded points.
     #[inline(always)]
-    fn back_through_networks<S: Simd, F: Field>(
+    fn back_through_networks<S: Simd, T: Store, F: Field>(
         &mut self,
         simd: S,
         field: &F,
@@ -484,7 +484,7 @@ impl Group {
                 row[kept.len()..padded].fill(0.0);
             }
             let points = [0, 1, 2].map(|axis| &axes[axis][..padded]);
-            field.encode::<S, F32>(simd, points, &mut worker.a, STRIDE);
+            field.encode::<S, T>(simd, points, &mut worker.a, STRIDE);
             let rows = worker.gradients.rows();
             for row in rows.chunks_mut(STRIDE).take(1 + channels) {
                 row[kept.len()..padded].fill(0.0);
@@ -498,7 +498,7 @@ impl Group {
                 }
             }
             if decoder.shading == Shading::PerSample {
-                Self::back_through_color(
+                Self::back_through_color::<S, T, F>(
                     simd,
                     field,
                     job,
@@ -510,7 +510,7 @@ impl Group {
                 );
             }
             let wanted = (n_encoded > 0).then_some(&mut *d_encoded);
-            job.backward.density(
+            job.backward.density::<S, T>(
                 simd,
                 decoder,
                 &worker.a,
@@ -526,7 +526,7 @@ impl Group {
     /// to 3 of the gradient) to that of its features. Keeps `worker.a`.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "parts of a group that are borrowed apart")]
-    fn back_through_color<S: Simd, F: Field>(
+    fn back_through_color<S: Simd, T: Store, F: Field>(
         simd: S,
         field: &F,
         job: &Job<'_>,
@@ -553,7 +553,7 @@ impl Group {
         // Features again, then colours.
         {
             let Worker { a, b, output, panel, .. } = &mut *worker;
-            decoder.density.forward::<S, F32>(simd, a, b, output, padded, STRIDE, panel);
+            decoder.density.forward::<S, T>(simd, a, b, output, padded, STRIDE, panel);
         }
         let features = &worker.output[STRIDE..(1 + n_features) * STRIDE];
         worker.color_input[..features.len()].copy_from_slice(features);
@@ -569,7 +569,7 @@ impl Group {
         worker.a[..n_features * STRIDE].copy_from_slice(&worker.color_input[..n_features * STRIDE]);
         let directions = worker.directions.clone();
         let axes = [0, 1, 2].map(|axis| directions[axis].as_slice());
-        decoder.colors::<S, F32>(simd, axes, padded, &mut worker.workspace());
+        decoder.colors::<S, T>(simd, axes, padded, &mut worker.workspace());
         let rows = worker.gradients.rows();
         let log_density = rows[..padded].to_vec();
         for c in 0..3 {
@@ -578,7 +578,7 @@ impl Group {
                 rows[c * STRIDE + column] = rows[(1 + c) * STRIDE + column] * rgb * (1.0 - rgb);
             }
         }
-        job.backward.color(
+        job.backward.color::<S, T>(
             simd,
             decoder,
             &worker.color_input,

@@ -9,11 +9,14 @@ mod rays;
 mod run;
 mod scene_box;
 
+use std::sync::Mutex;
+
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::encoding::hash_grid::Level as GridLevel;
 use pocketnerf_core::field::Field;
 use pocketnerf_core::sampler::Marcher;
 use pocketnerf_core::scratch::Limits;
+use pocketnerf_core::store::F16;
 use pocketnerf_core::{AnyField, ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 use rayon::prelude::*;
 
@@ -26,10 +29,12 @@ pub use run::{Length, Progress, Summary, run};
 pub use scene_box::find_box;
 
 use crate::dataset::Dataset;
+use crate::field::half::round_all;
 use crate::field::{Backward, EncodingConfig, Layout, initialize, scatter_level};
 use crate::random::Random;
 use group::{Group, GroupStats, Job, STRIDE, Worker};
 
+const NOT_POISONED: &str = "no thread panics while it holds the buffers";
 /// Shares that a step is cut into, at any number of threads.
 const GROUPS: usize = 32;
 /// Steps between two updates of the occupancy.
@@ -73,9 +78,15 @@ pub struct Trainer {
     sampling: Sampling,
     layout: Layout,
     parameters: Vec<f32>,
+    /// Gradient of the networks.
     gradient: Vec<f32>,
+    /// Gradient buffers of grid levels, as many as there are threads: a level's
+    /// is full only between its scatter and its update, and stays in the cache.
+    level_gradients: Mutex<Vec<Vec<f32>>>,
     mean: Vec<f32>,
     square: Vec<f32>,
+    /// The parameters in half precision: what the forward pass reads.
+    half: Vec<u16>,
     adam: Adam,
     backward: Backward,
     groups: Vec<Group>,
@@ -118,6 +129,8 @@ impl Trainer {
         let layout = Layout::new(&config.field);
         let mut parameters = vec![0.0; layout.len()];
         initialize(&layout, config.seed, &mut parameters);
+        let mut half = vec![0; layout.len()];
+        dispatch!(level, simd => round_all(simd, &parameters, &mut half));
         let limits = layout.view(&config.field, &parameters)?.limits();
         let resolution = config.occupancy_resolution;
         let candidates = match &hull {
@@ -133,9 +146,11 @@ impl Trainer {
             source,
             space,
             sampling,
-            gradient: zeros(),
+            gradient: vec![0.0; n_network],
+            level_gradients: Mutex::default(),
             mean: zeros(),
             square: zeros(),
+            half,
             adam: Adam::default(),
             backward,
             groups: (0..GROUPS).map(|_| group()).collect(),
@@ -199,13 +214,13 @@ impl Trainer {
     }
 
     fn update_occupancy(&mut self) {
-        let Self { grid, layout, config, parameters, level, backward, limits, .. } = self;
-        let field = layout.view(&config.field, parameters).expect("checked when training began");
+        let Self { grid, layout, config, half, level, backward, limits, .. } = self;
+        let field = layout.view_half(&config.field, half).expect("checked when training began");
         let worker = || Worker::new(*limits, backward);
         let step = self.sampling.step;
         match &field {
-            AnyField::HashGrid(field) => grid.update(*level, field, config.seed, step, worker),
-            AnyField::Frequency(field) => grid.update(*level, field, config.seed, step, worker),
+            AnyField::HashGrid(field) => grid.update::<F16, _>(*level, field, config.seed, step, worker),
+            AnyField::Frequency(field) => grid.update::<F16, _>(*level, field, config.seed, step, worker),
             _ => unreachable!("kinds that this crate lays out"),
         }
     }
@@ -221,7 +236,7 @@ impl Trainer {
             step: sampling.step,
             roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
         };
-        let field = self.layout.view(&self.config.field, &self.parameters);
+        let field = self.layout.view_half(&self.config.field, &self.half);
         let field = field.expect("checked when training began");
         let (seed, step) = (self.config.seed, u64::from(self.step));
         let (level, limits, source, n_rays) = (self.level, self.limits, &self.source, self.n_rays);
@@ -278,50 +293,60 @@ impl Trainer {
     /// Scatter to the grid, sum the networks' gradients, and Adam.
     fn update_parameters(&mut self, settings: &StepSettings) {
         let Self {
-            config, layout, groups, parameters, gradient, mean, square, adam, level, ..
+            config, layout, groups, parameters, gradient, mean, square, half, adam, level, ..
         } = self;
+        let level_gradients = &self.level_gradients;
         let start = layout.networks_start();
         let (grid_p, network_p) = parameters.split_at_mut(start);
-        let (grid_g, network_g) = gradient.split_at_mut(start);
         let (grid_m, network_m) = mean.split_at_mut(start);
         let (grid_v, network_v) = square.split_at_mut(start);
+        let (mut grid_h, network_h) = half.split_at_mut(start);
         for group in &*groups {
-            for (sum, g) in network_g.iter_mut().zip(&group.network_gradient) {
+            for (sum, g) in gradient.iter_mut().zip(&group.network_gradient) {
                 *sum += g;
             }
         }
         let network = Slices {
             parameters: network_p,
-            gradient: network_g,
+            gradient,
             mean: network_m,
             square: network_v,
+            half: network_h,
         };
         let rate = adam.corrected(config.network_rate * settings.rate, self.step);
         dispatch!(*level, simd => adam.update(simd, rate, network));
         let EncodingConfig::HashGrid(grid) = config.field.encoding else { return };
         let features = grid.n_features_per_level as usize;
         let n_encoded = grid.n_output();
-        let mut rest = [grid_p, grid_g, grid_m, grid_v];
+        let mut rest = [grid_p, grid_m, grid_v];
         let mut tasks = Vec::with_capacity(layout.levels().len());
         for (l, range) in layout.levels().iter().enumerate() {
-            let [parameters, gradient, mean, square] = rest.each_mut().map(|slice| {
+            let [parameters, mean, square] = rest.each_mut().map(|slice| {
                 let (head, tail) = std::mem::take(slice).split_at_mut(range.len());
                 *slice = tail;
                 head
             });
-            tasks.push((l, grid.level(l), Slices { parameters, gradient, mean, square }));
+            let (half, tail) = std::mem::take(&mut grid_h).split_at_mut(range.len());
+            grid_h = tail;
+            tasks.push((l, grid.level(l), [parameters, mean, square], half));
         }
         // Fine levels, which take longest, first.
         tasks.reverse();
         let rate = adam.corrected(config.grid_rate * settings.rate, self.step);
         let groups = &*groups;
-        tasks.into_par_iter().with_max_len(1).for_each(|(l, grid_level, slices)| {
+        tasks.into_par_iter().with_max_len(1).for_each(|(l, grid_level, parts, half)| {
+            let [parameters, mean, square] = parts;
+            // Adam leaves the buffer zeroed.
+            let mut buffer = level_gradients.lock().expect(NOT_POISONED).pop().unwrap_or_default();
+            if buffer.len() < parameters.len() {
+                buffer.resize(parameters.len(), 0.0);
+            }
+            let gradient = &mut buffer[..parameters.len()];
             dispatch!(*level, simd => {
-                scatter_groups(
-                    simd, groups, &grid_level, l, features, n_encoded, slices.gradient,
-                );
-                adam.update(simd, rate, slices);
+                scatter_groups(simd, groups, &grid_level, l, features, n_encoded, gradient);
+                adam.update(simd, rate, Slices { parameters, gradient, mean, square, half });
             });
+            level_gradients.lock().expect(NOT_POISONED).push(buffer);
         });
     }
 }
@@ -362,7 +387,7 @@ fn run_group(
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
-        dispatch!(level, simd => group.run(simd, field, job, worker));
+        dispatch!(level, simd => group.run::<_, F16, F>(simd, field, job, worker));
     }
     match field {
         AnyField::HashGrid(field) => run(level, group, field, job, worker),

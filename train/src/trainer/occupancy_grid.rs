@@ -9,7 +9,7 @@ use fearless_simd::{Level, dispatch};
 use pocketnerf_core::Occupancy;
 use pocketnerf_core::field::{Field, Samples};
 use pocketnerf_core::occupancy::{BLOCK, BLOCK_BYTES};
-use pocketnerf_core::store::F32;
+use pocketnerf_core::store::Store;
 use rayon::prelude::*;
 
 use super::group::{STRIDE, Worker};
@@ -92,7 +92,7 @@ impl OccupancyGrid {
 
     /// Looks at a share of the candidates, one random point each, and sets the
     /// bits anew. `step` is the distance between samples, scene units.
-    pub(crate) fn update<F: Field + Sync>(
+    pub(crate) fn update<T: Store, F: Field + Sync>(
         &mut self,
         level: Level,
         field: &F,
@@ -119,7 +119,7 @@ impl OccupancyGrid {
                     }
                     count += 1;
                 }
-                let sigmas = worker.densities(level, field, count);
+                let sigmas = worker.densities::<T, F>(level, field, count);
                 let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
                 for (density, sigma) in looked_at.zip(sigmas) {
                     let before = if first_look { 0.0 } else { *density * DECAY };
@@ -188,7 +188,7 @@ pub fn dilated(occupancy: &Occupancy<'_>) -> Vec<u32> {
 
 impl Worker {
     /// Sigma at the first `count` points.
-    fn densities<F: Field>(&mut self, level: Level, field: &F, count: usize) -> &[f32] {
+    fn densities<T: Store, F: Field>(&mut self, level: Level, field: &F, count: usize) -> &[f32] {
         let padded = count.next_multiple_of(32);
         for row in self.points() {
             row[count..padded].fill(0.0);
@@ -199,7 +199,7 @@ impl Worker {
                 points: [0, 1, 2].map(|a| &points[a][..padded]),
                 directions: [0, 1, 2].map(|a| &directions[a][..padded]),
             };
-            field.density_features::<_, F32>(simd, samples, &mut work);
+            field.density_features::<_, T>(simd, samples, &mut work);
         });
         &self.output()[..count]
     }

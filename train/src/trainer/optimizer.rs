@@ -3,6 +3,8 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask};
 
+use crate::field::half::{round, round_all};
+
 /// Adam's constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adam {
@@ -32,6 +34,8 @@ pub struct Slices<'p> {
     pub mean: &'p mut [f32],
     /// Second moment.
     pub square: &'p mut [f32],
+    /// The parameters once more, rounded to half precision.
+    pub half: &'p mut [u16],
 }
 
 impl Adam {
@@ -51,13 +55,14 @@ impl Adam {
         let n = S::f32s::LEN;
         let whole = slices.parameters.len() / n * n;
         let splat = |v: f32| S::f32s::splat(simd, v);
-        let Slices { parameters, gradient, mean, square } = slices;
+        let Slices { parameters, gradient, mean, square, half } = slices;
         let rows = parameters[..whole]
             .chunks_exact_mut(n)
             .zip(gradient[..whole].chunks_exact_mut(n))
             .zip(mean[..whole].chunks_exact_mut(n))
-            .zip(square[..whole].chunks_exact_mut(n));
-        for (((p, g), m), v) in rows {
+            .zip(square[..whole].chunks_exact_mut(n))
+            .zip(half[..whole].chunks_exact_mut(n));
+        for ((((p, g), m), v), h) in rows {
             let gradient = S::f32s::from_slice(simd, g);
             if gradient.simd_eq(splat(0.0)).all_true() {
                 continue;
@@ -68,7 +73,9 @@ impl Adam {
             let square = (gradient * gradient - square).mul_add(splat(1.0 - self.beta2), square);
             let change = mean / (square.sqrt() + self.epsilon);
             let parameter = S::f32s::from_slice(simd, p);
-            change.mul_add(splat(-rate), parameter).store_slice(p);
+            let parameter = change.mul_add(splat(-rate), parameter);
+            parameter.store_slice(p);
+            round(simd, parameter, h);
             mean.store_slice(m);
             square.store_slice(v);
             splat(0.0).store_slice(g);
@@ -82,5 +89,6 @@ impl Adam {
             square[i] += (g * g - square[i]) * (1.0 - self.beta2);
             parameters[i] -= rate * mean[i] / (square[i].sqrt() + self.epsilon);
         }
+        round_all(simd, &parameters[whole..], &mut half[whole..]);
     }
 }
