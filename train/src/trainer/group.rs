@@ -200,7 +200,13 @@ impl Group {
 
     /// Forward: density and features along every ray until it is opaque.
     #[inline(always)]
-    fn march<S: Simd, T: Store, F: Field>(&mut self, simd: S, field: &F, job: &Job<'_>, worker: &mut Worker) {
+    fn march<S: Simd, T: Store, F: Field>(
+        &mut self,
+        simd: S,
+        field: &F,
+        job: &Job<'_>,
+        worker: &mut Worker,
+    ) {
         let channels = field.decoder().channels();
         let per_sample = field.decoder().shading == Shading::PerSample;
         self.records.clear();
@@ -318,7 +324,13 @@ impl Group {
     /// Deferred shading: colour of every ray that met something, the error,
     /// and back through the colour network. `sums` become their gradients.
     #[inline(always)]
-    fn shade<S: Simd, T: Store, F: Field>(&mut self, simd: S, field: &F, job: &Job<'_>, worker: &mut Worker) {
+    fn shade<S: Simd, T: Store, F: Field>(
+        &mut self,
+        simd: S,
+        field: &F,
+        job: &Job<'_>,
+        worker: &mut Worker,
+    ) {
         let decoder = field.decoder();
         let channels = decoder.channels();
         self.ray_gradients.clear();

@@ -5,11 +5,10 @@ mod group;
 mod hull;
 mod occupancy_grid;
 mod optimizer;
+mod pool;
 mod rays;
 mod run;
 mod scene_box;
-
-use std::sync::Mutex;
 
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::encoding::hash_grid::Level as GridLevel;
@@ -33,10 +32,10 @@ use crate::field::half::round_all;
 use crate::field::{Backward, EncodingConfig, Layout, initialize, scatter_level};
 use crate::random::Random;
 use group::{Group, GroupStats, Job, STRIDE, Worker};
+use pool::Pool;
 
-const NOT_POISONED: &str = "no thread panics while it holds the buffers";
 /// Shares that a step is cut into, at any number of threads.
-const GROUPS: usize = 32;
+const GROUPS: usize = 16;
 /// Steps between two updates of the occupancy.
 const OCCUPANCY_EVERY: u32 = 16;
 
@@ -82,7 +81,9 @@ pub struct Trainer {
     gradient: Vec<f32>,
     /// Gradient buffers of grid levels, as many as there are threads: a level's
     /// is full only between its scatter and its update, and stays in the cache.
-    level_gradients: Mutex<Vec<Vec<f32>>>,
+    level_gradients: Pool<Vec<f32>>,
+    /// Workers, as many as there are threads.
+    workers: Pool<Worker>,
     mean: Vec<f32>,
     square: Vec<f32>,
     /// The parameters in half precision: what the forward pass reads.
@@ -147,8 +148,9 @@ impl Trainer {
             space,
             sampling,
             gradient: vec![0.0; n_network],
-            level_gradients: Mutex::default(),
-            mean: zeros(),
+            level_gradients: Pool::default(),
+            workers: Pool::default(),
+            mean: vec![0.0; n_network],
             square: zeros(),
             half,
             adam: Adam::default(),
@@ -214,13 +216,17 @@ impl Trainer {
     }
 
     fn update_occupancy(&mut self) {
-        let Self { grid, layout, config, half, level, backward, limits, .. } = self;
+        let Self { grid, layout, config, half, level, backward, limits, workers, .. } = self;
         let field = layout.view_half(&config.field, half).expect("checked when training began");
-        let worker = || Worker::new(*limits, backward);
+        let new = || Worker::new(*limits, backward);
         let step = self.sampling.step;
         match &field {
-            AnyField::HashGrid(field) => grid.update::<F16, _>(*level, field, config.seed, step, worker),
-            AnyField::Frequency(field) => grid.update::<F16, _>(*level, field, config.seed, step, worker),
+            AnyField::HashGrid(field) => {
+                grid.update::<F16, _>(*level, field, config.seed, step, workers, new)
+            }
+            AnyField::Frequency(field) => {
+                grid.update::<F16, _>(*level, field, config.seed, step, workers, new)
+            }
             _ => unreachable!("kinds that this crate lays out"),
         }
     }
@@ -240,14 +246,13 @@ impl Trainer {
         let field = field.expect("checked when training began");
         let (seed, step) = (self.config.seed, u64::from(self.step));
         let (level, limits, source, n_rays) = (self.level, self.limits, &self.source, self.n_rays);
-        self.groups.par_iter_mut().enumerate().with_max_len(1).for_each_init(
-            || Worker::new(limits, &self.backward),
-            |worker, (g, group)| {
-                let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
-                group.draw(source, n, Random::new(seed, [1, step, g as u64]));
-                run_group(level, group, &field, &job, worker);
-            },
-        );
+        self.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
+            let mut worker = self.workers.take(|| Worker::new(limits, &self.backward));
+            let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
+            group.draw(source, n, Random::new(seed, [1, step, g as u64]));
+            run_group(level, group, &field, &job, &mut worker);
+            self.workers.put(worker);
+        });
     }
 
     fn gather_stats(&self) -> StepStats {
@@ -293,12 +298,21 @@ impl Trainer {
     /// Scatter to the grid, sum the networks' gradients, and Adam.
     fn update_parameters(&mut self, settings: &StepSettings) {
         let Self {
-            config, layout, groups, parameters, gradient, mean, square, half, adam, level, ..
+            config,
+            layout,
+            groups,
+            parameters,
+            gradient,
+            mean,
+            square,
+            half,
+            adam,
+            level,
+            ..
         } = self;
         let level_gradients = &self.level_gradients;
         let start = layout.networks_start();
         let (grid_p, network_p) = parameters.split_at_mut(start);
-        let (grid_m, network_m) = mean.split_at_mut(start);
         let (grid_v, network_v) = square.split_at_mut(start);
         let (mut grid_h, network_h) = half.split_at_mut(start);
         for group in &*groups {
@@ -306,47 +320,44 @@ impl Trainer {
                 *sum += g;
             }
         }
-        let network = Slices {
-            parameters: network_p,
-            gradient,
-            mean: network_m,
-            square: network_v,
-            half: network_h,
-        };
+        let network =
+            Slices { parameters: network_p, gradient, mean, square: network_v, half: network_h };
         let rate = adam.corrected(config.network_rate * settings.rate, self.step);
         dispatch!(*level, simd => adam.update(simd, rate, network));
         let EncodingConfig::HashGrid(grid) = config.field.encoding else { return };
         let features = grid.n_features_per_level as usize;
         let n_encoded = grid.n_output();
-        let mut rest = [grid_p, grid_m, grid_v];
+        let mut rest = [grid_p, grid_v];
         let mut tasks = Vec::with_capacity(layout.levels().len());
         for (l, range) in layout.levels().iter().enumerate() {
-            let [parameters, mean, square] = rest.each_mut().map(|slice| {
+            let [parameters, square] = rest.each_mut().map(|slice| {
                 let (head, tail) = std::mem::take(slice).split_at_mut(range.len());
                 *slice = tail;
                 head
             });
             let (half, tail) = std::mem::take(&mut grid_h).split_at_mut(range.len());
             grid_h = tail;
-            tasks.push((l, grid.level(l), [parameters, mean, square], half));
+            tasks.push((l, grid.level(l), [parameters, square], half));
         }
         // Fine levels, which take longest, first.
         tasks.reverse();
-        let rate = adam.corrected(config.grid_rate * settings.rate, self.step);
+        let grid_adam = Adam { beta1: 0.0, ..*adam };
+        let rate = grid_adam.corrected(config.grid_rate * settings.rate, self.step);
         let groups = &*groups;
         tasks.into_par_iter().with_max_len(1).for_each(|(l, grid_level, parts, half)| {
-            let [parameters, mean, square] = parts;
+            let [parameters, square] = parts;
             // Adam leaves the buffer zeroed.
-            let mut buffer = level_gradients.lock().expect(NOT_POISONED).pop().unwrap_or_default();
+            let mut buffer = level_gradients.take(Vec::new);
             if buffer.len() < parameters.len() {
                 buffer.resize(parameters.len(), 0.0);
             }
             let gradient = &mut buffer[..parameters.len()];
             dispatch!(*level, simd => {
                 scatter_groups(simd, groups, &grid_level, l, features, n_encoded, gradient);
-                adam.update(simd, rate, Slices { parameters, gradient, mean, square, half });
+                let mean = &mut [];
+                grid_adam.update(simd, rate, Slices { parameters, gradient, mean, square, half });
             });
-            level_gradients.lock().expect(NOT_POISONED).push(buffer);
+            level_gradients.put(buffer);
         });
     }
 }

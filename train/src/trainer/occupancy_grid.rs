@@ -13,12 +13,13 @@ use pocketnerf_core::store::Store;
 use rayon::prelude::*;
 
 use super::group::{STRIDE, Worker};
+use super::pool::Pool;
 use crate::random::Random;
 
 /// A cell is looked at in one of so many updates.
 const PERIOD: usize = 4;
 /// What remains of a cell's density when it is looked at again.
-const DECAY: f32 = 0.95;
+const DECAY: f32 = 0.8;
 /// Optical thickness of one step above which a cell is occupied.
 const THRESHOLD: f32 = 0.01;
 /// Cells a task.
@@ -98,35 +99,35 @@ impl OccupancyGrid {
         field: &F,
         seed: u64,
         step: f32,
-        worker: impl Fn() -> Worker + Sync,
+        workers: &Pool<Worker>,
+        new: impl Fn() -> Worker + Sync,
     ) {
         let n = self.resolution as usize;
         let phase = self.updates as usize % PERIOD;
         let update = u64::from(self.updates);
         let first_look = self.updates < PERIOD as u32;
         let candidates = &self.candidates;
-        self.density.par_chunks_mut(TASK * PERIOD).enumerate().for_each_init(
-            &worker,
-            |worker, (task, densities)| {
-                let first = task * TASK * PERIOD;
-                let mut random = Random::new(seed, [2, update, task as u64]);
-                let mut count = 0;
-                for i in (phase..densities.len()).step_by(PERIOD) {
-                    let cell = candidates[first + i] as usize;
-                    let corner = [cell % n, cell / n % n, cell / (n * n)];
-                    for (row, c) in worker.points().iter_mut().zip(corner) {
-                        row[count] = (c as f32 + random.next_f32()) / n as f32;
-                    }
-                    count += 1;
+        self.density.par_chunks_mut(TASK * PERIOD).enumerate().for_each(|(task, densities)| {
+            let mut worker = workers.take(&new);
+            let first = task * TASK * PERIOD;
+            let mut random = Random::new(seed, [2, update, task as u64]);
+            let mut count = 0;
+            for i in (phase..densities.len()).step_by(PERIOD) {
+                let cell = candidates[first + i] as usize;
+                let corner = [cell % n, cell / n % n, cell / (n * n)];
+                for (row, c) in worker.points().iter_mut().zip(corner) {
+                    row[count] = (c as f32 + random.next_f32()) / n as f32;
                 }
-                let sigmas = worker.densities::<T, F>(level, field, count);
-                let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
-                for (density, sigma) in looked_at.zip(sigmas) {
-                    let before = if first_look { 0.0 } else { *density * DECAY };
-                    *density = before.max(*sigma);
-                }
-            },
-        );
+                count += 1;
+            }
+            let sigmas = worker.densities::<T, F>(level, field, count);
+            let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
+            for (density, sigma) in looked_at.zip(sigmas) {
+                let before = if first_look { 0.0 } else { *density * DECAY };
+                *density = before.max(*sigma);
+            }
+            workers.put(worker);
+        });
         self.updates += 1;
         if self.updates >= PERIOD as u32 {
             let sum: f64 = self.density.iter().map(|d| f64::from(*d)).sum();

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask};
 
 use crate::field::half::{round, round_all};
 
-/// Adam's constants.
+/// Adam's constants. `beta1` 0 is Adam without momentum: no first moment is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adam {
     /// Decay of the mean gradient.
@@ -17,9 +17,10 @@ pub struct Adam {
 }
 
 impl Default for Adam {
-    /// instant-ngp's: gradients of grid entries are tiny, and so is epsilon.
+    /// Gradients of grid entries are tiny, and so is epsilon (instant-ngp's). The
+    /// second moment forgets faster than usual: runs are short.
     fn default() -> Self {
-        Self { beta1: 0.9, beta2: 0.99, epsilon: 1e-15 }
+        Self { beta1: 0.9, beta2: 0.95, epsilon: 1e-15 }
     }
 }
 
@@ -30,7 +31,7 @@ pub struct Slices<'p> {
     pub parameters: &'p mut [f32],
     /// Read, and zeroed for the next step.
     pub gradient: &'p mut [f32],
-    /// First moment.
+    /// First moment; empty: steps follow the gradient itself.
     pub mean: &'p mut [f32],
     /// Second moment.
     pub square: &'p mut [f32],
@@ -52,43 +53,69 @@ impl Adam {
     /// gradient; `rate` comes from [`Adam::corrected`].
     #[inline(always)]
     pub fn update<S: Simd>(&self, simd: S, rate: f32, slices: Slices<'_>) {
-        let n = S::f32s::LEN;
-        let whole = slices.parameters.len() / n * n;
-        let splat = |v: f32| S::f32s::splat(simd, v);
         let Slices { parameters, gradient, mean, square, half } = slices;
-        let rows = parameters[..whole]
-            .chunks_exact_mut(n)
-            .zip(gradient[..whole].chunks_exact_mut(n))
-            .zip(mean[..whole].chunks_exact_mut(n))
-            .zip(square[..whole].chunks_exact_mut(n))
-            .zip(half[..whole].chunks_exact_mut(n));
-        for ((((p, g), m), v), h) in rows {
-            let gradient = S::f32s::from_slice(simd, g);
-            if gradient.simd_eq(splat(0.0)).all_true() {
-                continue;
-            }
-            let mean = S::f32s::from_slice(simd, m);
-            let mean = (gradient - mean).mul_add(splat(1.0 - self.beta1), mean);
-            let square = S::f32s::from_slice(simd, v);
-            let square = (gradient * gradient - square).mul_add(splat(1.0 - self.beta2), square);
-            let change = mean / (square.sqrt() + self.epsilon);
-            let parameter = S::f32s::from_slice(simd, p);
-            let parameter = change.mul_add(splat(-rate), parameter);
-            parameter.store_slice(p);
-            round(simd, parameter, h);
-            mean.store_slice(m);
-            square.store_slice(v);
-            splat(0.0).store_slice(g);
+        let whole = parameters.len() / S::f32s::LEN * S::f32s::LEN;
+        if mean.is_empty() {
+            self.whole_registers::<S, false>(simd, rate, parameters, gradient, mean, square, half);
+        } else {
+            self.whole_registers::<S, true>(simd, rate, parameters, gradient, mean, square, half);
         }
         for i in whole..parameters.len() {
             let g = std::mem::take(&mut gradient[i]);
             if g == 0.0 {
                 continue;
             }
-            mean[i] += (g - mean[i]) * (1.0 - self.beta1);
+            let mut direction = g;
+            if let Some(mean) = mean.get_mut(i) {
+                *mean += (g - *mean) * (1.0 - self.beta1);
+                direction = *mean;
+            }
             square[i] += (g * g - square[i]) * (1.0 - self.beta2);
-            parameters[i] -= rate * mean[i] / (square[i].sqrt() + self.epsilon);
+            parameters[i] -= rate * direction / (square[i].sqrt() + self.epsilon);
         }
         round_all(simd, &parameters[whole..], &mut half[whole..]);
+    }
+
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "the parts of `Slices`")]
+    fn whole_registers<S: Simd, const MEAN: bool>(
+        &self,
+        simd: S,
+        rate: f32,
+        parameters: &mut [f32],
+        gradient: &mut [f32],
+        mean: &mut [f32],
+        square: &mut [f32],
+        half: &mut [u16],
+    ) {
+        let n = S::f32s::LEN;
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        let rows = parameters
+            .chunks_exact_mut(n)
+            .zip(gradient.chunks_exact_mut(n))
+            .zip(square.chunks_exact_mut(n))
+            .zip(half.chunks_exact_mut(n));
+        for (i, (((p, g), v), h)) in rows.enumerate() {
+            let gradient = S::f32s::from_slice(simd, g);
+            if gradient.simd_eq(splat(0.0)).all_true() {
+                continue;
+            }
+            let mut direction = gradient;
+            if MEAN {
+                let m = &mut mean[i * n..(i + 1) * n];
+                let mean = S::f32s::from_slice(simd, m);
+                direction = (gradient - mean).mul_add(splat(1.0 - self.beta1), mean);
+                direction.store_slice(m);
+            }
+            let square = S::f32s::from_slice(simd, v);
+            let square = (gradient * gradient - square).mul_add(splat(1.0 - self.beta2), square);
+            let change = direction / (square.sqrt() + self.epsilon);
+            let parameter = S::f32s::from_slice(simd, p);
+            let parameter = change.mul_add(splat(-rate), parameter);
+            parameter.store_slice(p);
+            round(simd, parameter, h);
+            square.store_slice(v);
+            splat(0.0).store_slice(g);
+        }
     }
 }
