@@ -104,9 +104,6 @@ impl Train {
     }
 }
 
-/// Time kept for packing and writing the file, seconds.
-const WRITING: f64 = 0.3;
-
 /// Trains and writes the model; gives the keys that `train --json` prints.
 pub(super) fn train(
     dataset: Dataset,
@@ -120,16 +117,9 @@ pub(super) fn train(
     let camera = dataset.views.first().map(|v| v.camera);
     let seed = config.seed;
     let mut trainer = Trainer::new(dataset, config, common.simd())?;
-    let length = match length {
-        Length::Seconds(s) => Length::Seconds((s - WRITING).max(0.5 * s)),
-        Length::Steps(n) => Length::Steps(n),
-    };
     let mut bar = Bar::new(common.quiet);
-    let summary: Summary = run(&mut trainer, length, common.started, |p| bar.show(p));
+    let summary: Summary = run(&mut trainer, length, common.started, |p| bar.show(p))?;
     bar.finish();
-    if !summary.train_psnr.is_finite() {
-        return Err("training diverged: the error is not a number; try another --seed".into());
-    }
     let about = About {
         camera: camera.map(|c| default_camera(&c)),
         provenance: Some(Provenance {
@@ -149,6 +139,7 @@ pub(super) fn train(
     Ok(json!({
         "seconds": seconds,
         "steps": trainer.steps(),
+        "restarts": summary.restarts,
         "rays": summary.rays,
         "samples": summary.samples,
         "samples_per_second": summary.samples as f64 / seconds,
