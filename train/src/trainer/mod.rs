@@ -1,5 +1,6 @@
 //! The training loop: rays → march → shade → back → scatter → Adam.
 
+pub mod checkpoint;
 mod config;
 mod group;
 mod guard;
@@ -22,6 +23,7 @@ use pocketnerf_core::store::F16;
 use pocketnerf_core::{AnyField, ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 use rayon::prelude::*;
 
+pub use checkpoint::{Checkpoint, CheckpointError};
 pub use config::TrainConfig;
 pub use guard::{Diverged, MAX_RESTARTS, Trouble};
 pub use hull::Hull;
