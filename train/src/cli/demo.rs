@@ -6,7 +6,7 @@ use super::{Common, Failure, make_folder, open, read_model, train};
 use crate::dataset::Split;
 use crate::evaluate::evaluate;
 use crate::field::EncodingConfig;
-use crate::trainer::{Length, TrainConfig};
+use crate::trainer::{Length, Run, TrainConfig, Trainer};
 use crate::{builtin, image_file};
 
 /// Train on the built-in scene, save, render, and compare with the truth.
@@ -32,8 +32,10 @@ impl Demo {
             grid.base_resolution = 12;
         }
         let path = folder.join("scene.pnerf");
-        let length = Length::Seconds(self.seconds);
-        let mut value = train::train(dataset, config, length, &path, common)?;
+        let origin = train::Origin::new(&dataset, 1);
+        let trainer = Trainer::new(dataset, config, common.simd())?;
+        let run = Run::new(Length::Seconds(self.seconds), common.started);
+        let mut value = train::train(trainer, run, &origin, &path, common, |_, _| Ok(()))?;
         let bytes = read_model(&path)?;
         let file = open(&path, &bytes)?;
         let background = file.model.display.background;

@@ -3,16 +3,17 @@
 use std::path::PathBuf;
 
 use pocketnerf_core::Space;
-use pocketnerf_formats::kind;
-use serde_json::json;
+use pocketnerf_formats::SectionId;
+use serde_json::{Value, json};
 
 use super::{Common, Failure, open, read_model};
 use crate::dataset;
+use crate::trainer::checkpoint::{Checkpoint, kind, section_name};
 
-/// Tell what is in a model file or a dataset.
+/// Tell what is in a model file, a checkpoint or a dataset.
 #[derive(Debug, clap::Args)]
 pub(super) struct Info {
-    /// Model file, or dataset folder.
+    /// Model file, checkpoint, or dataset folder.
     path: PathBuf,
 }
 
@@ -36,11 +37,18 @@ impl Info {
         let sections: Vec<_> = file
             .sections()
             .map(|s| {
-                json!({"kind": kind::name(s.id.kind), "index": s.id.index, "bytes": s.bytes.len()})
+                let kind = section_name(s.id.kind);
+                json!({"kind": kind, "index": s.id.index, "bytes": s.bytes.len()})
             })
             .collect();
         let provenance = file.about.provenance;
+        let is_checkpoint = file.container().find(SectionId::first(kind::TRAINER)).is_some();
+        let checkpoint = match is_checkpoint {
+            true => Some(checkpoint(&Checkpoint::from_bytes(&self.path, &bytes)?)),
+            false => None,
+        };
         let value = json!({
+            "checkpoint": checkpoint,
             "method": file.model.field.kind(),
             "bytes": bytes.len(),
             "parameters": parameters,
@@ -59,4 +67,16 @@ impl Info {
         println!("{text}");
         Ok(())
     }
+}
+
+/// How far the run of a checkpoint is.
+fn checkpoint(checkpoint: &Checkpoint) -> Value {
+    json!({
+        "step": checkpoint.steps(),
+        "steps": checkpoint.plan().map(|plan| plan.end),
+        "restarts": checkpoint.restarts(),
+        "seconds": checkpoint.elapsed(),
+        "seed": checkpoint.config().seed,
+        "downscale_factor": checkpoint.trained_on().downscale_factor,
+    })
 }

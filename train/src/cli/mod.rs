@@ -37,7 +37,7 @@ enum Action {
     Eval(eval::Eval),
     /// Render pictures of a model.
     Render(render::Render),
-    /// Tell what is in a model file or a dataset.
+    /// Tell what is in a model file, a checkpoint or a dataset.
     Info(info::Info),
 }
 
@@ -108,7 +108,10 @@ pub fn run(started: Instant) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("pocketnerf: {failure}");
-            ExitCode::FAILURE
+            match failure.downcast_ref::<train::Interrupted>() {
+                Some(_) => ExitCode::from(train::INTERRUPTED),
+                None => ExitCode::FAILURE,
+            }
         }
     }
 }

@@ -4,7 +4,7 @@
 //! rounded values, and the tables take half of the cache. The optimizer
 //! keeps the parameters themselves in `f32`.
 
-use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat};
+use fearless_simd::{Bytes, Select, Simd, SimdBase};
 
 /// Exponent of the unit of the stored values. Grids start near 1e-4, and
 /// nothing that is learnt comes near 255.

@@ -1,7 +1,9 @@
 //! The training loop: rays → march → shade → back → scatter → Adam.
 
+pub mod checkpoint;
 mod config;
 mod group;
+mod guard;
 mod hull;
 mod occupancy_grid;
 mod optimizer;
@@ -9,6 +11,7 @@ mod pool;
 mod rays;
 mod run;
 mod scene_box;
+mod schedule;
 
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::encoding::hash_grid::Level as GridLevel;
@@ -19,13 +22,16 @@ use pocketnerf_core::store::F16;
 use pocketnerf_core::{AnyField, ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 use rayon::prelude::*;
 
+pub use checkpoint::{Checkpoint, CheckpointError};
 pub use config::TrainConfig;
+pub use guard::{Diverged, MAX_RESTARTS, Trouble};
 pub use hull::Hull;
 pub use occupancy_grid::{OccupancyGrid, dilated, pack};
 pub use optimizer::{Adam, Slices};
-pub use rays::{Backdrop, RaySource, TrainingRay};
-pub use run::{Length, Progress, Summary, run};
+pub use rays::{Backdrop, RaySource, Targets, TrainingRay};
+pub use run::{Progress, Run, Summary, run};
 pub use scene_box::find_box;
+pub use schedule::{Length, Plan};
 
 use crate::dataset::Dataset;
 use crate::field::half::round_all;
@@ -38,6 +44,12 @@ use pool::Pool;
 const GROUPS: usize = 16;
 /// Steps between two updates of the occupancy.
 const OCCUPANCY_EVERY: u32 = 16;
+/// Rays of the first step, where their number adapts itself.
+const FIRST_RAYS: usize = 1024;
+/// Rays of a step at most, where their number adapts itself.
+const MOST_RAYS: usize = 1 << 17;
+/// Rays of a step at most, where the user sets their number.
+pub const MAX_BATCH_RAYS: usize = 1 << 20;
 
 /// What a step found out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,6 +85,7 @@ pub struct Trainer {
     config: TrainConfig,
     level: Level,
     source: RaySource,
+    targets: Targets,
     space: Space,
     sampling: Sampling,
     layout: Layout,
@@ -97,6 +110,10 @@ pub struct Trainer {
     n_rays: usize,
     /// Gradient magnitude below which the roulette plays.
     roulette: f32,
+    /// How often training has begun anew.
+    restarts: u32,
+    /// Where this attempt's random numbers begin.
+    seed: u64,
 }
 
 impl Trainer {
@@ -107,6 +124,9 @@ impl Trainer {
     /// not there.
     pub fn new(dataset: Dataset, mut config: TrainConfig, simd: SimdLevel) -> Result<Self, Error> {
         let level = simd.token()?;
+        if let EncodingConfig::HashGrid(grid) = &config.field.encoding {
+            grid.validate()?;
+        }
         let has_alpha = dataset.has_alpha;
         let backdrop = match (config.backdrop, has_alpha) {
             (Some(color), _) => Backdrop::Color(color),
@@ -144,6 +164,7 @@ impl Trainer {
         let zeros = || vec![0.0; layout.len()];
         Ok(Self {
             level,
+            targets: source.targets(),
             source,
             space,
             sampling,
@@ -159,8 +180,10 @@ impl Trainer {
             limits,
             grid: OccupancyGrid::new(resolution, candidates),
             step: 0,
-            n_rays: config.batch_rays.unwrap_or(1024),
+            n_rays: config.batch_rays.unwrap_or(FIRST_RAYS),
             roulette: 0.0,
+            restarts: 0,
+            seed: config.seed,
             parameters,
             layout,
             config,
@@ -195,6 +218,12 @@ impl Trainer {
         self.step
     }
 
+    /// How often training has begun anew.
+    #[must_use]
+    pub const fn restarts(&self) -> u32 {
+        self.restarts
+    }
+
     /// The occupancy as it stands.
     #[must_use]
     pub const fn occupancy(&self) -> &OccupancyGrid {
@@ -215,17 +244,40 @@ impl Trainer {
         stats
     }
 
+    /// Begins anew with other random numbers: those of the `restarts`-th
+    /// attempt after the first.
+    fn restart(&mut self, restarts: u32) {
+        self.restarts = restarts;
+        self.seed = guard::seed(self.config.seed, restarts);
+        let seed = self.seed;
+        self.set_parameters(|layout, parameters| initialize(layout, seed, parameters));
+        for values in [&mut self.gradient, &mut self.mean, &mut self.square] {
+            values.fill(0.0);
+        }
+        self.grid.reset();
+        self.step = 0;
+        self.n_rays = self.config.batch_rays.unwrap_or(FIRST_RAYS);
+        self.roulette = 0.0;
+    }
+
+    /// Sets all parameters at once; whatever follows from them belongs here.
+    fn set_parameters(&mut self, set: impl FnOnce(&Layout, &mut [f32])) {
+        set(&self.layout, &mut self.parameters);
+        let Self { level, parameters, half, .. } = self;
+        dispatch!(*level, simd => round_all(simd, parameters, half));
+    }
+
     fn update_occupancy(&mut self) {
-        let Self { grid, layout, config, half, level, backward, limits, workers, .. } = self;
+        let Self { grid, layout, config, half, level, backward, limits, workers, seed, .. } = self;
         let field = layout.view_half(&config.field, half).expect("checked when training began");
         let new = || Worker::new(*limits, backward);
         let step = self.sampling.step;
         match &field {
             AnyField::HashGrid(field) => {
-                grid.update::<F16, _>(*level, field, config.seed, step, workers, new)
+                grid.update::<F16, _>(*level, field, *seed, step, workers, new);
             }
             AnyField::Frequency(field) => {
-                grid.update::<F16, _>(*level, field, config.seed, step, workers, new)
+                grid.update::<F16, _>(*level, field, *seed, step, workers, new);
             }
             _ => unreachable!("kinds that this crate lays out"),
         }
@@ -244,7 +296,7 @@ impl Trainer {
         };
         let field = self.layout.view_half(&self.config.field, &self.half);
         let field = field.expect("checked when training began");
-        let (seed, step) = (self.config.seed, u64::from(self.step));
+        let (seed, step) = (self.seed, u64::from(self.step));
         let (level, limits, source, n_rays) = (self.level, self.limits, &self.source, self.n_rays);
         self.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
             let mut worker = self.workers.take(|| Worker::new(limits, &self.backward));
@@ -291,7 +343,7 @@ impl Trainer {
             let wanted = self.config.samples_per_step as f64 / per_ray.max(0.1);
             // Half of the way: one odd batch must not upset the next.
             let n = 0.5 * (self.n_rays as f64 + wanted);
-            self.n_rays = (n as usize).clamp(256, 1 << 17);
+            self.n_rays = (n as usize).clamp(256, MOST_RAYS);
         }
     }
 

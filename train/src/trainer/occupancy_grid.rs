@@ -52,8 +52,15 @@ impl OccupancyGrid {
             fine: Vec::new(),
             updates: 0,
         };
-        grid.set_bits(|_| true);
+        grid.reset();
         grid
+    }
+
+    /// As it was when it was made: all candidates occupied.
+    pub fn reset(&mut self) {
+        self.density.fill(f32::INFINITY);
+        self.updates = 0;
+        self.set_bits(|_| true);
     }
 
     /// The bits, for core to march through.

@@ -28,6 +28,20 @@ pub enum Backdrop {
     Color([f32; 3]),
 }
 
+/// What the training images are like on average.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Targets {
+    /// Mean alpha.
+    pub alpha: f64,
+    /// Mean squared error of who has learnt nothing: who shows the background
+    /// alone, or everywhere the mean colour, whichever is better.
+    pub trivial_error: f64,
+}
+
+/// Every so many pixels count for [`Targets`]: images of 800x800 give ten
+/// thousand each. A prime, so that all columns have their turn.
+const PIXELS_APART: usize = 61;
+
 /// The training views as a source of rays.
 #[derive(Debug)]
 pub struct RaySource {
@@ -74,5 +88,36 @@ impl RaySource {
             [0, 1, 2].map(|c| f32::from(rgba[c]) / 255.0 * alpha + (1.0 - alpha) * background[c]);
         let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
         TrainingRay { ray, phase, background, target }
+    }
+
+    /// Averages over a fixed share of the pixels.
+    #[must_use]
+    pub fn targets(&self) -> Targets {
+        // Mean and mean square of each channel of the background.
+        let (mean, square) = match self.backdrop {
+            Backdrop::Random => ([0.5; 3], [1.0 / 3.0; 3]),
+            Backdrop::Color(color) => {
+                let color = color.map(f64::from);
+                (color, color.map(|c| c * c))
+            }
+        };
+        let (mut n, mut alpha, mut nothing) = (0.0, 0.0, 0.0);
+        let (mut sum, mut sum_of_squares) = ([0.0; 3], 0.0);
+        let pixels = self.images.iter().flat_map(|image| image.chunks_exact(4));
+        for pixel in pixels.step_by(PIXELS_APART) {
+            let [r, g, b, a] = [0, 1, 2, 3].map(|i| f64::from(pixel[i]) / 255.0);
+            n += 1.0;
+            alpha += a;
+            for (c, value) in [r, g, b].into_iter().enumerate() {
+                let (own, through) = (a * value, 1.0 - a);
+                nothing += own * own - 2.0 * own * a * mean[c] + a * a * square[c];
+                sum[c] += own + through * mean[c];
+                sum_of_squares +=
+                    own * own + 2.0 * own * through * mean[c] + through * through * square[c];
+            }
+        }
+        let n = f64::max(n, 1.0);
+        let wall = sum_of_squares / n - sum.map(|s| (s / n) * (s / n)).iter().sum::<f64>();
+        Targets { alpha: alpha / n, trivial_error: f64::min(nothing / n, wall).max(0.0) / 3.0 }
     }
 }

@@ -1,30 +1,10 @@
-//! A whole run: how many steps there are, and what each is like.
+//! A whole run, from the first step to the last.
 
 use std::time::{Duration, Instant};
 
-use super::{StepSettings, StepStats, TrainConfig, Trainer};
-
-/// How long to train.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Length {
-    /// So many steps: repeatable to the bit.
-    Steps(u32),
-    /// Until this long after the start of the program. The number of steps is
-    /// fixed after a short calibration.
-    Seconds(f64),
-}
-
-/// Share of the time that calibrates the number of steps.
-const CALIBRATION: f64 = 0.1;
-/// Share of the remaining time that the plan uses.
-const MARGIN: f64 = 0.97;
-/// The occupancy stays as it is for this last share of the run, so that the
-/// field ends trained on the cells that are stored.
-const FREEZE: f32 = 0.9;
-/// Steps over which the learning rate rises.
-const WARM_UP: f32 = 100.0;
-/// Long steps are taken for this first share of the run.
-const COARSE: f32 = 0.3;
+use super::guard::{self, Averages, Diverged, MAX_RESTARTS, Trouble};
+use super::schedule::{WARM_UP, budget, calibrate, settings};
+use super::{Length, Plan, Trainer};
 
 /// Where a run stands.
 #[derive(Clone, Copy, Debug)]
@@ -33,92 +13,252 @@ pub struct Progress {
     pub step: u32,
     /// Steps in all; `None` until they are known.
     pub steps: Option<u32>,
-    /// PSNR of the latest rays, dB.
+    /// PSNR of the latest rays, dB; 0 before an attempt's first step.
     pub train_psnr: f64,
+    /// How often training has begun anew.
+    pub restarts: u32,
+    /// Why it has just begun anew.
+    pub trouble: Option<Trouble>,
 }
 
 /// What a run did.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Summary {
-    /// Rays cast.
+    /// Rays cast, those of attempts that were given up among them.
     pub rays: u64,
     /// Samples at which the field was asked.
     pub samples: u64,
     /// PSNR of the last rays against random backgrounds or the images' own, dB.
     pub train_psnr: f64,
+    /// How often training began anew.
+    pub restarts: u32,
+}
+
+/// A run, taken step by step, so that the caller may save or stop between two.
+#[derive(Clone, Debug)]
+pub struct Run {
+    pub(super) length: Length,
+    pub(super) plan: Option<Plan>,
+    pub(super) averages: Averages,
+    pub(super) rays: u64,
+    pub(super) samples: u64,
+    /// Seconds that earlier parts of the run took.
+    before: f64,
+    /// When the program began.
+    started: Instant,
+    /// When the first step of this part began, and steps taken since.
+    timed: Option<(Instant, u32)>,
+    deadline: Option<Instant>,
+}
+
+impl Run {
+    /// A run from its beginning. `started` is when the program began.
+    #[must_use]
+    pub fn new(length: Length, started: Instant) -> Self {
+        let plan = match length {
+            Length::Steps(end) => Some(Plan { first: 0, end }),
+            Length::Seconds(_) => None,
+        };
+        Self::continued(length, plan, 0.0, started)
+    }
+
+    /// A run of which earlier parts took `before` seconds. A plan that is
+    /// known is kept to its end, whatever the clock says.
+    pub(super) fn continued(
+        length: Length,
+        plan: Option<Plan>,
+        before: f64,
+        started: Instant,
+    ) -> Self {
+        let deadline = match (length, plan) {
+            (Length::Seconds(seconds), None) => {
+                let left = (budget(seconds) - before).max(0.0);
+                Some(started + Duration::from_secs_f64(left))
+            }
+            _ => None,
+        };
+        let averages = Averages::default();
+        Self { length, plan, averages, rays: 0, samples: 0, before, started, timed: None, deadline }
+    }
+
+    /// Takes a step; `None` where the run is over.
+    ///
+    /// # Errors
+    /// When the guard has given up.
+    pub fn step(&mut self, trainer: &mut Trainer) -> Result<Option<Progress>, Diverged> {
+        let mut trouble = None;
+        if self.is_over(trainer) {
+            // The last look: the guard does not see every parameter at every step.
+            if guard::all_finite(&trainer.parameters) {
+                return Ok(None);
+            }
+            trouble = Some(Trouble::NotFinite);
+            self.restart(trainer, Trouble::NotFinite)?;
+        }
+        let (begun, steps) = *self.timed.get_or_insert_with(|| (Instant::now(), 0));
+        if let (None, Some(deadline)) = (self.plan, self.deadline) {
+            self.plan = calibrate(begun, deadline, steps, trainer.steps());
+        }
+        let progress = self.plan.map_or(0.0, |plan| plan.progress(trainer.steps()));
+        let stats = trainer.step(&settings(trainer.config(), trainer.steps(), progress));
+        self.timed = Some((begun, steps + 1));
+        self.averages.add(&stats);
+        self.rays = self.rays.saturating_add(stats.rays as u64);
+        self.samples = self.samples.saturating_add(stats.samples as u64);
+        if let Some(found) = guard::look(trainer, &stats, &self.averages) {
+            trouble = Some(found);
+            self.restart(trainer, found)?;
+        }
+        Ok(Some(Progress {
+            step: trainer.steps(),
+            steps: self.plan.map(|plan| plan.end),
+            train_psnr: self.averages.psnr(),
+            restarts: trainer.restarts(),
+            trouble,
+        }))
+    }
+
+    /// Whether all steps are taken, or the time is over.
+    #[must_use]
+    pub fn is_over(&self, trainer: &Trainer) -> bool {
+        self.plan.is_some_and(|plan| trainer.steps() >= plan.end) || self.is_late()
+    }
+
+    fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// Begins anew: with all steps where steps were asked for, with what is
+    /// left of them where time was.
+    fn restart(&mut self, trainer: &mut Trainer, trouble: Trouble) -> Result<(), Diverged> {
+        let (step, restarts) = (trainer.steps(), trainer.restarts());
+        let mut plan = self.plan;
+        let mut hopeless = restarts >= MAX_RESTARTS;
+        if let Length::Seconds(_) = self.length {
+            plan = plan.map(|plan| Plan { first: 0, end: plan.end.saturating_sub(step) });
+            hopeless |= plan.is_some_and(|plan| plan.end < WARM_UP) || self.is_late();
+        }
+        if hopeless {
+            return Err(Diverged { trouble, step, restarts });
+        }
+        self.plan = plan;
+        self.averages = Averages::default();
+        trainer.restart(restarts + 1);
+        Ok(())
+    }
+
+    /// What has been done so far.
+    #[must_use]
+    pub fn summary(&self, trainer: &Trainer) -> Summary {
+        Summary {
+            rays: self.rays,
+            samples: self.samples,
+            train_psnr: self.averages.psnr(),
+            restarts: trainer.restarts(),
+        }
+    }
+
+    /// Seconds that the run has taken so far, all its parts together.
+    #[must_use]
+    pub fn elapsed(&self) -> f64 {
+        self.before + self.started.elapsed().as_secs_f64()
+    }
 }
 
 /// Trains to the end. `started` is when the program began.
+///
+/// # Errors
+/// When the guard has given up.
 pub fn run(
     trainer: &mut Trainer,
     length: Length,
     started: Instant,
     mut report: impl FnMut(Progress),
-) -> Summary {
-    let begun = Instant::now();
-    let mut plan = match length {
-        Length::Steps(n) => Some((0, n)),
-        Length::Seconds(_) => None,
-    };
-    let deadline = match length {
-        Length::Steps(_) => None,
-        Length::Seconds(s) => Some(started + Duration::from_secs_f64(s)),
-    };
-    let mut summary = Summary::default();
-    let mut error = 0.0;
-    loop {
-        let step = trainer.steps();
-        if plan.is_some_and(|(_, end)| step >= end) || deadline.is_some_and(|d| Instant::now() >= d)
-        {
-            return summary;
+) -> Result<Summary, Diverged> {
+    let mut run = Run::new(length, started);
+    while let Some(progress) = run.step(trainer)? {
+        report(progress);
+    }
+    Ok(run.summary(trainer))
+}
+
+#[cfg(test)]
+mod tests {
+    use pocketnerf_core::SimdLevel;
+
+    use super::*;
+    use crate::builtin;
+    use crate::dataset::Split;
+    use crate::field::EncodingConfig;
+    use crate::trainer::TrainConfig;
+
+    fn trainer() -> Trainer {
+        let mut config = TrainConfig::hash_grid();
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            (grid.n_levels, grid.log2_hashmap_size) = (2, 8);
         }
-        if let (None, Some(deadline)) = (plan, deadline) {
-            plan = calibrate(begun, deadline, step);
+        config.aabb = Some([[-1.4; 3], [1.4; 3]]);
+        config.occupancy_resolution = 16;
+        config.samples_per_side = 32.0;
+        config.samples_per_step = 512;
+        let mut dataset = builtin::dataset(Split::Train, 40);
+        dataset.views.truncate(8);
+        Trainer::new(dataset, config, SimdLevel::detect()).unwrap()
+    }
+
+    /// Steps to the end; `before` may meddle before each.
+    fn finish(
+        (trainer, run): (&mut Trainer, &mut Run),
+        mut before: impl FnMut(&mut Trainer),
+    ) -> Vec<Trouble> {
+        let mut troubles = Vec::new();
+        loop {
+            before(trainer);
+            match run.step(trainer).unwrap() {
+                Some(progress) => troubles.extend(progress.trouble),
+                None => return troubles,
+            }
         }
-        let progress =
-            plan.map_or(0.0, |(first, end)| (step - first) as f32 / (end - first).max(1) as f32);
-        let stats = trainer.step(&settings(trainer.config(), step, progress));
-        add(&mut summary, &mut error, &stats);
-        report(Progress {
-            step: step + 1,
-            steps: plan.map(|(_, end)| end),
-            train_psnr: summary.train_psnr,
-        });
     }
-}
 
-/// Fixes the number of steps once enough have been timed.
-fn calibrate(begun: Instant, deadline: Instant, step: u32) -> Option<(u32, u32)> {
-    let spent = begun.elapsed().as_secs_f64();
-    let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
-    if step < 32 || spent < CALIBRATION * (spent + left) {
-        return None;
+    fn steps(n: u32) -> Run {
+        Run::new(Length::Steps(n), Instant::now())
     }
-    let steps = left * MARGIN / (spent / f64::from(step));
-    Some((step, step + steps as u32))
-}
 
-/// The schedule: learning rates fall exponentially, the roulette keeps more
-/// and steps shorten as the field sharpens.
-fn settings(config: &TrainConfig, step: u32, progress: f32) -> StepSettings {
-    let warm = ((step + 1) as f32 / WARM_UP).min(1.0);
-    let [first, last] = config.kept;
-    StepSettings {
-        rate: warm * config.final_rate.powf(progress),
-        step_scale: if progress < COARSE { config.first_step_scale } else { 1.0 },
-        kept: first * (last / first).powf(progress),
-        update_occupancy: progress < FREEZE,
+    #[test]
+    fn a_poisoned_run_recovers() {
+        let mut expected = trainer();
+        expected.restart(1);
+        assert!(finish((&mut expected, &mut steps(40)), |_| ()).is_empty());
+        // A network's weight is noticed after a step, anything when all is done.
+        let last = expected.parameters.len() - 1;
+        for (step, at) in [(30, last), (40, 0)] {
+            let mut poisoned = trainer();
+            let mut run = steps(40);
+            let troubles = finish((&mut poisoned, &mut run), |trainer| {
+                if (trainer.step, trainer.restarts) == (step, 0) {
+                    trainer.parameters[at] = f32::NAN;
+                }
+            });
+            assert_eq!(troubles, [Trouble::NotFinite]);
+            assert_eq!((poisoned.steps(), run.summary(&poisoned).restarts), (40, 1));
+            assert!(poisoned.parameters == expected.parameters);
+        }
     }
-}
 
-/// A moving average over about fifty steps.
-fn add(summary: &mut Summary, error: &mut f64, stats: &StepStats) {
-    summary.rays += stats.rays as u64;
-    summary.samples += stats.samples as u64;
-    *error = if *error == 0.0 {
-        stats.mean_squared_error
-    } else {
-        *error + 0.02 * (stats.mean_squared_error - *error)
-    };
-    summary.train_psnr = -10.0 * error.max(1e-12).log10();
+    #[test]
+    fn a_timed_run_begins_anew_with_what_is_left() {
+        let timed = |end| {
+            let plan = Some(Plan { first: 50, end });
+            let mut run = Run::continued(Length::Seconds(60.0), plan, 1.0, Instant::now());
+            let mut trainer = trainer();
+            trainer.step = 300;
+            let result = run.restart(&mut trainer, Trouble::NotFinite);
+            result.map(|()| (run.plan, trainer.steps(), trainer.restarts()))
+        };
+        assert_eq!(timed(1000), Ok((Some(Plan { first: 0, end: 700 }), 0, 1)));
+        assert_eq!(timed(400), Ok((Some(Plan { first: 0, end: 100 }), 0, 1)));
+        let diverged = Diverged { trouble: Trouble::NotFinite, step: 300, restarts: 0 };
+        assert_eq!(timed(399), Err(diverged));
+    }
 }

@@ -1,0 +1,9 @@
+//! Training as a whole, on the built-in scene made tiny: the same bytes at any
+//! number of threads and after any interruption, and nothing goes wrong in
+//! silence.
+
+mod determinism;
+mod guard;
+mod mutated;
+mod refusals;
+mod setup;

@@ -1,0 +1,162 @@
+//! The options of `pocketnerf train`, and what they ask for.
+
+use std::fmt::Debug;
+use std::path::PathBuf;
+
+use crate::cli::{Failure, parse_color};
+use crate::field::EncodingConfig;
+use crate::trainer::checkpoint::Problem;
+use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig};
+
+/// Seconds of a run where neither time nor steps are given.
+const SECONDS: f64 = 120.0;
+
+/// Learn a model from a dataset.
+///
+/// Ctrl-C finishes the step, saves a checkpoint beside the model (scene.pnerf:
+/// scene.ckpt.pnerf), says how to go on and ends with status 130; a second
+/// Ctrl-C ends at once.
+#[derive(Debug, clap::Args)]
+pub(in crate::cli) struct Train {
+    /// Folder of a Blender-style dataset (transforms_train.json and images).
+    pub(super) data: PathBuf,
+    /// Model file to write.
+    #[arg(long, value_name = "FILE")]
+    pub(super) out: PathBuf,
+    /// Wall time from program start to the written file; 120 unless told.
+    #[arg(long, value_name = "S", conflicts_with = "steps")]
+    seconds: Option<f64>,
+    /// Train for so many steps instead: repeatable to the bit.
+    #[arg(long, value_name = "N")]
+    steps: Option<u32>,
+    /// Go on with an interrupted run, on the dataset it began with, to the end
+    /// that it was given. Options are those of the checkpoint: give none that
+    /// say something else.
+    #[arg(long, value_name = "FILE")]
+    pub(super) resume: Option<PathBuf>,
+    /// Seconds between checkpoints, which are written beside the model
+    /// (scene.pnerf: scene.ckpt.pnerf); none unless told.
+    #[arg(long, value_name = "S")]
+    pub(super) save_every: Option<f64>,
+    /// Where random numbers begin; 0 unless told.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Rays a step; as many as keep the steps even unless told.
+    #[arg(long, value_name = "N")]
+    batch_rays: Option<usize>,
+    /// Train on images so many times smaller; 1 unless told.
+    #[arg(long, value_name = "K")]
+    downscale_factor: Option<u32>,
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; found from cameras and silhouettes
+    /// unless told.
+    #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
+    aabb: Option<[[f32; 3]; 2]>,
+    /// Nothing is seen nearer to a camera than this, scene units; 0 unless told.
+    #[arg(long, value_name = "N")]
+    near: Option<f32>,
+    /// Nothing is seen farther than this; everything in the box unless told.
+    #[arg(long, value_name = "N")]
+    far: Option<f32>,
+    /// Learn against one background: white, black or R,G,B. Images with alpha
+    /// are trained on random ones unless told.
+    #[arg(long, value_name = "COLOR", value_parser = parse_color)]
+    background: Option<[f32; 3]>,
+    /// Base-two logarithm of the most entries of a grid level.
+    #[arg(long, value_name = "N")]
+    log2_hashmap_size: Option<u32>,
+}
+
+fn parse_box(text: &str) -> Result<[[f32; 3]; 2], String> {
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok([a, b, c, d, e, f]) => Ok([[*a, *b, *c], [*d, *e, *f]]),
+        _ => Err("expected six numbers: X0,Y0,Z0,X1,Y1,Z1".to_owned()),
+    }
+}
+
+impl Train {
+    /// Refuses numbers that make no sense.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        let times = [("--seconds", self.seconds), ("--save-every", self.save_every)];
+        for (option, given) in times {
+            if let Some(given) = given.filter(|s| !(*s > 0.0 && *s < 1e7)) {
+                return Err(format!("{option} {given}: expected a positive number").into());
+            }
+        }
+        match self.batch_rays {
+            Some(n) if !(1..=MAX_BATCH_RAYS).contains(&n) => {
+                Err(format!("--batch-rays {n}: expected 1 to {MAX_BATCH_RAYS}").into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The settings of a new run.
+    pub(super) fn config(&self) -> TrainConfig {
+        let mut config = TrainConfig::hash_grid();
+        config.seed = self.seed.unwrap_or(config.seed);
+        config.aabb = self.aabb;
+        config.near = self.near.unwrap_or(config.near);
+        config.far = self.far;
+        config.batch_rays = self.batch_rays;
+        config.backdrop = self.background;
+        if let (EncodingConfig::HashGrid(grid), Some(n)) =
+            (&mut config.field.encoding, self.log2_hashmap_size)
+        {
+            grid.log2_hashmap_size = n;
+        }
+        config
+    }
+
+    /// The length of a new run.
+    pub(super) fn length(&self) -> Length {
+        let seconds = Length::Seconds(self.seconds.unwrap_or(SECONDS));
+        self.steps.map_or(seconds, Length::Steps)
+    }
+
+    /// How many times smaller the images of a new run are.
+    pub(super) fn downscale_factor(&self) -> u32 {
+        self.downscale_factor.unwrap_or(1)
+    }
+
+    /// Refuses options that say something else than a checkpoint.
+    pub(super) fn check_against(&self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        let config = checkpoint.config();
+        let (seconds, steps) = match checkpoint.length() {
+            Length::Seconds(seconds) => (Some(seconds), None),
+            Length::Steps(steps) => (None, Some(steps)),
+        };
+        let log2_hashmap_size = match config.field.encoding {
+            EncodingConfig::HashGrid(grid) => Some(grid.log2_hashmap_size),
+            EncodingConfig::Frequency(_) => None,
+        };
+        let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
+        same("--seconds", self.seconds, seconds)
+            .and_then(|()| same("--steps", self.steps, steps))
+            .and_then(|()| same("--seed", self.seed, Some(config.seed)))
+            .and_then(|()| same("--batch-rays", self.batch_rays, config.batch_rays))
+            .and_then(|()| same("--downscale-factor", self.downscale_factor, downscale_factor))
+            .and_then(|()| same("--aabb", self.aabb, config.aabb))
+            .and_then(|()| same("--near", self.near, Some(config.near)))
+            .and_then(|()| same("--far", self.far, config.far))
+            .and_then(|()| same("--background", self.background, config.backdrop))
+            .and_then(|()| same("--log2-hashmap-size", self.log2_hashmap_size, log2_hashmap_size))
+            .map_err(|problem| problem.of(checkpoint.file()))
+    }
+}
+
+/// Refuses an option that was given and says something else than what is stored.
+fn same<T: Debug + PartialEq>(
+    option: &'static str,
+    given: Option<T>,
+    stored: Option<T>,
+) -> Result<(), Problem> {
+    match given {
+        Some(given) if Some(&given) != stored.as_ref() => Err(Problem::Option {
+            option,
+            given: format!("{given:?}"),
+            stored: stored.map(|value| format!("{value:?}")),
+        }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,139 @@
+//! The sections of a checkpoint, from bytes to checked values.
+
+use std::path::Path;
+
+use pocketnerf_core::network::Mlp;
+use pocketnerf_core::{AnyField, DType};
+use pocketnerf_formats::{ModelFile, Section, SectionId};
+
+use super::record::RecordV1;
+use super::{Checkpoint, Problem};
+use crate::field::{EncodingConfig, FieldConfig, Layout};
+
+/// Kinds of the sections that a checkpoint has beside those of a model.
+pub mod kind {
+    use pocketnerf_formats::kind::PROGRAM;
+
+    /// Everything small: settings, plan, counters.
+    pub const TRAINER: u32 = PROGRAM;
+    /// The first moments of the networks, f32, in the order of the model's tensors.
+    /// Grids have none.
+    pub const MEAN: u32 = PROGRAM + 1;
+    /// The second moments of all tensors.
+    pub const SQUARE: u32 = PROGRAM + 2;
+    /// Densities of the cells that may be occupied, f32.
+    pub const DENSITY: u32 = PROGRAM + 3;
+}
+
+/// Version of every section so far.
+pub(super) const V1: u16 = 1;
+
+/// The name of a kind of section, a model's or a checkpoint's.
+#[must_use]
+pub const fn section_name(kind: u32) -> Option<&'static str> {
+    match kind {
+        kind::TRAINER => Some("TRAINER"),
+        kind::MEAN => Some("MEAN"),
+        kind::SQUARE => Some("SQUARE"),
+        kind::DENSITY => Some("DENSITY"),
+        _ => pocketnerf_formats::kind::name(kind),
+    }
+}
+
+/// Everything but the dataset is checked here, lengths before memory is asked for.
+pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
+    let model_file = pocketnerf_formats::open_verified(bytes)?;
+    let record = RecordV1::from_bytes(section(&model_file, kind::TRAINER)?.bytes)
+        .ok_or(Problem::State("section TRAINER"))?;
+    let model = &model_file.model;
+    let occupancy = model.occupancy.ok_or(Problem::Untrainable("no occupancy"))?;
+    if occupancy.resolution() < 16 || !occupancy.resolution().is_power_of_two() {
+        return Err(Problem::Untrainable("occupancy of another resolution"));
+    }
+    let field = field_config(&model.field)?;
+    let layout = Layout::new(&field);
+    let parameters = parameters(&model_file, &layout)?;
+    let config = record.config(field, occupancy.resolution());
+    record.check(&config).map_err(Problem::State)?;
+    let moments = |kind, n: usize| {
+        let section = section(&model_file, kind)?;
+        let (expected, found) = (4 * n as u64, section.bytes.len() as u64);
+        if expected != found {
+            return Err(Problem::Length { section: section.id, expected, found });
+        }
+        Ok(floats(section.bytes))
+    };
+    // Only the networks have a first moment.
+    let mean = moments(kind::MEAN, parameters.len() - layout.networks_start())?;
+    let square = moments(kind::SQUARE, parameters.len())?;
+    // How many there must be, the dataset will tell.
+    let density = floats(section(&model_file, kind::DENSITY)?.bytes);
+    if !density.iter().all(|d| *d >= 0.0) {
+        return Err(Problem::State("section DENSITY"));
+    }
+    let provenance = model_file.about.provenance;
+    Ok(Checkpoint {
+        file: file.to_owned(),
+        config,
+        space: model.space,
+        sampling: model.sampling,
+        dataset: provenance.map_or_else(String::new, |p| p.dataset.to_owned()),
+        record,
+        mean,
+        square,
+        density,
+        coarse: occupancy.coarse_bytes().to_vec(),
+        fine: occupancy.fine_bytes().to_vec(),
+        parameters,
+    })
+}
+
+/// A section of our own, in a version that we know.
+fn section<'a>(file: &ModelFile<'a>, kind: u32) -> Result<Section<'a>, Problem> {
+    let id = SectionId::first(kind);
+    let section = file.container().find(id).ok_or(Problem::NotACheckpoint)?;
+    if (section.version, section.encoding) != (V1, 0) {
+        return Err(Problem::Version { section: id, found: section.version });
+    }
+    Ok(section)
+}
+
+fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
+}
+
+/// The weights, in the order of the flat buffer, which is that of the file.
+fn parameters(file: &ModelFile<'_>, layout: &Layout) -> Result<Vec<f32>, Problem> {
+    let shapes = || file.tensors().map(|(_, view)| [view.rows(), view.cols()]);
+    if !shapes().eq(layout.ranges().iter().map(|range| range.shape)) {
+        return Err(Problem::Untrainable("a bias is missing"));
+    }
+    if file.tensors().any(|(_, view)| view.dtype() != DType::F32) {
+        return Err(Problem::Untrainable("weights in f16"));
+    }
+    Ok(file.tensors().flat_map(|(_, view)| floats(view.bytes())).collect())
+}
+
+/// The shape of a field, for training.
+fn field_config(field: &AnyField<'_>) -> Result<FieldConfig, Problem> {
+    let (encoding, decoder) = match field {
+        AnyField::HashGrid(field) => (EncodingConfig::HashGrid(field.grid.config), &field.decoder),
+        AnyField::Frequency(field) => (EncodingConfig::Frequency(field.encoding), &field.decoder),
+        _ => return Err(Problem::Untrainable("a kind of field unknown to this build")),
+    };
+    Ok(FieldConfig {
+        encoding,
+        density_hidden: hidden(&decoder.density),
+        color_hidden: hidden(&decoder.color),
+        n_features: decoder.n_features as usize,
+        sh_degree: decoder.sh_degree,
+        shading: decoder.shading,
+        log_density_bias: decoder.log_density_bias,
+    })
+}
+
+/// Widths of a network's hidden layers.
+fn hidden(network: &Mlp<'_>) -> Vec<usize> {
+    let widths = network.layers().iter().map(|layer| layer.weight.cols());
+    widths.take(network.layers().len().saturating_sub(1)).collect()
+}

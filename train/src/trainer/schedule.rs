@@ -1,0 +1,76 @@
+//! How many steps a run has, and what each is like.
+
+use std::time::Instant;
+
+use super::{StepSettings, TrainConfig};
+
+/// How long to train.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Length {
+    /// So many steps: repeatable to the bit.
+    Steps(u32),
+    /// Until this long after the start of the program, the model written. The
+    /// number of steps is fixed after a short calibration.
+    Seconds(f64),
+}
+
+/// The steps over which learning rates fall and everything else that changes
+/// with time does: from `first` to before `end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// The first step.
+    pub first: u32,
+    /// The step at which the run is over.
+    pub end: u32,
+}
+
+impl Plan {
+    /// How much of the plan has been done before `step`, 0 to 1.
+    pub(super) fn progress(&self, step: u32) -> f32 {
+        let steps = self.end.saturating_sub(self.first).max(1);
+        step.saturating_sub(self.first) as f32 / steps as f32
+    }
+}
+
+/// Time kept for packing and writing the model, seconds.
+const WRITING: f64 = 0.3;
+/// Share of the time that calibrates the number of steps.
+const CALIBRATION: f64 = 0.1;
+/// Share of the remaining time that the plan uses.
+const MARGIN: f64 = 0.97;
+/// The occupancy stays as it is for this last share of the run, so that the
+/// field ends trained on the cells that are stored.
+const FREEZE: f32 = 0.9;
+/// Steps over which the learning rate rises. Fewer are not worth a new attempt.
+pub(super) const WARM_UP: u32 = 100;
+/// Long steps are taken for this first share of the run.
+const COARSE: f32 = 0.3;
+
+/// Seconds that are left for steps of so many in all.
+pub(super) fn budget(seconds: f64) -> f64 {
+    (seconds - WRITING).max(0.5 * seconds)
+}
+
+/// Fixes the number of steps once enough have been timed: `timed` since `begun`.
+pub(super) fn calibrate(begun: Instant, deadline: Instant, timed: u32, step: u32) -> Option<Plan> {
+    let spent = begun.elapsed().as_secs_f64();
+    let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+    if timed < 32 || spent < CALIBRATION * (spent + left) {
+        return None;
+    }
+    let steps = left * MARGIN / (spent / f64::from(timed));
+    Some(Plan { first: step, end: step.saturating_add(steps as u32) })
+}
+
+/// The schedule: learning rates fall exponentially, the roulette keeps more
+/// and steps shorten as the field sharpens.
+pub(super) fn settings(config: &TrainConfig, step: u32, progress: f32) -> StepSettings {
+    let warm = ((step + 1) as f32 / WARM_UP as f32).min(1.0);
+    let [first, last] = config.kept;
+    StepSettings {
+        rate: warm * config.final_rate.powf(progress),
+        step_scale: if progress < COARSE { config.first_step_scale } else { 1.0 },
+        kept: first * (last / first).powf(progress),
+        update_occupancy: progress < FREEZE,
+    }
+}

@@ -1,0 +1,185 @@
+//! `pocketnerf train`: saved, interrupted and resumed as from a shell.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use pocketnerf_train::builtin;
+use pocketnerf_train::dataset::Split;
+use serde_json::Value;
+
+/// The first views of the built-in scene as a Blender-style dataset.
+fn write_dataset(folder: &Path) {
+    let mut frames = String::new();
+    let dataset = builtin::dataset(Split::Train, 16);
+    for (i, view) in dataset.views.iter().take(12).enumerate() {
+        let camera = &view.camera;
+        let file = folder.join(format!("{i}.png"));
+        let (width, height) = (camera.width, camera.height);
+        image::save_buffer(file, &view.rgba, width, height, image::ColorType::Rgba8).unwrap();
+        let rows: Vec<_> = camera.camera_to_world.chunks(4).collect();
+        let comma = if i == 0 { "" } else { "," };
+        let pose = format!("{rows:?}");
+        write!(frames, r#"{comma}{{"file_path": "{i}", "transform_matrix": {pose}}}"#).unwrap();
+    }
+    let text = format!(r#"{{"camera_angle_x": 0.6911112, "frames": [{frames}]}}"#);
+    std::fs::write(folder.join("transforms_train.json"), text).unwrap();
+}
+
+/// A folder with a dataset, in which the program runs.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let place = Self(tempfile::tempdir().unwrap());
+        std::fs::create_dir(place.path("data")).unwrap();
+        write_dataset(&place.path("data"));
+        place
+    }
+
+    fn path(&self, name: &str) -> std::path::PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self, options: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
+        command.args(options.split_whitespace()).current_dir(self.0.path());
+        command
+    }
+
+    fn run(&self, options: &str) -> Output {
+        self.command(options).output().unwrap()
+    }
+
+    /// Runs to success.
+    fn ok(&self, options: &str) -> Value {
+        let output = self.run(options);
+        assert!(output.status.success(), "{options}: {}", text(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap_or(Value::Null)
+    }
+
+    /// Runs to a failure and gives its line.
+    fn line(&self, options: &str) -> String {
+        let output = self.run(options);
+        assert_eq!(output.status.code(), Some(1), "{options}");
+        let line = text(&output.stderr);
+        assert_eq!(line.matches('\n').count(), 1, "{line}");
+        line.trim_end().strip_prefix("pocketnerf: ").unwrap().to_owned()
+    }
+
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap()
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+const TRAIN: &str = "train data --json --quiet --log2-hashmap-size 9 --batch-rays 64 --seed 5";
+
+#[test]
+fn saved_and_resumed() {
+    let place = Place::new();
+    let result = place.ok(&format!("{TRAIN} --steps 60 --out whole.pnerf"));
+    assert_eq!((&result["steps"], &result["restarts"]), (&60.into(), &0.into()));
+    // Every step saves; the last checkpoint is that of the last step.
+    place.ok(&format!("{TRAIN} --steps 60 --out saved.pnerf --save-every 0.000001"));
+    assert!(place.bytes("saved.pnerf") == place.bytes("whole.pnerf"));
+    let checkpoint = place.ok("info saved.ckpt.pnerf --json");
+    assert_eq!(checkpoint["checkpoint"]["step"], 60);
+    assert_eq!(checkpoint["checkpoint"]["steps"], 60);
+    assert_eq!(checkpoint["checkpoint"]["seed"], 5);
+    assert_eq!(checkpoint["precision"], "f32");
+    assert!(place.ok("info saved.pnerf --json")["checkpoint"].is_null());
+    place.ok("render saved.ckpt.pnerf --width 8 --height 8 --out view.png");
+    place.ok("train data --resume saved.ckpt.pnerf --out again.pnerf");
+    assert!(place.bytes("again.pnerf") == place.bytes("whole.pnerf"));
+
+    // Options that say the same are taken, others are not.
+    let resume = "train data --quiet --resume saved.ckpt.pnerf --out x.pnerf";
+    place.ok(&format!("{resume} --steps 60 --seed 5 --batch-rays 64"));
+    let found = "saved.ckpt.pnerf: trained with";
+    for (options, stored) in [
+        ("--steps 90", "--steps 60"),
+        ("--seconds 9.0", "no --seconds"),
+        ("--seed 6", "--seed 5"),
+        ("--batch-rays 65", "--batch-rays 64"),
+        ("--downscale-factor 2", "--downscale-factor 1"),
+        ("--near 0.5", "--near 0.0"),
+        ("--far 9.0", "no --far"),
+        ("--log2-hashmap-size 10", "--log2-hashmap-size 9"),
+    ] {
+        let option = options.split(' ').next().unwrap();
+        assert_eq!(
+            place.line(&format!("{resume} {options}")),
+            format!(
+                "{found} {stored}, but {options} was given; \
+                 leave {option} out when resuming, or train anew without --resume"
+            )
+        );
+    }
+    let line = place.line(&format!("{resume} --aabb 0,0,0,1,1,1 --background white"));
+    assert!(line.starts_with(&format!("{found} no --aabb, but --aabb [[0.0, ")), "{line}");
+
+    // Another dataset, and files that are no checkpoints.
+    let image = place.path("data/3.png");
+    let mut picture = image::open(&image).unwrap().to_rgba8();
+    picture.get_pixel_mut(2, 2).0[0] ^= 1;
+    picture.save(&image).unwrap();
+    let line = place.line(resume);
+    assert!(line.starts_with("saved.ckpt.pnerf: trained on \"data\" (fingerprint "), "{line}");
+    assert!(line.ends_with("give the dataset that the run began with, unchanged"), "{line}");
+    let line = place.line("train data --resume whole.pnerf --out x.pnerf");
+    assert!(line.starts_with("whole.pnerf: this is a model, expected a checkpoint; "), "{line}");
+    let line = place.line("train data --resume none.pnerf --out x.pnerf");
+    assert!(line.starts_with("none.pnerf: cannot be read: "), "{line}");
+}
+
+#[test]
+fn numbers_that_make_no_sense() {
+    let place = Place::new();
+    for options in ["--save-every 0", "--seconds 0", "--batch-rays 0", "--batch-rays 9999999"] {
+        let line = place.line(&format!("train data --out x.pnerf {options}"));
+        assert!(line.starts_with(&format!("{options}: expected ")), "{line}");
+    }
+    let line = place.line("train data --out x.pnerf --log2-hashmap-size 99");
+    assert!(line.contains("log2_hashmap_size"), "{line}");
+}
+
+/// Ctrl-C, as a terminal sends it.
+#[cfg(unix)]
+#[test]
+fn interrupted_and_resumed() {
+    use std::time::{Duration, Instant};
+
+    let place = Place::new();
+    let steps = 400;
+    place.ok(&format!("{TRAIN} --steps {steps} --out whole.pnerf"));
+    let options = format!("{TRAIN} --steps {steps} --out cut.pnerf --save-every 0.01");
+    let child =
+        place.command(&options).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // The first checkpoint says that training has begun.
+    let begun = Instant::now();
+    while !place.path("cut.ckpt.pnerf").exists() && begun.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let pid = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{line}");
+    assert!(output.stdout.is_empty() && !place.path("cut.pnerf").exists());
+    let resume = "train data --out cut.pnerf --resume cut.ckpt.pnerf";
+    assert!(line.starts_with("pocketnerf: interrupted at step "), "{line}");
+    assert!(line.ends_with(&format!(", saved; go on with: pocketnerf {resume}\n")), "{line}");
+    let step = place.ok("info cut.ckpt.pnerf --json")["checkpoint"]["step"].as_u64().unwrap();
+    assert!(line.contains(&format!("at step {step},")) && (1..steps).contains(&step), "{line}");
+
+    let result = place.ok(&format!("{resume} --json --threads 3"));
+    assert_eq!(result["steps"], steps);
+    assert!(place.bytes("cut.pnerf") == place.bytes("whole.pnerf"));
+    // No temporary file is left.
+    let names = std::fs::read_dir(place.0.path()).unwrap().count();
+    assert_eq!(names, 4, "data, two models and a checkpoint");
+}
