@@ -69,6 +69,22 @@ impl Camera {
         [m[3], m[7], m[11]]
     }
 
+    /// The image point at which the camera sees `p`, pixels from the top left
+    /// corner, inside the picture or not; `None` behind the camera.
+    #[must_use]
+    pub fn project(&self, p: [f32; 3]) -> Option<[f32; 2]> {
+        let m = &self.camera_to_world;
+        let d = [p[0] - m[3], p[1] - m[7], p[2] - m[11]];
+        let along = |c: usize| d[0] * m[c] + d[1] * m[4 + c] + d[2] * m[8 + c];
+        let depth = -along(2);
+        (depth > 0.0).then(|| {
+            [
+                self.center[0] + self.focal[0] * along(0) / depth,
+                self.center[1] - self.focal[1] * along(1) / depth,
+            ]
+        })
+    }
+
     /// The ray through the image point (`x`, `y`), pixels from the top left
     /// corner: pixel (i, j) has its centre at (i + 0.5, j + 0.5).
     #[must_use]
@@ -119,5 +135,10 @@ mod tests {
         for (a, b) in d.iter().zip([-0.5 / n, 0.5 / n, -1.0 / n]) {
             assert!((a - b).abs() < 1e-6, "{d:?}");
         }
+        // Two units along that ray, and back to the pixel.
+        let p = [0, 1, 2].map(|a| camera.position()[a] + 2.0 * d[a]);
+        let [x, y] = camera.project(p).unwrap();
+        assert!((x - 0.5).abs() < 1e-5 && (y - 0.5).abs() < 1e-5, "{x} {y}");
+        assert_eq!(camera.project([0.0, 0.0, 4.5]), None);
     }
 }

@@ -32,6 +32,15 @@ pub struct Path {
     pub phase: f32,
 }
 
+impl Path {
+    /// Whether there are steps left.
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_alive(&self) -> bool {
+        self.next < self.end
+    }
+}
+
 impl<'a> Marcher<'a> {
     /// Marches through `model`; without `skip`, every step is visited and
     /// tested on its own, which gives the same samples more slowly.

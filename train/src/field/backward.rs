@@ -29,7 +29,8 @@ pub struct Gradients {
 }
 
 impl Gradients {
-    /// The buffer that holds a gradient, `[max width][stride]`.
+    /// The buffer that holds a gradient, `[max width][stride]`, the width rounded
+    /// up to a multiple of 16.
     pub fn rows(&mut self) -> &mut [f32] {
         &mut self.gradient
     }
@@ -62,8 +63,8 @@ impl Backward {
             stride,
             density_hidden: hidden(&self.density),
             color_hidden: hidden(&self.color),
-            gradient: vec![0.0; self.max_width * stride],
-            other: vec![0.0; self.max_width * stride],
+            gradient: vec![0.0; self.max_width.next_multiple_of(16) * stride],
+            other: vec![0.0; self.max_width.next_multiple_of(16) * stride],
             panel: vec![0.0; panel_len(self.max_width)],
         }
     }

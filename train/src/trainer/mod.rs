@@ -1,5 +1,6 @@
 //! The training loop: rays → march → shade → back → scatter → Adam.
 
+mod aim;
 pub mod checkpoint;
 mod config;
 mod group;
@@ -37,6 +38,7 @@ use crate::dataset::Dataset;
 use crate::field::half::round_all;
 use crate::field::{Backward, EncodingConfig, Layout, initialize, scatter_level};
 use crate::random::Random;
+use aim::Aim;
 use group::{Group, GroupStats, Job, STRIDE, Worker};
 use pool::Pool;
 
@@ -60,9 +62,9 @@ pub struct StepStats {
     pub samples: usize,
     /// Samples passed back.
     pub kept: usize,
-    /// Mean squared error over rays and colours.
+    /// Mean squared error over all pixels and colours, estimated.
     pub mean_squared_error: f64,
-    /// Mean opacity of the rays.
+    /// Mean opacity of all pixels, estimated.
     pub mean_opacity: f64,
 }
 
@@ -85,6 +87,7 @@ pub struct Trainer {
     config: TrainConfig,
     level: Level,
     source: RaySource,
+    aim: Aim,
     targets: Targets,
     space: Space,
     sampling: Sampling,
@@ -158,6 +161,7 @@ impl Trainer {
             Some(hull) => hull.cells(&space, resolution),
             None => all_cells(&space, resolution),
         };
+        let aim = Aim::new(source.cameras(), &space, resolution, &candidates);
         let backward = Backward::new(&config.field, &layout);
         let n_network = layout.len() - layout.networks_start();
         let group = || Group::new(n_network);
@@ -166,6 +170,7 @@ impl Trainer {
             level,
             targets: source.targets(),
             source,
+            aim,
             space,
             sampling,
             gradient: vec![0.0; n_network],
@@ -297,11 +302,12 @@ impl Trainer {
         let field = self.layout.view_half(&self.config.field, &self.half);
         let field = field.expect("checked when training began");
         let (seed, step) = (self.seed, u64::from(self.step));
-        let (level, limits, source, n_rays) = (self.level, self.limits, &self.source, self.n_rays);
+        let (level, limits, n_rays) = (self.level, self.limits, self.n_rays);
+        let (source, aim) = (&self.source, &self.aim);
         self.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
             let mut worker = self.workers.take(|| Worker::new(limits, &self.backward));
             let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
-            group.draw(source, n, Random::new(seed, [1, step, g as u64]));
+            group.draw(source, aim, n, Random::new(seed, [1, step, g as u64]));
             run_group(level, group, &field, &job, &mut worker);
             self.workers.put(worker);
         });
@@ -315,12 +321,14 @@ impl Trainer {
             total.samples += group.stats.samples;
             total.kept += group.stats.kept;
         }
+        // Outside the tiles that are aimed at, the error is that of nothing: none.
+        let share = self.aim.share();
         StepStats {
             rays: self.n_rays,
             samples: total.samples,
             kept: total.kept,
-            mean_squared_error: total.squared_error / (3 * self.n_rays) as f64,
-            mean_opacity: total.opacity / self.n_rays as f64,
+            mean_squared_error: share * total.squared_error / (3 * self.n_rays) as f64,
+            mean_opacity: share * total.opacity / self.n_rays as f64,
         }
     }
 

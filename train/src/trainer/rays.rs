@@ -2,6 +2,7 @@
 
 use pocketnerf_core::{Camera, Ray};
 
+use super::aim::Aim;
 use crate::dataset::View;
 use crate::random::Random;
 
@@ -70,13 +71,12 @@ impl RaySource {
         &self.images
     }
 
-    /// Draws a random ray.
+    /// Draws a random ray among those that `aim` allows.
     #[must_use]
-    pub fn draw(&self, random: &mut Random) -> TrainingRay {
-        let view = random.below(self.cameras.len());
+    pub(crate) fn draw(&self, aim: &Aim, random: &mut Random) -> TrainingRay {
+        let (view, x, y) = aim.draw(&self.cameras, random);
         let camera = &self.cameras[view];
-        let pixel = random.below(camera.width as usize * camera.height as usize);
-        let (x, y) = (pixel % camera.width as usize, pixel / camera.width as usize);
+        let pixel = y as usize * camera.width as usize + x as usize;
         let phase = random.next_f32();
         let background = match self.backdrop {
             Backdrop::Random => [random.next_f32(), random.next_f32(), random.next_f32()],

@@ -1,0 +1,214 @@
+//! Which pixels can see anything at all.
+//!
+//! A pixel whose ray meets no cell that may hold something teaches nothing: its
+//! gradient is zero whatever the field. Training draws its rays from the tiles
+//! of the images that such cells project to.
+
+use pocketnerf_core::{Camera, Space};
+use rayon::prelude::*;
+
+use crate::random::Random;
+
+/// Pixels along a tile's side.
+const TILE: u32 = 8;
+/// Cells along a side of the cubes that are projected.
+const CUBE: u32 = 4;
+
+/// A tile of a view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Tile {
+    view: u32,
+    x: u16,
+    y: u16,
+}
+
+/// The tiles that see something.
+#[derive(Clone, Debug)]
+pub(crate) struct Aim {
+    tiles: Vec<Tile>,
+    /// Share of all pixels that lie in the tiles.
+    share: f64,
+}
+
+impl Aim {
+    /// The tiles of all views to which `cells` of a grid of so many cells along
+    /// an axis project. Where there are none, all tiles.
+    pub(crate) fn new(cameras: &[Camera], space: &Space, resolution: u32, cells: &[u32]) -> Self {
+        let cubes = Cubes::new(space, resolution, cells);
+        let per_view = cameras.par_iter().enumerate().map(|(view, camera)| {
+            let mut seen = Seen::new(camera);
+            cubes.corners.iter().for_each(|cube| seen.mark(camera, cube, cubes.side));
+            seen.tiles(view as u32)
+        });
+        let mut tiles: Vec<Tile> = per_view.flatten_iter().collect();
+        if tiles.is_empty() {
+            let all = |(view, camera): (usize, &Camera)| {
+                let mut seen = Seen::new(camera);
+                seen.marks.fill(true);
+                seen.tiles(view as u32)
+            };
+            tiles = cameras.iter().enumerate().flat_map(all).collect();
+        }
+        let seen: u64 = tiles
+            .iter()
+            .map(|tile| {
+                let [width, height] = size(&cameras[tile.view as usize], tile);
+                u64::from(width) * u64::from(height)
+            })
+            .sum();
+        let all: u64 = cameras.iter().map(|c| u64::from(c.width) * u64::from(c.height)).sum();
+        Self { tiles, share: seen as f64 / all.max(1) as f64 }
+    }
+
+    /// Share of all pixels that may be drawn.
+    pub(crate) fn share(&self) -> f64 {
+        self.share
+    }
+
+    /// A random pixel: view, column, row.
+    #[inline]
+    pub(crate) fn draw(&self, cameras: &[Camera], random: &mut Random) -> (usize, u32, u32) {
+        let tile = self.tiles[random.below(self.tiles.len())];
+        let view = tile.view as usize;
+        // Tiles on an edge may be smaller; one in a hundred is drawn a little
+        // too often, which does not matter.
+        let [width, height] = size(&cameras[view], &tile);
+        let inside = random.below((width * height) as usize) as u32;
+        let (x, y) = (inside % width, inside / width);
+        (view, u32::from(tile.x) * TILE + x, u32::from(tile.y) * TILE + y)
+    }
+}
+
+/// Pixels along both sides of a tile.
+fn size(camera: &Camera, tile: &Tile) -> [u32; 2] {
+    let side = |first: u16, pixels: u32| TILE.min(pixels - u32::from(first) * TILE);
+    [side(tile.x, camera.width), side(tile.y, camera.height)]
+}
+
+/// Cubes of cells in scene space.
+struct Cubes {
+    /// Smallest corner of each, scene units.
+    corners: Vec<[f32; 3]>,
+    /// Side, scene units.
+    side: f32,
+}
+
+impl Cubes {
+    fn new(space: &Space, resolution: u32, cells: &[u32]) -> Self {
+        let n = resolution.div_ceil(CUBE);
+        let mut marks = vec![false; (n * n * n) as usize];
+        for cell in cells {
+            let [x, y, z] =
+                [cell % resolution, cell / resolution % resolution, cell / resolution.pow(2)];
+            marks[(x / CUBE + n * (y / CUBE + n * (z / CUBE))) as usize] = true;
+        }
+        let map = space.unit_map();
+        let side = CUBE as f32 / (resolution as f32 * map.scale);
+        let marked = (0..n * n * n).filter(|cube| marks[*cube as usize]);
+        let corners = marked.map(|cube| {
+            let at = [cube % n, cube / n % n, cube / (n * n)];
+            [0, 1, 2].map(|a| map.min[a] + at[a] as f32 * side)
+        });
+        Self { corners: corners.collect(), side }
+    }
+}
+
+/// The tiles of one view.
+struct Seen {
+    columns: u32,
+    rows: u32,
+    marks: Vec<bool>,
+}
+
+impl Seen {
+    fn new(camera: &Camera) -> Self {
+        let (columns, rows) = (camera.width.div_ceil(TILE), camera.height.div_ceil(TILE));
+        Self { columns, rows, marks: vec![false; (columns * rows) as usize] }
+    }
+
+    /// Marks the tiles that the rectangle around a projected cube touches.
+    fn mark(&mut self, camera: &Camera, corner: &[f32; 3], side: f32) {
+        let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        let mut behind = 0;
+        for c in 0..8u8 {
+            let p = [0, 1, 2].map(|a| corner[a] + f32::from(c >> a & 1) * side);
+            let Some(at) = camera.project(p) else {
+                behind += 1;
+                continue;
+            };
+            for axis in 0..2 {
+                low[axis] = low[axis].min(at[axis]);
+                high[axis] = high[axis].max(at[axis]);
+            }
+        }
+        if behind > 0 {
+            // A cube that the camera's plane cuts may be seen anywhere.
+            if behind < 8 {
+                self.marks.fill(true);
+            }
+            return;
+        }
+        // `as` saturates: what lies outside is cut off.
+        let first = low.map(|v| (v / TILE as f32) as u32);
+        let end = high.map(|v| if v < 0.0 { 0 } else { (v / TILE as f32) as u32 + 1 });
+        for y in first[1]..end[1].min(self.rows) {
+            let row = (y * self.columns) as usize;
+            let columns = first[0] as usize..end[0].min(self.columns) as usize;
+            if columns.start < columns.end {
+                self.marks[row + columns.start..row + columns.end].fill(true);
+            }
+        }
+    }
+
+    fn tiles(&self, view: u32) -> Vec<Tile> {
+        let marked = (0..self.columns * self.rows).filter(|i| self.marks[*i as usize]);
+        let tile =
+            |i: u32| Tile { view, x: (i % self.columns) as u16, y: (i / self.columns) as u16 };
+        marked.map(tile).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_ray_that_meets_a_cell_can_be_drawn() {
+        let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
+        let map = space.unit_map();
+        let cells = [5 + 32 * (6 + 32 * 7), 20 + 32 * (25 + 32 * 3)];
+        let eyes = [[3.0, 0.5, 0.2], [-0.3, 2.5, 1.0], [0.1, 0.2, 0.3]];
+        let cameras = eyes.map(|eye| {
+            let pose = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0]);
+            Camera::from_fov_x(61, 47, 1.0, pose)
+        });
+        let aim = Aim::new(&cameras, &space, 32, &cells);
+        let drawn = |view: usize, x: u32, y: u32| {
+            let tile = Tile { view: view as u32, x: (x / TILE) as u16, y: (y / TILE) as u16 };
+            aim.tiles.contains(&tile)
+        };
+        let (mut met, mut missed) = (0, 0);
+        for (view, camera) in cameras.iter().enumerate() {
+            for (x, y) in (0..47).flat_map(|y| (0..61).map(move |x| (x, y))) {
+                let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
+                let meets = (0..4000).any(|k| {
+                    let t = k as f32 * 1e-3;
+                    let p = [0, 1, 2].map(|a| ray.origin[a] + t * ray.direction[a]);
+                    let cell = map.apply(p).map(|u| (u * 32.0).floor() as i32);
+                    cells.iter().any(|c| [c % 32, c / 32 % 32, c / 1024].map(|v| v as i32) == cell)
+                });
+                assert!(!meets || drawn(view, x, y), "view {view}: pixel {x}, {y}");
+                met += u32::from(meets);
+                missed += u32::from(!drawn(view, x, y));
+            }
+        }
+        assert!(met > 5 && missed > 1000, "{met} {missed}");
+        let mut random = Random::new(1, [0; 3]);
+        for _ in 0..1000 {
+            let (view, x, y) = aim.draw(&cameras, &mut random);
+            assert!(x < 61 && y < 47 && drawn(view, x, y));
+        }
+        // Nothing to see: everything may be drawn.
+        assert!((Aim::new(&cameras, &space, 32, &[]).share() - 1.0).abs() < 1e-12);
+    }
+}

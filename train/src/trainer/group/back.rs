@@ -1,0 +1,214 @@
+//! Backwards: from rays to samples to networks and encoded points.
+
+use fearless_simd::Simd;
+use pocketnerf_core::encoding::spherical_harmonics;
+use pocketnerf_core::field::{Field, Shading};
+use pocketnerf_core::store::Store;
+
+use super::transpose::{LANES, transpose};
+use super::{BATCH, Group, Job, Kept, Record, STRIDE, Traveller, Worker, row_len};
+
+impl Group {
+    /// From rays to samples, back to front: the derivative of the volume
+    /// rendering sum. Small gradients are dropped at random and the rest
+    /// enlarged, so that the expected sum is the same.
+    #[inline(always)]
+    pub(super) fn sample_gradients(&mut self, job: &Job<'_>, row_len: usize) {
+        let Self { records, values, sums, ray_gradients, suffix, kept, stats, random, .. } = self;
+        suffix.clear();
+        suffix.resize(ray_gradients.len(), 0.0);
+        kept.clear();
+        let mut random = random.take().expect("set with the rays");
+        for (s, record) in records.iter().enumerate().rev() {
+            let r = record.ray as usize;
+            let values = &values[record.row as usize * row_len..][..row_len];
+            let along = dot(&sums[r * row_len..][..row_len], values);
+            let d_weight = ray_gradients[r].opacity + along;
+            let d_sigma = job.step * (record.transmittance * d_weight - suffix[r]);
+            suffix[r] += record.weight * d_weight;
+            let log_density = d_sigma * values[0];
+            let size = log_density.abs() + record.weight * ray_gradients[r].size;
+            stats.gradient_size += f64::from(size);
+            let mut enlarge = 1.0;
+            if size < job.roulette {
+                if random.next_f32() * job.roulette >= size {
+                    continue;
+                }
+                enlarge = job.roulette / size;
+            }
+            kept.push(Kept {
+                sample: s as u32,
+                log_density: log_density * enlarge,
+                weight: record.weight * enlarge,
+            });
+        }
+        stats.kept = kept.len();
+    }
+
+    /// From samples to network weights and encoded points.
+    #[inline(always)]
+    pub(super) fn back_through_networks<S: Simd, T: Store, F: Field>(
+        &mut self,
+        simd: S,
+        field: &F,
+        job: &Job<'_>,
+        worker: &mut Worker,
+    ) {
+        let decoder = field.decoder();
+        let row_len = row_len(decoder);
+        let n_encoded = field.n_encoded();
+        let block_size = (3 + n_encoded) * STRIDE;
+        self.block_lens.clear();
+        let n_blocks = self.kept.len().div_ceil(BATCH);
+        if self.blocks.len() < n_blocks * block_size {
+            self.blocks.resize(n_blocks * block_size, 0.0);
+        }
+        for (kept, block) in self.kept.chunks(BATCH).zip(self.blocks.chunks_mut(block_size)) {
+            let padded = kept.len().next_multiple_of(32);
+            self.block_lens.push(padded);
+            let (points, d_encoded) = block.split_at_mut(3 * STRIDE);
+            let axes = points.as_chunks_mut::<STRIDE>().0;
+            for (column, k) in kept.iter().enumerate() {
+                for (row, p) in axes.iter_mut().zip(self.records[k.sample as usize].point) {
+                    row[column] = p;
+                }
+            }
+            for row in &mut *axes {
+                row[kept.len()..padded].fill(0.0);
+            }
+            let points = [0, 1, 2].map(|axis| &axes[axis][..padded]);
+            field.encode::<S, T>(simd, points, &mut worker.a, STRIDE);
+            let d_values = &mut worker.d_values[..padded * row_len];
+            d_values[kept.len() * row_len..].fill(0.0);
+            for (k, row) in kept.iter().zip(d_values.chunks_exact_mut(row_len)) {
+                let r = self.records[k.sample as usize].ray as usize;
+                let d_sums = &self.sums[r * row_len..][..row_len];
+                for (value, d) in row.iter_mut().zip(d_sums) {
+                    *value = k.weight * d;
+                }
+                row[0] = k.log_density;
+            }
+            let rows = worker.gradients.rows();
+            for (to, part) in rows.chunks_mut(LANES * STRIDE).zip((0..row_len).step_by(LANES)) {
+                for at in (0..padded).step_by(LANES) {
+                    let from = &d_values[at * row_len + part..];
+                    transpose(simd, from, row_len, &mut to[at..], STRIDE, LANES);
+                }
+            }
+            if decoder.shading == Shading::PerSample {
+                Self::back_through_color::<S, T, F>(
+                    simd,
+                    field,
+                    job,
+                    worker,
+                    kept,
+                    &self.records,
+                    &self.travellers,
+                    &mut self.network_gradient,
+                );
+            }
+            let wanted = (n_encoded > 0).then_some(&mut *d_encoded);
+            job.backward.density::<S, T>(
+                simd,
+                decoder,
+                &worker.a,
+                &mut worker.gradients,
+                padded,
+                &mut self.network_gradient,
+                wanted,
+            );
+        }
+    }
+
+    /// Per-sample shading: from the gradient of each sample's colour (rows 1
+    /// to 3 of the gradient) to that of its features. Keeps `worker.a`.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "parts of a group that are borrowed apart")]
+    fn back_through_color<S: Simd, T: Store, F: Field>(
+        simd: S,
+        field: &F,
+        job: &Job<'_>,
+        worker: &mut Worker,
+        kept: &[Kept],
+        records: &[Record],
+        travellers: &[Traveller],
+        network_gradient: &mut [f32],
+    ) {
+        let decoder = field.decoder();
+        let n_features = decoder.n_features as usize;
+        let padded = kept.len().next_multiple_of(32);
+        let encoded = worker.a[..field.n_encoded() * STRIDE].to_vec();
+        for row in &mut worker.directions {
+            row[kept.len()..padded].fill(0.0);
+        }
+        for (column, k) in kept.iter().enumerate() {
+            let r = records[k.sample as usize].ray as usize;
+            let direction = travellers[r].path.ray.direction;
+            for (row, d) in worker.directions.iter_mut().zip(direction) {
+                row[column] = d;
+            }
+        }
+        // Features again, then colours.
+        {
+            let Worker { a, b, output, panel, .. } = &mut *worker;
+            decoder.density.forward::<S, T>(simd, a, b, output, padded, STRIDE, panel);
+        }
+        let features = &worker.output[STRIDE..(1 + n_features) * STRIDE];
+        worker.color_input[..features.len()].copy_from_slice(features);
+        let n_harmonics = spherical_harmonics::n_output(decoder.sh_degree);
+        for column in 0..padded {
+            let direction = [0, 1, 2].map(|axis| worker.directions[axis][column]);
+            let mut harmonics = [0.0; 16];
+            spherical_harmonics::evaluate(decoder.sh_degree, direction, &mut harmonics);
+            for (i, value) in harmonics[..n_harmonics].iter().enumerate() {
+                worker.color_input[(n_features + i) * STRIDE + column] = *value;
+            }
+        }
+        worker.a[..n_features * STRIDE].copy_from_slice(&worker.color_input[..n_features * STRIDE]);
+        let directions = worker.directions.clone();
+        let axes = [0, 1, 2].map(|axis| directions[axis].as_slice());
+        decoder.colors::<S, T>(simd, axes, padded, &mut worker.workspace());
+        let rows = worker.gradients.rows();
+        let log_density = rows[..padded].to_vec();
+        for c in 0..3 {
+            for column in 0..padded {
+                let rgb = worker.output[(1 + c) * STRIDE + column];
+                rows[c * STRIDE + column] = rows[(1 + c) * STRIDE + column] * rgb * (1.0 - rgb);
+            }
+        }
+        job.backward.color::<S, T>(
+            simd,
+            decoder,
+            &worker.color_input,
+            &mut worker.gradients,
+            padded,
+            network_gradient,
+            &mut worker.d_color_input,
+        );
+        let rows = worker.gradients.rows();
+        rows[..padded].copy_from_slice(&log_density);
+        rows[STRIDE..(1 + n_features) * STRIDE]
+            .copy_from_slice(&worker.d_color_input[..n_features * STRIDE]);
+        worker.a[..encoded.len()].copy_from_slice(&encoded);
+    }
+}
+
+/// Sum of products of two rows.
+#[inline(always)]
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    // In pairs: a fixed order, and short chains.
+    let mut n = LANES;
+    while n > 1 {
+        n /= 2;
+        for i in 0..n {
+            sums[i] += sums[i + n];
+        }
+    }
+    sums[0]
+}

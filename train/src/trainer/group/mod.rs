@@ -1,0 +1,166 @@
+//! A fixed share of a step's rays, forwards and backwards.
+//!
+//! A step is cut into the same groups at any thread count, and every group
+//! adds up its own gradients, so that the sums never depend on who worked when.
+
+mod back;
+mod march;
+mod shade;
+mod transpose;
+mod worker;
+
+use fearless_simd::Simd;
+use pocketnerf_core::composite::Gathered;
+use pocketnerf_core::field::{Decoder, Field, Shading};
+use pocketnerf_core::sampler::{Marcher, Path};
+use pocketnerf_core::scratch::Tuning;
+use pocketnerf_core::store::Store;
+
+use super::aim::Aim;
+use super::rays::{RaySource, TrainingRay};
+use crate::field::Backward;
+use crate::random::Random;
+use transpose::LANES;
+pub(crate) use worker::Worker;
+
+/// Samples a batch; rows lie [`STRIDE`] values apart.
+const BATCH: usize = 512;
+/// Distance between the rows of a batch.
+pub(crate) const STRIDE: usize = Tuning { samples: BATCH, rays: 1 }.stride();
+/// Fewest and most samples that a ray adds to a batch. Few: nothing is asked
+/// behind an opaque surface. Many: fewer rounds.
+const RUN: std::ops::RangeInclusive<usize> = 4..=8;
+/// A ray ends in training where its transmittance falls below this.
+const MIN_TRANSMITTANCE: f32 = 1e-4;
+
+/// What all groups of a step share.
+#[derive(Debug)]
+pub(crate) struct Job<'j> {
+    pub(crate) marcher: Marcher<'j>,
+    pub(crate) backward: &'j Backward,
+    /// Distance between samples, scene units.
+    pub(crate) step: f32,
+    /// Gradients at least this large are always kept; smaller ones in
+    /// proportion to their size, and enlarged accordingly. 0: all are kept.
+    pub(crate) roulette: f32,
+}
+
+/// A ray on its way.
+#[derive(Clone, Copy, Debug)]
+struct Traveller {
+    path: Path,
+    gathered: Gathered,
+    run: usize,
+}
+
+/// What the backward pass needs of a sample.
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    point: [f32; 3],
+    ray: u32,
+    /// Row of `values`.
+    row: u32,
+    weight: f32,
+    /// Light that passes the sample.
+    transmittance: f32,
+}
+
+/// The gradient that a ray hands to its samples.
+#[derive(Clone, Copy, Debug, Default)]
+struct RayGradient {
+    /// Of the opacity.
+    opacity: f32,
+    /// Sum of the magnitudes of the channels' gradients.
+    size: f32,
+}
+
+/// A sample whose gradient goes on to the network.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    sample: u32,
+    /// Gradient of the log density.
+    log_density: f32,
+    /// Weight of the ray's channel gradients.
+    weight: f32,
+}
+
+/// What a group found out.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct GroupStats {
+    /// Sum of squared errors over rays and colours.
+    pub(crate) squared_error: f64,
+    /// Sum of opacities over rays.
+    pub(crate) opacity: f64,
+    /// Samples at which the field was asked.
+    pub(crate) samples: usize,
+    /// Samples that were passed back.
+    pub(crate) kept: usize,
+    /// Sum of the samples' gradient magnitudes.
+    pub(crate) gradient_size: f64,
+}
+
+/// A group's buffers, kept from step to step.
+#[derive(Debug, Default)]
+pub(crate) struct Group {
+    rays: Vec<TrainingRay>,
+    random: Option<Random>,
+    travellers: Vec<Traveller>,
+    /// Rays that are still on their way.
+    alive: Vec<u32>,
+    /// `[ray][row_len]`: what each ray gathered of the values; later its
+    /// gradient, with 0 in sigma's place.
+    sums: Vec<f32>,
+    ray_gradients: Vec<RayGradient>,
+    records: Vec<Record>,
+    /// `[sample][row_len]`: sigma, then the channels.
+    values: Vec<f32>,
+    suffix: Vec<f32>,
+    kept: Vec<Kept>,
+    /// Blocks of `[3 + n_encoded][STRIDE]`: points and gradients for the scatter.
+    pub(crate) blocks: Vec<f32>,
+    /// Points in each block, a multiple of 32.
+    pub(crate) block_lens: Vec<usize>,
+    /// Gradient of the networks' parameters.
+    pub(crate) network_gradient: Vec<f32>,
+    pub(crate) stats: GroupStats,
+}
+
+/// Values between two rows of one sample or ray each: sigma and the channels,
+/// rounded up to whole registers.
+const fn row_len(decoder: &Decoder<'_>) -> usize {
+    (1 + decoder.channels()).next_multiple_of(LANES)
+}
+
+impl Group {
+    /// A group for networks with so many parameters.
+    pub(crate) fn new(n_network: usize) -> Self {
+        Self { network_gradient: vec![0.0; n_network], ..Self::default() }
+    }
+
+    /// Draws `n` rays from the stream of this place.
+    pub(crate) fn draw(&mut self, source: &RaySource, aim: &Aim, n: usize, mut random: Random) {
+        self.rays.clear();
+        self.rays.extend((0..n).map(|_| source.draw(aim, &mut random)));
+        self.random = Some(random);
+    }
+
+    /// Everything: march, shade, and both backward passes.
+    #[inline(always)]
+    pub(crate) fn run<S: Simd, T: Store, F: Field>(
+        &mut self,
+        simd: S,
+        field: &F,
+        job: &Job<'_>,
+        worker: &mut Worker,
+    ) {
+        self.stats = GroupStats::default();
+        self.network_gradient.fill(0.0);
+        self.march::<S, T, F>(simd, field, job, worker);
+        match field.decoder().shading {
+            Shading::PerRay => self.shade::<S, T, F>(simd, field, job, worker),
+            Shading::PerSample => self.compare(row_len(field.decoder())),
+        }
+        self.sample_gradients(job, row_len(field.decoder()));
+        self.back_through_networks::<S, T, F>(simd, field, job, worker);
+    }
+}

@@ -1,0 +1,149 @@
+//! From what rays gathered to their colours, the error, and back.
+
+use fearless_simd::Simd;
+use pocketnerf_core::encoding::spherical_harmonics;
+use pocketnerf_core::field::Field;
+use pocketnerf_core::store::Store;
+
+use super::{BATCH, Group, GroupStats, Job, RayGradient, STRIDE, TrainingRay, Worker, row_len};
+
+impl Group {
+    /// The squared error of a ray's colour: adds to the statistics and gives
+    /// the gradient of the colour.
+    #[inline(always)]
+    fn error(stats: &mut GroupStats, ray: &TrainingRay, color: [f32; 3]) -> [f32; 3] {
+        [0, 1, 2].map(|c| {
+            let difference = color[c] - ray.target[c];
+            stats.squared_error += f64::from(difference * difference);
+            // Adam is indifferent to the scale of the loss: no mean is taken.
+            difference
+        })
+    }
+
+    /// Per-sample shading: the sums are the colour over black.
+    pub(super) fn compare(&mut self, row_len: usize) {
+        self.ray_gradients.clear();
+        let sums = self.sums.chunks_exact_mut(row_len);
+        for ((ray, traveller), sum) in self.rays.iter().zip(&self.travellers).zip(sums) {
+            let opacity = traveller.gathered.opacity;
+            self.stats.opacity += f64::from(opacity);
+            let color = [0, 1, 2].map(|c| sum[1 + c] + (1.0 - opacity) * ray.background[c]);
+            let d_color = Self::error(&mut self.stats, ray, color);
+            sum[0] = 0.0;
+            sum[1..4].copy_from_slice(&d_color);
+            self.ray_gradients.push(RayGradient {
+                opacity: -(0..3).map(|c| d_color[c] * ray.background[c]).sum::<f32>(),
+                size: d_color.iter().map(|d| d.abs()).sum(),
+            });
+        }
+    }
+
+    /// Deferred shading: colour of every ray that met something, the error,
+    /// and back through the colour network. `sums` become their gradients.
+    #[inline(always)]
+    pub(super) fn shade<S: Simd, T: Store, F: Field>(
+        &mut self,
+        simd: S,
+        field: &F,
+        job: &Job<'_>,
+        worker: &mut Worker,
+    ) {
+        let decoder = field.decoder();
+        let channels = decoder.channels();
+        let row_len = row_len(decoder);
+        self.ray_gradients.clear();
+        self.ray_gradients.resize(self.rays.len(), RayGradient::default());
+        let mut hits = Vec::with_capacity(BATCH);
+        let mut next = 0;
+        loop {
+            hits.clear();
+            while next < self.rays.len() && hits.len() < BATCH {
+                if self.travellers[next].gathered.opacity > 0.0 {
+                    hits.push(next);
+                } else {
+                    let background = self.rays[next].background;
+                    let _ = Self::error(&mut self.stats, &self.rays[next], background);
+                }
+                next += 1;
+            }
+            if hits.is_empty() {
+                return;
+            }
+            let padded = hits.len().next_multiple_of(32);
+            for row in worker.color_input.chunks_mut(STRIDE) {
+                row[hits.len()..padded].fill(0.0);
+            }
+            for row in &mut worker.directions {
+                row[hits.len()..padded].fill(0.0);
+            }
+            for (column, &r) in hits.iter().enumerate() {
+                let traveller = &self.travellers[r];
+                let sums = &self.sums[r * row_len + 1..][..channels];
+                let rows = worker.color_input.chunks_mut(STRIDE);
+                for (row, sum) in rows.zip(sums) {
+                    row[column] = sum / traveller.gathered.opacity;
+                }
+                let direction = traveller.path.ray.direction;
+                let mut harmonics = [0.0; 16];
+                spherical_harmonics::evaluate(decoder.sh_degree, direction, &mut harmonics);
+                let n_harmonics = spherical_harmonics::n_output(decoder.sh_degree);
+                let rows = worker.color_input.chunks_mut(STRIDE).skip(channels);
+                for (row, value) in rows.zip(&harmonics[..n_harmonics]) {
+                    row[column] = *value;
+                }
+                for (row, d) in worker.directions.iter_mut().zip(direction) {
+                    row[column] = d;
+                }
+            }
+            let n_features = channels * STRIDE;
+            worker.a[..n_features].copy_from_slice(&worker.color_input[..n_features]);
+            let directions = worker.directions.clone();
+            let axes = [0, 1, 2].map(|axis| directions[axis].as_slice());
+            decoder.colors::<S, T>(simd, axes, padded, &mut worker.workspace());
+            // Gradient of the colour network's outputs, before the logistic.
+            let rows = worker.gradients.rows();
+            for row in rows.chunks_mut(STRIDE).take(3) {
+                row[..padded].fill(0.0);
+            }
+            for (column, &r) in hits.iter().enumerate() {
+                let opacity = self.travellers[r].gathered.opacity;
+                let ray = &self.rays[r];
+                let rgb = [0, 1, 2].map(|c| worker.output[(1 + c) * STRIDE + column]);
+                let color =
+                    [0, 1, 2].map(|c| opacity * rgb[c] + (1.0 - opacity) * ray.background[c]);
+                let d_color = Self::error(&mut self.stats, ray, color);
+                self.stats.opacity += f64::from(opacity);
+                for c in 0..3 {
+                    let slope = rgb[c] * (1.0 - rgb[c]);
+                    rows[c * STRIDE + column] = opacity * d_color[c] * slope;
+                }
+                self.ray_gradients[r].opacity =
+                    (0..3).map(|c| d_color[c] * (rgb[c] - ray.background[c])).sum();
+            }
+            job.backward.color::<S, T>(
+                simd,
+                decoder,
+                &worker.color_input,
+                &mut worker.gradients,
+                padded,
+                &mut self.network_gradient,
+                &mut worker.d_color_input,
+            );
+            for (column, &r) in hits.iter().enumerate() {
+                let inverse = 1.0 / self.travellers[r].gathered.opacity;
+                let gradient = &mut self.ray_gradients[r];
+                let d_rows = worker.d_color_input.chunks(STRIDE);
+                let rows = worker.color_input.chunks(STRIDE);
+                let sums = &mut self.sums[r * row_len..][..1 + channels];
+                sums[0] = 0.0;
+                for ((sum, d_row), row) in sums[1..].iter_mut().zip(d_rows).zip(rows) {
+                    // feature = sum / opacity.
+                    let d_sum = d_row[column] * inverse;
+                    *sum = d_sum;
+                    gradient.opacity -= d_sum * row[column];
+                    gradient.size += d_sum.abs();
+                }
+            }
+        }
+    }
+}
