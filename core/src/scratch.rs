@@ -41,6 +41,9 @@ impl Tuning {
     }
 }
 
+/// Values that may be left out at the start, so that rows begin at a line of
+/// the cache.
+const ALIGNMENT: usize = 15;
 /// Numbers kept for a ray in flight, beside its channels.
 pub(crate) const RAY_FIELDS: usize = 12;
 /// Rows kept for a sample: position, direction, distance.
@@ -50,7 +53,8 @@ const SAMPLE_ROWS: usize = 7;
 #[must_use]
 pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
     let stride = tuning.stride();
-    2 * limits.width * stride
+    ALIGNMENT
+        + 2 * limits.width * stride
         + (1 + limits.channels) * stride
         + panel_len(limits.width)
         + SAMPLE_ROWS * stride
@@ -92,7 +96,9 @@ impl<'s> Scratch<'s> {
     /// Cuts `memory`, which holds at least [`scratch_len`] values.
     pub(crate) fn cut(memory: &'s mut [f32], limits: Limits, tuning: Tuning) -> Self {
         let stride = tuning.stride();
-        let mut rest = memory;
+        // `align_offset` may refuse; then rows begin anywhere, which is slower.
+        let skip = memory.as_ptr().align_offset(64);
+        let mut rest = &mut memory[if skip <= ALIGNMENT { skip } else { 0 }..];
         let mut take = |n: usize| {
             let (head, tail) = core::mem::take(&mut rest).split_at_mut(n);
             rest = tail;

@@ -1,5 +1,6 @@
 //! Trains radiance fields on ordinary CPUs.
 
+mod aligned;
 pub mod builtin;
 pub mod cameras;
 pub mod cli;

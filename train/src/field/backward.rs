@@ -8,6 +8,7 @@ use pocketnerf_core::store::Store;
 
 use super::network::Network;
 use super::{FieldConfig, Layout};
+use crate::aligned::Aligned;
 
 /// The networks of a field, ready to go backwards.
 #[derive(Clone, Debug)]
@@ -21,11 +22,11 @@ pub struct Backward {
 #[derive(Clone, Debug)]
 pub struct Gradients {
     stride: usize,
-    density_hidden: Vec<Vec<f32>>,
-    color_hidden: Vec<Vec<f32>>,
-    gradient: Vec<f32>,
-    other: Vec<f32>,
-    panel: Vec<f32>,
+    density_hidden: Vec<Aligned<f32>>,
+    color_hidden: Vec<Aligned<f32>>,
+    gradient: Aligned<f32>,
+    other: Aligned<f32>,
+    panel: Aligned<f32>,
 }
 
 impl Gradients {
@@ -57,15 +58,15 @@ impl Backward {
     #[must_use]
     pub fn buffers(&self, stride: usize) -> Gradients {
         let hidden = |network: &Network| {
-            network.widths[1..network.n_layers()].iter().map(|w| vec![0.0; w * stride]).collect()
+            network.widths[1..network.n_layers()].iter().map(|w| Aligned::new(w * stride)).collect()
         };
         Gradients {
             stride,
             density_hidden: hidden(&self.density),
             color_hidden: hidden(&self.color),
-            gradient: vec![0.0; self.max_width.next_multiple_of(16) * stride],
-            other: vec![0.0; self.max_width.next_multiple_of(16) * stride],
-            panel: vec![0.0; panel_len(self.max_width)],
+            gradient: Aligned::new(self.max_width.next_multiple_of(16) * stride),
+            other: Aligned::new(self.max_width.next_multiple_of(16) * stride),
+            panel: Aligned::new(panel_len(self.max_width)),
         }
     }
 

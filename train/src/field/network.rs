@@ -7,6 +7,7 @@ use pocketnerf_core::store::{F32, Store};
 use pocketnerf_core::{DType, Layout as Order, TensorView};
 
 use super::{Layout, Part};
+use crate::aligned::Aligned;
 
 /// A network's layers as the backward pass reads them.
 #[derive(Clone, Debug)]
@@ -63,14 +64,14 @@ impl Network {
         simd: S,
         layers: &[Dense<'_>],
         input: &[f32],
-        hidden: &mut [Vec<f32>],
+        hidden: &mut [Aligned<f32>],
         n: usize,
         stride: usize,
         panel: &mut [f32],
     ) {
         for (i, layer) in layers.iter().enumerate().take(self.n_layers() - 1) {
             let (before, after) = hidden.split_at_mut(i);
-            let x = before.last().map_or(input, |v| v.as_slice());
+            let x = before.last().map_or(input, |v| &v[..]);
             dense::<S, T>(simd, layer, x, &mut after[0], n, stride, true, panel);
         }
     }
@@ -86,8 +87,8 @@ impl Network {
         &self,
         simd: S,
         input: &[f32],
-        hidden: &[Vec<f32>],
-        [gradient, other]: [&mut Vec<f32>; 2],
+        hidden: &[Aligned<f32>],
+        [gradient, other]: [&mut Aligned<f32>; 2],
         n: usize,
         stride: usize,
         weights: &mut [f32],
@@ -97,7 +98,7 @@ impl Network {
         for i in (0..self.n_layers()).rev() {
             let (n_in, n_out) = (self.widths[i], self.widths[i + 1]);
             let [weight, bias] = self.offsets[i];
-            let x = if i == 0 { input } else { hidden[i - 1].as_slice() };
+            let x = if i == 0 { input } else { &hidden[i - 1][..] };
             add_bias_gradient(simd, gradient, &mut weights[bias..bias + n_out], n, stride);
             let to = &mut weights[weight..weight + n_in * n_out];
             add_weight_gradient(simd, x, gradient, to, n_out, n, stride);

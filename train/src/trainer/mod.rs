@@ -34,6 +34,7 @@ pub use run::{Progress, Run, Summary, run};
 pub use scene_box::find_box;
 pub use schedule::{Length, Plan};
 
+use crate::aligned::Aligned;
 use crate::dataset::Dataset;
 use crate::field::half::round_all;
 use crate::field::{Backward, EncodingConfig, Layout, initialize, scatter_level};
@@ -92,18 +93,18 @@ pub struct Trainer {
     space: Space,
     sampling: Sampling,
     layout: Layout,
-    parameters: Vec<f32>,
+    parameters: Aligned<f32>,
     /// Gradient of the networks.
     gradient: Vec<f32>,
     /// Gradient buffers of grid levels, as many as there are threads: a level's
     /// is full only between its scatter and its update, and stays in the cache.
-    level_gradients: Pool<Vec<f32>>,
+    level_gradients: Pool<Aligned<f32>>,
     /// Workers, as many as there are threads.
     workers: Pool<Worker>,
     mean: Vec<f32>,
-    square: Vec<f32>,
+    square: Aligned<f32>,
     /// The parameters in half precision: what the forward pass reads.
-    half: Vec<u16>,
+    half: Aligned<u16>,
     adam: Adam,
     backward: Backward,
     groups: Vec<Group>,
@@ -151,9 +152,9 @@ impl Trainer {
         // Density is learnt per unit length of the cube, whatever its size.
         config.field.log_density_bias = scale.ln();
         let layout = Layout::new(&config.field);
-        let mut parameters = vec![0.0; layout.len()];
+        let mut parameters = Aligned::new(layout.len());
         initialize(&layout, config.seed, &mut parameters);
-        let mut half = vec![0; layout.len()];
+        let mut half = Aligned::new(layout.len());
         dispatch!(level, simd => round_all(simd, &parameters, &mut half));
         let limits = layout.view(&config.field, &parameters)?.limits();
         let resolution = config.occupancy_resolution;
@@ -165,7 +166,6 @@ impl Trainer {
         let backward = Backward::new(&config.field, &layout);
         let n_network = layout.len() - layout.networks_start();
         let group = || Group::new(n_network);
-        let zeros = || vec![0.0; layout.len()];
         Ok(Self {
             level,
             targets: source.targets(),
@@ -177,7 +177,7 @@ impl Trainer {
             level_gradients: Pool::default(),
             workers: Pool::default(),
             mean: vec![0.0; n_network],
-            square: zeros(),
+            square: Aligned::new(layout.len()),
             half,
             adam: Adam::default(),
             backward,
@@ -256,7 +256,7 @@ impl Trainer {
         self.seed = guard::seed(self.config.seed, restarts);
         let seed = self.seed;
         self.set_parameters(|layout, parameters| initialize(layout, seed, parameters));
-        for values in [&mut self.gradient, &mut self.mean, &mut self.square] {
+        for values in [&mut self.gradient[..], &mut self.mean, &mut self.square] {
             values.fill(0.0);
         }
         self.grid.reset();
@@ -404,13 +404,11 @@ impl Trainer {
         let grid_adam = Adam { beta1: 0.0, ..*adam };
         let rate = grid_adam.corrected(config.grid_rate * settings.rate, self.step);
         let groups = &*groups;
+        let largest_level = layout.levels().iter().map(|l| l.len()).max().unwrap_or(0);
         tasks.into_par_iter().with_max_len(1).for_each(|(l, grid_level, parts, half)| {
             let [parameters, square] = parts;
             // Adam leaves the buffer zeroed.
-            let mut buffer = level_gradients.take(Vec::new);
-            if buffer.len() < parameters.len() {
-                buffer.resize(parameters.len(), 0.0);
-            }
+            let mut buffer = level_gradients.take(|| Aligned::new(largest_level));
             let gradient = &mut buffer[..parameters.len()];
             dispatch!(*level, simd => {
                 scatter_groups(simd, groups, &grid_level, l, features, n_encoded, gradient);

@@ -242,7 +242,7 @@ mod tests {
             });
             assert_eq!(troubles, [Trouble::NotFinite]);
             assert_eq!((poisoned.steps(), run.summary(&poisoned).restarts), (40, 1));
-            assert!(poisoned.parameters == expected.parameters);
+            assert!(*poisoned.parameters == *expected.parameters);
         }
     }
 

@@ -179,7 +179,7 @@ impl Checkpoint {
         changed("cells that may be occupied", restored)?;
         trainer.set_parameters(|_, parameters| parameters.copy_from_slice(&self.parameters));
         trainer.mean = self.mean;
-        trainer.square = self.square;
+        trainer.square.copy_from_slice(&self.square);
         trainer.step = record.step;
         trainer.n_rays = record.n_rays as usize;
         trainer.roulette = record.roulette;

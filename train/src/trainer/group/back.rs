@@ -166,7 +166,7 @@ impl Group {
         }
         worker.a[..n_features * STRIDE].copy_from_slice(&worker.color_input[..n_features * STRIDE]);
         let directions = worker.directions.clone();
-        let axes = [0, 1, 2].map(|axis| directions[axis].as_slice());
+        let axes = [0, 1, 2].map(|axis| &directions[axis][..]);
         decoder.colors::<S, T>(simd, axes, padded, &mut worker.workspace());
         let rows = worker.gradients.rows();
         let log_density = rows[..padded].to_vec();

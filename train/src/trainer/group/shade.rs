@@ -98,7 +98,7 @@ impl Group {
             let n_features = channels * STRIDE;
             worker.a[..n_features].copy_from_slice(&worker.color_input[..n_features]);
             let directions = worker.directions.clone();
-            let axes = [0, 1, 2].map(|axis| directions[axis].as_slice());
+            let axes = [0, 1, 2].map(|axis| &directions[axis][..]);
             decoder.colors::<S, T>(simd, axes, padded, &mut worker.workspace());
             // Gradient of the colour network's outputs, before the logistic.
             let rows = worker.gradients.rows();

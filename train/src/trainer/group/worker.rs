@@ -4,44 +4,45 @@ use pocketnerf_core::scratch::{Limits, Workspace};
 
 use super::transpose::LANES;
 use super::{BATCH, STRIDE};
+use crate::aligned::Aligned;
 use crate::field::{Backward, Gradients};
 
 /// Memory of one thread.
 #[derive(Debug)]
 pub(crate) struct Worker {
-    pub(super) a: Vec<f32>,
-    pub(super) b: Vec<f32>,
-    pub(super) output: Vec<f32>,
-    pub(super) panel: Vec<f32>,
-    pub(super) points: [Vec<f32>; 3],
-    pub(super) directions: [Vec<f32>; 3],
-    pub(super) color_input: Vec<f32>,
-    pub(super) d_color_input: Vec<f32>,
+    pub(super) a: Aligned<f32>,
+    pub(super) b: Aligned<f32>,
+    pub(super) output: Aligned<f32>,
+    pub(super) panel: Aligned<f32>,
+    pub(super) points: [Aligned<f32>; 3],
+    pub(super) directions: [Aligned<f32>; 3],
+    pub(super) color_input: Aligned<f32>,
+    pub(super) d_color_input: Aligned<f32>,
     pub(super) gradients: Gradients,
     /// `[sample][row_len]`: gradients of a batch's values.
-    pub(super) d_values: Vec<f32>,
+    pub(super) d_values: Aligned<f32>,
 }
 
 impl Worker {
     pub(crate) fn new(limits: Limits, backward: &Backward) -> Self {
-        let rows = |n: usize| vec![0.0; n * STRIDE];
+        let rows = |n: usize| Aligned::new(n * STRIDE);
         let axes = || [rows(1), rows(1), rows(1)];
         Self {
             a: rows(limits.width),
             b: rows(limits.width),
             output: rows((1 + limits.channels).next_multiple_of(LANES)),
-            panel: vec![0.0; pocketnerf_core::network::panel_len(limits.width)],
+            panel: Aligned::new(pocketnerf_core::network::panel_len(limits.width)),
             points: axes(),
             directions: axes(),
             color_input: rows(limits.width),
             d_color_input: rows(limits.width),
             gradients: backward.buffers(STRIDE),
-            d_values: vec![0.0; BATCH * (1 + limits.channels).next_multiple_of(LANES)],
+            d_values: Aligned::new(BATCH * (1 + limits.channels).next_multiple_of(LANES)),
         }
     }
 
     /// Unit coordinates of a batch.
-    pub(crate) fn points(&mut self) -> &mut [Vec<f32>; 3] {
+    pub(crate) fn points(&mut self) -> &mut [Aligned<f32>; 3] {
         &mut self.points
     }
 
@@ -51,7 +52,7 @@ impl Worker {
     }
 
     /// Points, directions and the field's workspace.
-    pub(crate) fn parts(&mut self) -> (&[Vec<f32>; 3], &[Vec<f32>; 3], Workspace<'_>) {
+    pub(crate) fn parts(&mut self) -> (&[Aligned<f32>; 3], &[Aligned<f32>; 3], Workspace<'_>) {
         let Self { a, b, output, panel, points, directions, .. } = self;
         (points, directions, Workspace { a, b, output, panel, stride: STRIDE })
     }
