@@ -7,6 +7,7 @@
 use pocketnerf_core::{Camera, Space};
 use rayon::prelude::*;
 
+use super::rays::Pixel;
 use crate::random::Random;
 
 /// Pixels along a tile's side.
@@ -65,17 +66,16 @@ impl Aim {
         self.share
     }
 
-    /// A random pixel: view, column, row.
+    /// A random pixel.
     #[inline]
-    pub(crate) fn draw(&self, cameras: &[Camera], random: &mut Random) -> (usize, u32, u32) {
+    pub(crate) fn draw(&self, cameras: &[Camera], random: &mut Random) -> Pixel {
         let tile = self.tiles[random.below(self.tiles.len())];
-        let view = tile.view as usize;
         // Tiles on an edge may be smaller; one in a hundred is drawn a little
         // too often, which does not matter.
-        let [width, height] = size(&cameras[view], &tile);
+        let [width, height] = size(&cameras[tile.view as usize], &tile);
         let inside = random.below((width * height) as usize) as u32;
         let (x, y) = (inside % width, inside / width);
-        (view, u32::from(tile.x) * TILE + x, u32::from(tile.y) * TILE + y)
+        Pixel { view: tile.view, x: u32::from(tile.x) * TILE + x, y: u32::from(tile.y) * TILE + y }
     }
 }
 
@@ -205,8 +205,8 @@ mod tests {
         assert!(met > 5 && missed > 1000, "{met} {missed}");
         let mut random = Random::new(1, [0; 3]);
         for _ in 0..1000 {
-            let (view, x, y) = aim.draw(&cameras, &mut random);
-            assert!(x < 61 && y < 47 && drawn(view, x, y));
+            let Pixel { view, x, y } = aim.draw(&cameras, &mut random);
+            assert!(x < 61 && y < 47 && drawn(view as usize, x, y));
         }
         // Nothing to see: everything may be drawn.
         assert!((Aim::new(&cameras, &space, 32, &[]).share() - 1.0).abs() < 1e-12);

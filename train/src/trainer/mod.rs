@@ -44,7 +44,7 @@ use group::{Group, GroupStats, Job, STRIDE, Worker};
 use pool::Pool;
 
 /// Shares that a step is cut into, at any number of threads.
-const GROUPS: usize = 16;
+const GROUPS: usize = 8;
 /// Steps between two updates of the occupancy.
 const OCCUPANCY_EVERY: u32 = 16;
 /// Rays of the first step, where their number adapts itself.

@@ -2,9 +2,19 @@
 
 use pocketnerf_core::{Camera, Ray};
 
-use super::aim::Aim;
 use crate::dataset::View;
 use crate::random::Random;
+
+/// Which pixel of which view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Pixel {
+    /// Number of the view.
+    pub(crate) view: u32,
+    /// Column.
+    pub(crate) x: u32,
+    /// Row.
+    pub(crate) y: u32,
+}
 
 /// A pixel to learn from.
 #[derive(Clone, Copy, Debug)]
@@ -71,22 +81,27 @@ impl RaySource {
         &self.images
     }
 
-    /// Draws a random ray among those that `aim` allows.
-    #[must_use]
-    pub(crate) fn draw(&self, aim: &Aim, random: &mut Random) -> TrainingRay {
-        let (view, x, y) = aim.draw(&self.cameras, random);
-        let camera = &self.cameras[view];
-        let pixel = y as usize * camera.width as usize + x as usize;
+    /// A pixel's straight RGBA.
+    #[inline]
+    pub(crate) fn rgba(&self, pixel: Pixel) -> [u8; 4] {
+        let width = self.cameras[pixel.view as usize].width as usize;
+        let image = self.images[pixel.view as usize].as_chunks::<4>().0;
+        image[pixel.y as usize * width + pixel.x as usize]
+    }
+
+    /// The ray through a pixel that shows `rgba`.
+    #[inline]
+    pub(crate) fn ray(&self, pixel: Pixel, rgba: [u8; 4], random: &mut Random) -> TrainingRay {
         let phase = random.next_f32();
         let background = match self.backdrop {
             Backdrop::Random => [random.next_f32(), random.next_f32(), random.next_f32()],
             Backdrop::Color(color) => color,
         };
-        let rgba = &self.images[view][pixel * 4..][..4];
-        let alpha = f32::from(rgba[3]) / 255.0;
-        let target =
-            [0, 1, 2].map(|c| f32::from(rgba[c]) / 255.0 * alpha + (1.0 - alpha) * background[c]);
-        let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
+        let [r, g, b, alpha] = rgba.map(|value| f32::from(value) / 255.0);
+        let [r0, g0, b0] = background.map(|value| (1.0 - alpha) * value);
+        let target = [r * alpha + r0, g * alpha + g0, b * alpha + b0];
+        let camera = &self.cameras[pixel.view as usize];
+        let ray = camera.ray(pixel.x as f32 + 0.5, pixel.y as f32 + 0.5);
         TrainingRay { ray, phase, background, target }
     }
 

@@ -17,14 +17,14 @@ use pocketnerf_core::scratch::Tuning;
 use pocketnerf_core::store::Store;
 
 use super::aim::Aim;
-use super::rays::{RaySource, TrainingRay};
+use super::rays::{Pixel, RaySource, TrainingRay};
 use crate::field::Backward;
 use crate::random::Random;
 use transpose::LANES;
 pub(crate) use worker::Worker;
 
 /// Samples a batch; rows lie [`STRIDE`] values apart.
-const BATCH: usize = 512;
+const BATCH: usize = 2048;
 /// Distance between the rows of a batch.
 pub(crate) const STRIDE: usize = Tuning { samples: BATCH, rays: 1 }.stride();
 /// Fewest and most samples that a ray adds to a batch. Few: nothing is asked
@@ -102,6 +102,8 @@ pub(crate) struct GroupStats {
 /// A group's buffers, kept from step to step.
 #[derive(Debug, Default)]
 pub(crate) struct Group {
+    pixels: Vec<Pixel>,
+    colors: Vec<[u8; 4]>,
     rays: Vec<TrainingRay>,
     random: Option<Random>,
     travellers: Vec<Traveller>,
@@ -140,7 +142,14 @@ impl Group {
     /// Draws `n` rays from the stream of this place.
     pub(crate) fn draw(&mut self, source: &RaySource, aim: &Aim, n: usize, mut random: Random) {
         self.rays.clear();
-        self.rays.extend((0..n).map(|_| source.draw(aim, &mut random)));
+        // In rounds: pixels lie anywhere in memory, and the processor fetches many
+        // at a time where it has nothing else to do.
+        self.pixels.clear();
+        self.pixels.extend((0..n).map(|_| aim.draw(source.cameras(), &mut random)));
+        self.colors.clear();
+        self.colors.extend(self.pixels.iter().map(|pixel| source.rgba(*pixel)));
+        let pixels = self.pixels.iter().zip(&self.colors);
+        self.rays.extend(pixels.map(|(pixel, rgba)| source.ray(*pixel, *rgba, &mut random)));
         self.random = Some(random);
     }
 
