@@ -107,10 +107,11 @@ impl Step {
             shading: case.shading,
             log_density_bias: 0.0,
         };
+        config.opaque_backdrop = [0.1, 0.6, 0.3];
         config.aabb = Some([[-1.0, -1.0, -0.8], [1.0, 0.9, 1.0]]);
         config.occupancy_resolution = 16;
         config.samples_per_side = 8.0;
-        let dataset = dataset(case.shading == Shading::PerRay);
+        let dataset = dataset(case.shading == Shading::PerSample);
         let simd = case.simd.unwrap_or_else(SimdLevel::detect);
         let mut trainer = Trainer::new(dataset, config, simd).unwrap();
         let first_output = trainer.layout.range(Part::DensityBias(case.density_hidden.len())).start;
