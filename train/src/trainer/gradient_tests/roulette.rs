@@ -5,7 +5,7 @@ use super::*;
 /// The mean of what the roulette passes back is the full gradient.
 #[test]
 fn roulette_is_unbiased() {
-    const ROUNDS: u64 = 1500;
+    const ROUNDS: u64 = 1000;
     for shading in SHADINGS {
         let mut step = Step::new(Case { encoding: hash_grid(2), shading, ..ONE_LAYER });
         let (_, samples) = step.run(0.0, 0);
