@@ -28,7 +28,7 @@ fn error(loss: &Loss, parameters: &[f64], gradient: &[f32], direction: &Directio
 fn check(case: Case) {
     let mut step = Step::new(case);
     let (found, samples) = step.run(0.0, 0);
-    assert!(samples > 1000, "{samples} samples");
+    assert!(samples > 700, "{samples} samples");
     let (loss, gradient) = (step.loss(), step.gradient());
     let parameters: Vec<f64> = step.trainer.parameters.iter().copied().map(f64::from).collect();
     let expected = loss.at(&parameters);
@@ -76,6 +76,14 @@ fn narrow_networks() {
         let (density_hidden, color_hidden): (&[_], &[_]) = (&[], &[]);
         let case = Case { encoding: hash_grid(1), n_features: 1, shading, ..ONE_LAYER };
         check(Case { density_hidden, color_hidden, sh_degree: 1, ..case });
+    }
+}
+
+/// More samples and more rays than a batch takes.
+#[test]
+fn several_batches() {
+    for shading in SHADINGS {
+        check(Case { encoding: hash_grid(2), shading, rays: [2200, 30], ..ONE_LAYER });
     }
 }
 

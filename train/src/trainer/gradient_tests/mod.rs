@@ -19,8 +19,8 @@ use loss::Loss;
 
 /// Parameters of each range that are looked at one by one.
 const SINGLES: usize = 4;
-/// Rays of each group. The first fills batches of samples and of rays.
-const RAYS: [usize; 2] = [600, 50];
+/// Rays of each group.
+const RAYS: [usize; 2] = [400, 50];
 
 /// Three views of 16×16 pixels; transparent ones are learnt on random backdrops.
 fn dataset(has_alpha: bool) -> Dataset {
@@ -71,6 +71,7 @@ struct Case {
     shading: Shading,
     /// About the density's logarithm, per side of the box.
     log_density: f32,
+    rays: [usize; 2],
     /// `None`: the best there is.
     simd: Option<SimdLevel>,
 }
@@ -83,6 +84,7 @@ const ONE_LAYER: Case = Case {
     sh_degree: 3,
     shading: Shading::PerRay,
     log_density: 0.5,
+    rays: RAYS,
     simd: None,
 };
 const TWO_LAYERS: Case = Case { density_hidden: &[24, 13], color_hidden: &[16, 9], ..ONE_LAYER };
@@ -91,6 +93,7 @@ const SHADINGS: [Shading; 2] = [Shading::PerRay, Shading::PerSample];
 
 /// The groups of one step, which can be run again.
 struct Step {
+    rays: [usize; 2],
     trainer: Trainer,
     worker: Worker,
 }
@@ -130,9 +133,9 @@ impl Step {
             }
             parameters[first_output] = case.log_density;
         });
-        trainer.groups.truncate(RAYS.len());
+        trainer.groups.truncate(case.rays.len());
         let worker = Worker::new(trainer.limits, &trainer.backward);
-        Self { trainer, worker }
+        Self { rays: case.rays, trainer, worker }
     }
 
     /// Loss and samples passed back; gradients stay in the groups. `luck` decides
@@ -149,6 +152,7 @@ impl Step {
             sampling,
             source,
             level,
+            aim,
             ..
         } = &mut self.trainer;
         backward.update(&parameters[layout.networks_start()..]);
@@ -160,8 +164,8 @@ impl Step {
             roulette,
         };
         let (mut loss, mut kept) = (0.0, 0);
-        for ((g, group), n) in (0..).zip(groups).zip(RAYS) {
-            group.draw(source, n, Random::new(3, [g, 0, 0]));
+        for ((g, group), n) in (0..).zip(groups).zip(self.rays) {
+            group.draw(source, aim, n, Random::new(3, [g, 0, 0]));
             group.reseed(Random::new(44, [g, luck, 0]));
             run_group::<F32>(*level, group, &field, &job, &mut self.worker);
             loss += 0.5 * group.stats.squared_error;
@@ -192,14 +196,11 @@ impl Step {
         gradient
     }
 
-    /// The loss of the same rays in f64.
+    /// The loss of the rays that were run last, in f64.
     fn loss(&self) -> Loss {
-        let Trainer { config, layout, grid, space, sampling, source, .. } = &self.trainer;
+        let Trainer { config, layout, grid, space, sampling, groups, .. } = &self.trainer;
         let marcher = Marcher::from_parts(Some(grid.view()), *space, *sampling, true);
-        let rays = (0..).zip(RAYS).flat_map(|(g, n)| {
-            let mut random = Random::new(3, [g, 0, 0]);
-            (0..n).map(move |_| source.draw(&mut random))
-        });
+        let rays = groups.iter().flat_map(|group| group.rays().iter().copied());
         Loss::new(config.field.clone(), layout.clone(), &marcher, sampling.step, rays)
     }
 }
