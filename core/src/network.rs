@@ -1,6 +1,6 @@
 //! Small dense networks: layers with ReLU between them and none after the last.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use crate::store::Store;
 use crate::{Error, TensorView};
@@ -96,7 +96,9 @@ pub const fn panel_len(n_in: usize) -> usize {
     n_in * PANEL
 }
 
-/// Applies one layer to `n` points: `y = W x + b`, then ReLU where asked.
+/// Applies one layer to `n` points: `y = W x + b`, then ReLU where asked. NaN
+/// passes ReLU, on every machine: a density that is no number ends as empty
+/// space, a colour that is none as black.
 ///
 /// `x` is `[n_in][stride]`, `y` is `[n_out][stride]`; `n` is a multiple of 32
 /// and at most `stride`. `panel` holds at least [`panel_len`]`(n_in)` values.
@@ -194,8 +196,8 @@ fn multiply_panel<S: Simd, const V: usize>(
         for (sums, row) in sums.iter().zip(y.chunks_mut(stride)).take(width) {
             let row = &mut row[at..at + V * lanes];
             for (v, sum) in sums.iter().enumerate() {
-                // Zero first: NaN passes, and ends as empty space.
-                let value = if relu { zero.max(*sum) } else { *sum };
+                // Not `max`, which takes NaN to 0 on some machines and not on others.
+                let value = if relu { sum.simd_lt(zero).select(zero, *sum) } else { *sum };
                 value.store_slice(&mut row[v * lanes..(v + 1) * lanes]);
             }
         }
@@ -229,3 +231,6 @@ impl Mlp<'_> {
         dense::<S, T>(simd, &self.layers[last], from, output, n, stride, false, panel);
     }
 }
+
+#[cfg(test)]
+mod tests;

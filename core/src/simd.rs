@@ -16,7 +16,7 @@ use crate::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SimdLevel {
     /// What the target guarantees and no more (SSE2 on x86-64, scalar code on a
-    /// microcontroller).
+    /// microcontroller, and everywhere with the feature `scalar`).
     Portable,
     /// x86-64-v2: 4 lanes.
     Sse42,
@@ -65,6 +65,9 @@ impl SimdLevel {
         #[cfg(not(feature = "std"))]
         let best = Level::baseline();
         let level = match self {
+            #[cfg(feature = "scalar")]
+            Self::Portable => Some(Level::fallback()),
+            #[cfg(not(feature = "scalar"))]
             Self::Portable => Some(Level::baseline()),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
             Self::Sse42 => best.as_sse4_2().map(fearless_simd::Simd::level),

@@ -70,8 +70,11 @@ impl Space {
     }
 
     /// Distances at which `ray` enters and leaves, at least `near` and at most
-    /// `far`; `None` where it misses. Rays with zero or non-finite components
-    /// give an answer, never NaN.
+    /// `far`; the same where it touches an edge or corner, `None` where it
+    /// misses. Rays with zero or non-finite components give an answer, never NaN.
+    ///
+    /// The distances are rounded: which sample lies in the box is for
+    /// [`contains`](Self::contains) to say, see [`reach`](Self::reach).
     #[must_use]
     pub fn intersect(&self, ray: &Ray, near: f32, far: f32) -> Option<[f32; 2]> {
         let Self::Box { min, max } = self;
@@ -81,19 +84,35 @@ impl Space {
             if !(o.is_finite() && d.is_finite()) {
                 return None;
             }
-            if d.abs() < 1e-12 {
+            if d == 0.0 {
                 // Parallel to the slab: inside or never.
                 if o < min[axis] || o > max[axis] {
                     return None;
                 }
                 continue;
             }
-            let inv = 1.0 / d;
-            let (a, b) = ((min[axis] - o) * inv, (max[axis] - o) * inv);
+            let (a, b) = ((min[axis] - o) / d, (max[axis] - o) / d);
             t0 = t0.max(a.min(b));
             t1 = t1.min(a.max(b));
         }
-        (t0 < t1).then_some([t0, t1])
+        (t0 <= t1).then_some([t0, t1])
+    }
+
+    /// Distances between which lies every point `origin + t * direction` that,
+    /// computed in f32, this space [contains](Self::contains): those of
+    /// [`intersect`](Self::intersect) and a few roundings more.
+    #[must_use]
+    pub fn reach(&self, ray: &Ray, near: f32, far: f32) -> Option<[f32; 2]> {
+        const ROUNDING: f32 = 4.0 * f32::EPSILON;
+        let Self::Box { mut min, mut max } = *self;
+        for axis in 0..3 {
+            // At a face, the product of distance and direction is no larger.
+            let most = ray.origin[axis].abs() + min[axis].abs().max(max[axis].abs());
+            min[axis] -= ROUNDING * most;
+            max[axis] += ROUNDING * most;
+        }
+        let [t0, t1] = Self::Box { min, max }.intersect(ray, near, far)?;
+        Some([t0 - ROUNDING * t0, t1 + ROUNDING * t1])
     }
 
     /// Whether a scene point lies in the box, faces included.
@@ -135,6 +154,9 @@ mod tests {
             assert_eq!(hit([0.0; 3], [bad, 0.0, 1.0]), None);
         }
         assert_eq!(hit([0.0; 3], [f32::from_bits(1), 0.0, 1.0]), Some([0.0, 2.0]));
+        // Through the edge x = 1, z = 2, and past it.
+        assert_eq!(hit([2.0, 0.0, 1.0], [-0.5, 0.0, 0.5]), Some([2.0, 2.0]));
+        assert_eq!(hit([2.0, 0.0, 1.01], [-0.5, 0.0, 0.5]), None);
     }
 
     #[test]

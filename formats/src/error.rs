@@ -123,6 +123,9 @@ pub enum FormatError {
         /// The code.
         found: u32,
     },
+    /// The field is of this kind, which this build leaves out: the kind's name
+    /// is that of the feature that links it.
+    FieldKind(&'static str),
     /// A metadata field is not finite or outside its range.
     Value {
         /// The section.
@@ -240,6 +243,10 @@ impl fmt::Display for FormatError {
             Self::UnknownCode { section, field, found } => {
                 write!(f, "{section}: code {found} for {field} is unknown to this build")
             }
+            Self::FieldKind(kind) => write!(
+                f,
+                "a {kind} field, which this build leaves out: it needs the cargo feature `{kind}`"
+            ),
             Self::Value { section, field } => {
                 write!(f, "{section}: {field} is not finite or outside its range")
             }

@@ -1,7 +1,7 @@
 //! The first 32 bytes of a file.
 
-use crate::FormatError;
 use crate::section::{ENTRY_BYTES, MAX_SECTIONS};
+use crate::{FormatError, checksum};
 
 /// The first eight bytes of every file. The first byte is lost by a 7-bit
 /// channel, the line end is changed by a transfer in text mode, and 0x1a ends
@@ -94,7 +94,7 @@ impl Header {
 
 /// CRC-32 of header and table; `head` is those bytes and no more.
 pub(crate) fn head_checksum(head: &[u8]) -> u32 {
-    let mut crc = crc32fast::Hasher::new();
+    let mut crc = checksum::Hasher::new();
     crc.update(&head[..CHECKSUM_AT]);
     crc.update(&[0; 4]);
     crc.update(&head[CHECKSUM_AT + 4..]);

@@ -11,10 +11,12 @@
 //! * none: reading, `no_std` without a heap.
 //! * `alloc`: [`write`](write()) and [`ContainerWriter`].
 //! * `std` (default): [`write_atomically`], faster checksums.
+//! * `hash-grid`, `frequency` (default): kinds of field. A file of a kind that is
+//!   left out is refused by name; at least one is needed.
 //!
 //! # Example
-#![cfg_attr(feature = "alloc", doc = "```")]
-#![cfg_attr(not(feature = "alloc"), doc = "```ignore")]
+#![cfg_attr(all(feature = "alloc", feature = "frequency"), doc = "```")]
+#![cfg_attr(not(all(feature = "alloc", feature = "frequency")), doc = "```ignore")]
 //! use pocketnerf_core::encoding::FrequencyConfig;
 //! use pocketnerf_core::field::{Decoder, FrequencyField, Shading};
 //! use pocketnerf_core::network::{Dense, Mlp};
@@ -64,6 +66,7 @@ extern crate std;
 mod about;
 #[cfg(feature = "std")]
 mod atomic;
+mod checksum;
 mod container;
 mod error;
 #[cfg(feature = "alloc")]

@@ -127,7 +127,9 @@ impl<'a> ContainerWriter<'a> {
 /// What FIELD says of a field; `None` for a kind that the format lacks.
 fn config(field: &AnyField<'_>) -> Option<(EncodingConfig, DecoderConfig)> {
     let encoding = match field {
+        #[cfg(feature = "hash-grid")]
         AnyField::HashGrid(field) => EncodingConfig::HashGrid(field.grid.config),
+        #[cfg(feature = "frequency")]
         AnyField::Frequency(field) => EncodingConfig::Frequency(field.encoding),
         _ => return None,
     };

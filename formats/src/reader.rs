@@ -1,7 +1,13 @@
 //! From bytes to a model.
 
-use pocketnerf_core::encoding::{HashGrid, MAX_LEVELS};
-use pocketnerf_core::field::{Decoder, FrequencyField, HashGridField};
+#[cfg(feature = "hash-grid")]
+use pocketnerf_core::encoding::HashGrid;
+use pocketnerf_core::encoding::MAX_LEVELS;
+use pocketnerf_core::field::Decoder;
+#[cfg(feature = "frequency")]
+use pocketnerf_core::field::FrequencyField;
+#[cfg(feature = "hash-grid")]
+use pocketnerf_core::field::HashGridField;
 use pocketnerf_core::network::{Dense, MAX_LAYERS, Mlp};
 use pocketnerf_core::{AnyField, Model, Occupancy, TensorView};
 
@@ -166,7 +172,9 @@ fn field<'a>(
     tensors: &Tensors<'a>,
 ) -> Result<AnyField<'a>, FormatError> {
     let n_levels = match encoding {
+        #[cfg(feature = "hash-grid")]
         EncodingConfig::HashGrid(config) => config.n_levels,
+        #[cfg(feature = "frequency")]
         EncodingConfig::Frequency(_) => 0,
     };
     let mut levels = [TensorView::EMPTY; MAX_LEVELS];
@@ -181,9 +189,11 @@ fn field<'a>(
         }
     }
     Ok(match encoding {
+        #[cfg(feature = "hash-grid")]
         EncodingConfig::HashGrid(config) => {
             AnyField::HashGrid(HashGridField { grid: HashGrid { config, levels }, decoder })
         }
+        #[cfg(feature = "frequency")]
         EncodingConfig::Frequency(encoding) => {
             AnyField::Frequency(FrequencyField { encoding, decoder })
         }

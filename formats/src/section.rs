@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-use crate::FormatError;
 use crate::header::{u16_at, u32_at, u64_at};
+use crate::{FormatError, checksum};
 
 /// Numbers of the section kinds.
 ///
@@ -148,7 +148,7 @@ impl Section<'_> {
     /// # Errors
     /// [`FormatError::Checksum`].
     pub fn verify(&self) -> Result<(), FormatError> {
-        let found = crc32fast::hash(self.bytes);
+        let found = checksum::hash(self.bytes);
         if found != self.checksum {
             let (section, expected) = (self.id, self.checksum);
             return Err(FormatError::Checksum { section, expected, found });

@@ -7,7 +7,7 @@ use core::fmt;
 use crate::header::{HEADER_BYTES, Header, MAJOR, MINOR, seal};
 use crate::section::{ALIGNMENT, CRITICAL, ENTRY_BYTES, Entry, MAX_SECTIONS, RAW, SectionId};
 use crate::tensors::TensorName;
-use crate::{Container, FormatError};
+use crate::{Container, FormatError, checksum};
 
 /// Why a file was not written.
 #[non_exhaustive]
@@ -113,7 +113,7 @@ impl<'a> ContainerWriter<'a> {
                 offset: end.next_multiple_of(ALIGNMENT),
                 stored_length: length,
                 decoded_length: length,
-                checksum: crc32fast::hash(&section.payload),
+                checksum: checksum::hash(&section.payload),
             };
             head.extend_from_slice(&entry.to_bytes());
             end = entry.offset + length;

@@ -1,6 +1,8 @@
 //! Where along a ray the field is asked.
 
 mod occupancy_march;
+#[cfg(test)]
+mod touching_tests;
 
 pub use occupancy_march::{Marcher, Path};
 

@@ -6,6 +6,7 @@
 //! rounded down so that it never passes a sample of the next cell.
 
 use crate::occupancy::BLOCK;
+use crate::sampler::MAX_STEPS;
 use crate::space::UnitMap;
 use crate::{Model, Occupancy, Ray, Sampling, Space};
 
@@ -74,23 +75,22 @@ impl<'a> Marcher<'a> {
         [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
     }
 
-    /// The steps of `ray` that lie inside the box; samples lie at `phase`
-    /// (0 to 1) of each step.
+    /// The steps of `ray` whose samples, at `phase` (0 to 1) of each, the space
+    /// [contains](Space::contains). Rounding along a ray goes one way, so that
+    /// none is missing between the first and the last.
     #[must_use]
     pub fn path(&self, ray: Ray, phase: f32) -> Path {
         let Sampling { step, near, far, .. } = self.sampling;
-        let Some([t0, t1]) = self.space.intersect(&ray, near, far) else {
+        let Some([t0, t1]) = self.space.reach(&ray, near, far) else {
             return Path { ray, next: 0, end: 0, phase };
         };
-        // Start a little outside, then move in: rounding must not lose a step.
-        // `as` saturates and takes NaN to 0.
-        let last = (((far - near) / step) as u32).saturating_add(1);
+        // Start a little outside, then move in. `as` saturates and takes NaN to 0.
         let inside = |k: u32| {
             let t = self.distance(k, phase);
             t <= far && self.space.contains(Self::point(&ray, t))
         };
         let mut next = (((t0 - near) / step) as u32).saturating_sub(2);
-        let mut end = (((t1 - near) / step) as u32).saturating_add(3).min(last);
+        let mut end = (((t1 - near) / step) as u32).saturating_add(3).min(MAX_STEPS);
         while next < end && !inside(next) {
             next += 1;
         }

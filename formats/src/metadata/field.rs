@@ -1,6 +1,9 @@
 //! FIELD: the kind of field and its configuration, without weights.
 
-use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGridConfig};
+#[cfg(feature = "frequency")]
+use pocketnerf_core::encoding::FrequencyConfig;
+#[cfg(feature = "hash-grid")]
+use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;
 use serde::{Deserialize, Serialize};
 
@@ -12,12 +15,14 @@ use crate::FormatError;
 const HASH_GRID: u8 = 0;
 const FREQUENCY: u8 = 1;
 /// Code of [`GridIndex::Blocked`].
+#[cfg(feature = "hash-grid")]
 const BLOCKED: u8 = 0;
 /// Codes of [`Shading`].
 const PER_SAMPLE: u8 = 0;
 const PER_RAY: u8 = 1;
 
 /// FIELD after its code, kind [`HASH_GRID`]; a [`DecoderV1`] follows.
+#[cfg(feature = "hash-grid")]
 #[derive(Serialize, Deserialize)]
 struct HashGridV1 {
     n_levels: u32,
@@ -29,6 +34,7 @@ struct HashGridV1 {
 }
 
 /// FIELD after its code, kind [`FREQUENCY`]; a [`DecoderV1`] follows.
+#[cfg(feature = "frequency")]
 #[derive(Serialize, Deserialize)]
 struct FrequencyV1 {
     n_frequencies: u32,
@@ -49,7 +55,9 @@ struct DecoderV1 {
 /// What FIELD says of the position encoding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum EncodingConfig {
+    #[cfg(feature = "hash-grid")]
     HashGrid(HashGridConfig),
+    #[cfg(feature = "frequency")]
     Frequency(FrequencyConfig),
 }
 
@@ -68,6 +76,7 @@ pub(crate) fn read_field(
     mut fields: Fields<'_>,
 ) -> Result<(EncodingConfig, DecoderConfig), FormatError> {
     let encoding = match fields.take::<u8>()? {
+        #[cfg(feature = "hash-grid")]
         HASH_GRID => {
             let grid: HashGridV1 = fields.take()?;
             fields.finite("per_level_scale", &[grid.per_level_scale])?;
@@ -83,10 +92,15 @@ pub(crate) fn read_field(
                 },
             })
         }
+        #[cfg(feature = "frequency")]
         FREQUENCY => {
             let FrequencyV1 { n_frequencies, include_input } = fields.take()?;
             EncodingConfig::Frequency(FrequencyConfig { n_frequencies, include_input })
         }
+        #[cfg(not(feature = "hash-grid"))]
+        HASH_GRID => return Err(FormatError::FieldKind("hash-grid")),
+        #[cfg(not(feature = "frequency"))]
+        FREQUENCY => return Err(FormatError::FieldKind("frequency")),
         code => return Err(fields.unknown("kind of field", code)),
     };
     let decoder: DecoderV1 = fields.take()?;
@@ -121,6 +135,7 @@ pub(crate) fn write_field(
         color: decoder.color,
     };
     Some(match *encoding {
+        #[cfg(feature = "hash-grid")]
         EncodingConfig::HashGrid(grid) => {
             let index = match grid.index {
                 GridIndex::Blocked => BLOCKED,
@@ -136,6 +151,7 @@ pub(crate) fn write_field(
             };
             super::encode(&(HASH_GRID, grid, decoder))
         }
+        #[cfg(feature = "frequency")]
         EncodingConfig::Frequency(FrequencyConfig { n_frequencies, include_input }) => {
             super::encode(&(FREQUENCY, FrequencyV1 { n_frequencies, include_input }, decoder))
         }
@@ -169,6 +185,19 @@ mod tests {
         read_field(Fields::open(&test_section(kind::FIELD, bytes))?)
     }
 
+    /// FIELD of each kind.
+    const HASH_GRID_BYTES: [u8; 25] = [
+        0, // kind: hash grid
+        8, 4, 17, 0xac, 0x02, // 300 as a varint
+        0, 0, 0xc0, 0x3f, // 1.5
+        0,    // index: blocked
+        15, 4, 1, 0, 0, 0, 0xc0, // features, degree, per ray, -2.0
+        3, 32, 64, 16, // density network
+        2, 31, 3, // colour network
+    ];
+    const FREQUENCY_BYTES: [u8; 17] = [1, 10, 1, 15, 4, 1, 0, 0, 0, 0xc0, 3, 32, 64, 16, 2, 31, 3];
+
+    #[cfg(feature = "hash-grid")]
     #[test]
     fn bytes_of_hash_grid_v1() {
         let encoding = EncodingConfig::HashGrid(HashGridConfig {
@@ -180,17 +209,7 @@ mod tests {
             index: GridIndex::Blocked,
         });
         let mut bytes = write_field(&encoding, &decoder()).unwrap();
-        #[rustfmt::skip]
-        let golden = [
-            0,                                    // kind: hash grid
-            8, 4, 17, 0xac, 0x02,                 // 300 as a varint
-            0, 0, 0xc0, 0x3f,                     // 1.5
-            0,                                    // index: blocked
-            15, 4, 1, 0, 0, 0, 0xc0,              // features, degree, per ray, -2.0
-            3, 32, 64, 16,                        // density network
-            2, 31, 3,                             // colour network
-        ];
-        assert_eq!(bytes, golden);
+        assert_eq!(bytes, HASH_GRID_BYTES);
         assert_eq!(read(&bytes), Ok((encoding, decoder())));
         bytes[10] = 7;
         let section = SectionId::first(kind::FIELD);
@@ -200,19 +219,32 @@ mod tests {
         );
     }
 
+    #[cfg(feature = "frequency")]
     #[test]
     fn bytes_of_frequency_v1() {
         let encoding =
             EncodingConfig::Frequency(FrequencyConfig { n_frequencies: 10, include_input: true });
         let bytes = write_field(&encoding, &decoder()).unwrap();
-        let golden = [1, 10, 1, 15, 4, 1, 0, 0, 0, 0xc0, 3, 32, 64, 16, 2, 31, 3];
-        assert_eq!(bytes, golden);
+        assert_eq!(bytes, FREQUENCY_BYTES);
         assert_eq!(read(&bytes), Ok((encoding, decoder())));
         for end in 0..bytes.len() {
             assert_eq!(
                 read(&bytes[..end]),
                 Err(FormatError::Metadata(SectionId::first(kind::FIELD)))
             );
+        }
+    }
+
+    #[test]
+    fn a_kind_that_is_left_out_is_refused_by_name() {
+        for (bytes, kind, linked) in [
+            (&HASH_GRID_BYTES[..], "hash-grid", cfg!(feature = "hash-grid")),
+            (&FREQUENCY_BYTES[..], "frequency", cfg!(feature = "frequency")),
+        ] {
+            match read(bytes) {
+                Ok(_) => assert!(linked),
+                Err(error) => assert_eq!((error, linked), (FormatError::FieldKind(kind), false)),
+            }
         }
     }
 }

@@ -94,7 +94,7 @@ pub(crate) fn test_section(kind: u32, bytes: &[u8]) -> Section<'_> {
         flags: crate::section::CRITICAL,
         offset: 0,
         decoded_length: bytes.len() as u64,
-        checksum: crc32fast::hash(bytes),
+        checksum: crate::checksum::hash(bytes),
         bytes,
     }
 }

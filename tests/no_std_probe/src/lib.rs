@@ -1,4 +1,4 @@
-//! Opens a model and renders a tile of it with nothing but a stack.
+//! Opens a model file and renders a tile of it with nothing but a stack.
 #![no_std]
 
 mod model;
@@ -6,8 +6,9 @@ mod model;
 use core::panic::PanicInfo;
 
 use pocketnerf_core::{
-    Camera, Error, Limits, RenderOptions, SimdLevel, Tile, Tuning, render_tile, scratch,
+    Camera, Limits, RenderOptions, SimdLevel, Tile, Tuning, render_tile, scratch,
 };
+use pocketnerf_formats::FormatError;
 
 const WIDTH: u32 = 8;
 const HEIGHT: u32 = 8;
@@ -21,9 +22,9 @@ pub extern "C" fn pocketnerf_probe(rgba: &mut [f32; (4 * WIDTH * HEIGHT) as usiz
     u32::from(render(rgba).is_err())
 }
 
-fn render(rgba: &mut [f32]) -> Result<(), Error> {
+fn render(rgba: &mut [f32]) -> Result<(), FormatError> {
     let mut scratch = [0.0; SCRATCH];
-    let model = model::open()?;
+    let model = model::open()?.model;
     let pose = Camera::look_at([0.0, 0.0, 3.0], [0.0; 3], [0.0, 1.0, 0.0]);
     let camera = Camera::from_fov_x(WIDTH, HEIGHT, 0.8, pose);
     let mut options = RenderOptions::new(&model, SimdLevel::compiled(), Tuning::SMALL);

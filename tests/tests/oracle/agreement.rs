@@ -1,9 +1,9 @@
 //! The same picture as the oracle's, within a tolerance.
 
 use pocketnerf_core::reference::{self, RayResult};
-use pocketnerf_core::{RenderOptions, Sampling, Tuning};
+use pocketnerf_core::{Ray, RenderOptions, Sampling, SimdLevel, Space, Tuning};
 
-use crate::models::{Recipe, camera};
+use crate::models::{Random, Recipe, camera};
 use crate::picture::{self, Picture, levels, options, whole};
 
 /// Most that a channel of a pixel may differ, premultiplied and in [0, 1]: a
@@ -84,5 +84,47 @@ fn the_field_is_asked_at_the_same_points() {
             assert_eq!(found.stats.samples, asked, "{occupancy:?} {level}");
             assert_eq!(found.stats.rays, 21 * 13);
         }
+    }
+}
+
+/// A ray through a face, an edge or a corner, within a rounding or two.
+fn touching(random: &mut Random, [min, max]: [[f32; 3]; 2]) -> Ray {
+    let mut axis = || [0.0, 1e-9, 1.0, 1.0][(random.unit() * 4.0) as usize] * random.signed();
+    let mut direction = [axis(), axis(), axis()];
+    if direction.iter().all(|d| d.abs() < 0.1) {
+        direction[2] = -1.0;
+    }
+    let norm = direction.iter().map(|d| d * d).sum::<f32>().sqrt();
+    let direction = direction.map(|d| d / norm);
+    let distance = 0.5 + 3.0 * random.unit();
+    let origin = [0, 1, 2].map(|axis| {
+        let (lo, hi) = (min[axis], max[axis]);
+        let anywhere = lo + (hi - lo) * random.unit();
+        let targets = [lo, hi, lo.next_down(), hi.next_up(), anywhere];
+        targets[(random.unit() * 5.0) as usize] - distance * direction[axis]
+    });
+    Ray { origin, direction }
+}
+
+/// A sample on the surface of the box lies in it, one that is a rounding
+/// beyond does not, for the renderer and the oracle alike.
+#[test]
+fn rays_that_touch_the_box() {
+    let mut random = Random(3);
+    for occupancy in [None, Some(16), Some(24)] {
+        let mut model = Recipe { occupancy, ..Recipe::PLAIN }.build();
+        model.sampling.min_transmittance = 0.0;
+        let Space::Box { min, max } = model.space else { unreachable!("a new kind of space") };
+        let options = options(&model, SimdLevel::detect(), Tuning::SMALL);
+        let [mut seen, mut missed] = [0; 2];
+        for i in 0..1000 {
+            let ray = touching(&mut random, [min, max]);
+            let expected = reference::render_ray(&model, &ray).unwrap().samples;
+            let found = picture::rays(&model, &[ray], &options).stats.samples;
+            assert_eq!(found, u64::from(expected), "{occupancy:?}, ray {i}: {ray:?}");
+            seen += u32::from(expected > 0);
+            missed += u32::from(expected == 0);
+        }
+        assert!(seen > 100 && missed > 100, "{seen} seen, {missed} missed");
     }
 }

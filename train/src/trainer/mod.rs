@@ -3,6 +3,8 @@
 mod aim;
 pub mod checkpoint;
 mod config;
+#[cfg(test)]
+mod gradient_tests;
 mod group;
 mod guard;
 mod hull;
@@ -19,7 +21,7 @@ use pocketnerf_core::encoding::hash_grid::Level as GridLevel;
 use pocketnerf_core::field::Field;
 use pocketnerf_core::sampler::Marcher;
 use pocketnerf_core::scratch::Limits;
-use pocketnerf_core::store::F16;
+use pocketnerf_core::store::{F16, Store};
 use pocketnerf_core::{AnyField, ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 use rayon::prelude::*;
 
@@ -308,7 +310,7 @@ impl Trainer {
             let mut worker = self.workers.take(|| Worker::new(limits, &self.backward));
             let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
             group.draw(source, aim, n, Random::new(seed, [1, step, g as u64]));
-            run_group(level, group, &field, &job, &mut worker);
+            run_group::<F16>(level, group, &field, &job, &mut worker);
             self.workers.put(worker);
         });
     }
@@ -442,25 +444,26 @@ fn scatter_groups<S: fearless_simd::Simd>(
     }
 }
 
-fn run_group(
+/// `T` is how `field` stores its parameters.
+fn run_group<T: Store>(
     level: Level,
     group: &mut Group,
     field: &AnyField<'_>,
     job: &Job<'_>,
     worker: &mut Worker,
 ) {
-    fn run<F: Field>(
+    fn run<T: Store, F: Field>(
         level: Level,
         group: &mut Group,
         field: &F,
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
-        dispatch!(level, simd => group.run::<_, F16, F>(simd, field, job, worker));
+        dispatch!(level, simd => group.run::<_, T, F>(simd, field, job, worker));
     }
     match field {
-        AnyField::HashGrid(field) => run(level, group, field, job, worker),
-        AnyField::Frequency(field) => run(level, group, field, job, worker),
+        AnyField::HashGrid(field) => run::<T, _>(level, group, field, job, worker),
+        AnyField::Frequency(field) => run::<T, _>(level, group, field, job, worker),
         _ => unreachable!("kinds that this crate lays out"),
     }
 }

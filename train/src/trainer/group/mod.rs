@@ -31,7 +31,7 @@ pub(crate) const STRIDE: usize = Tuning { samples: BATCH, rays: 1 }.stride();
 /// behind an opaque surface. Many: fewer rounds.
 const RUN: std::ops::RangeInclusive<usize> = 4..=8;
 /// A ray ends in training where its transmittance falls below this.
-const MIN_TRANSMITTANCE: f32 = 1e-4;
+pub(crate) const MIN_TRANSMITTANCE: f32 = 1e-4;
 
 /// What all groups of a step share.
 #[derive(Debug)]
@@ -151,6 +151,18 @@ impl Group {
         let pixels = self.pixels.iter().zip(&self.colors);
         self.rays.extend(pixels.map(|(pixel, rgba)| source.ray(*pixel, *rgba, &mut random)));
         self.random = Some(random);
+    }
+
+    /// The same rays with other luck in the roulette.
+    #[cfg(test)]
+    pub(crate) fn reseed(&mut self, random: Random) {
+        self.random = Some(random);
+    }
+
+    /// The rays that were drawn last.
+    #[cfg(test)]
+    pub(crate) fn rays(&self) -> &[TrainingRay] {
+        &self.rays
     }
 
     /// Everything: march, shade, and both backward passes.

@@ -29,7 +29,8 @@ impl Group {
             self.stats.opacity += f64::from(opacity);
             let color = [0, 1, 2].map(|c| sum[1 + c] + (1.0 - opacity) * ray.background[c]);
             let d_color = Self::error(&mut self.stats, ray, color);
-            sum[0] = 0.0;
+            // Features fill the rest of the row: nothing depends on their sums.
+            sum.fill(0.0);
             sum[1..4].copy_from_slice(&d_color);
             self.ray_gradients.push(RayGradient {
                 opacity: -(0..3).map(|c| d_color[c] * ray.background[c]).sum::<f32>(),
@@ -134,9 +135,11 @@ impl Group {
                 let gradient = &mut self.ray_gradients[r];
                 let d_rows = worker.d_color_input.chunks(STRIDE);
                 let rows = worker.color_input.chunks(STRIDE);
-                let sums = &mut self.sums[r * row_len..][..1 + channels];
-                sums[0] = 0.0;
-                for ((sum, d_row), row) in sums[1..].iter_mut().zip(d_rows).zip(rows) {
+                let sums = &mut self.sums[r * row_len..][..row_len];
+                // Nothing depends on the sum of densities, nor on what fills up the row.
+                sums.fill(0.0);
+                let channels = sums[1..=channels].iter_mut();
+                for ((sum, d_row), row) in channels.zip(d_rows).zip(rows) {
                     // feature = sum / opacity.
                     let d_sum = d_row[column] * inverse;
                     *sum = d_sum;

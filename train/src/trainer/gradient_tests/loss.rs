@@ -1,0 +1,183 @@
+//! The loss in f64, one sample and one weight at a time.
+
+use pocketnerf_core::encoding::hash_grid::{HASH_PRIMES, Level as GridLevel};
+use pocketnerf_core::encoding::spherical_harmonics;
+use pocketnerf_core::field::Shading;
+use pocketnerf_core::sampler::Marcher;
+
+use crate::field::{EncodingConfig, FieldConfig, Layout, Part};
+use crate::trainer::TrainingRay;
+use crate::trainer::group::MIN_TRANSMITTANCE;
+
+/// The loss of some rays as a function of the parameters.
+pub(super) struct Loss {
+    config: FieldConfig,
+    layout: Layout,
+    /// Distance between samples.
+    step: f64,
+    rays: Vec<Seen>,
+}
+
+/// A ray with all that no parameter changes.
+struct Seen {
+    ray: TrainingRay,
+    harmonics: Vec<f64>,
+    samples: Vec<Encoding>,
+}
+
+/// An encoded point.
+enum Encoding {
+    /// Eight entries and their weights a level.
+    Corners(Vec<[(usize, f64); 8]>),
+    Values(Vec<f64>),
+}
+
+impl Loss {
+    pub(super) fn new(
+        config: FieldConfig,
+        layout: Layout,
+        marcher: &Marcher<'_>,
+        step: f32,
+        rays: impl Iterator<Item = TrainingRay>,
+    ) -> Self {
+        let seen = |ray: TrainingRay| {
+            let mut samples = Vec::new();
+            let mut path = marcher.path(ray.ray, ray.phase);
+            marcher.advance(&mut path, usize::MAX, |_, u| samples.push(encoding(&config, u)));
+            let mut harmonics = [0.0; 16];
+            spherical_harmonics::evaluate(config.sh_degree, ray.ray.direction, &mut harmonics);
+            let n = spherical_harmonics::n_output(config.sh_degree);
+            Seen {
+                ray,
+                harmonics: harmonics[..n].iter().copied().map(f64::from).collect(),
+                samples,
+            }
+        };
+        let rays = rays.map(seen).collect();
+        Self { config, layout, step: f64::from(step), rays }
+    }
+
+    /// Half the sum of squared errors.
+    pub(super) fn at(&self, parameters: &[f64]) -> f64 {
+        0.5 * self.rays.iter().map(|seen| self.squared_error(parameters, seen)).sum::<f64>()
+    }
+
+    fn squared_error(&self, parameters: &[f64], seen: &Seen) -> f64 {
+        let per_sample = self.config.shading == Shading::PerSample;
+        let (mut transmittance, mut opacity) = (1.0, 0.0);
+        let mut sums = vec![0.0; if per_sample { 3 } else { self.config.n_features }];
+        for encoding in &seen.samples {
+            let mut values = self.encoded(parameters, encoding);
+            self.network(parameters, false, &mut values);
+            let log_density = values.remove(0) + f64::from(self.config.log_density_bias);
+            if per_sample {
+                values = self.color(parameters, values, seen);
+            }
+            let alpha = 1.0 - (-log_density.min(15.0).exp() * self.step).exp();
+            let weight = transmittance * alpha;
+            transmittance -= weight;
+            opacity += weight;
+            for (sum, value) in sums.iter_mut().zip(values) {
+                *sum += weight * value;
+            }
+            if transmittance < f64::from(MIN_TRANSMITTANCE) {
+                break;
+            }
+        }
+        if !per_sample && opacity > 0.0 {
+            let mean = sums.iter().map(|sum| sum / opacity).collect();
+            sums = self.color(parameters, mean, seen).iter().map(|c| opacity * c).collect();
+        }
+        let TrainingRay { background, target, .. } = seen.ray;
+        let error = |c| {
+            let color = sums.get(c).copied().filter(|_| opacity > 0.0).unwrap_or(0.0);
+            color + (1.0 - opacity) * f64::from(background[c]) - f64::from(target[c])
+        };
+        (0..3).map(|c| error(c) * error(c)).sum()
+    }
+
+    fn encoded(&self, parameters: &[f64], encoding: &Encoding) -> Vec<f64> {
+        let levels = match encoding {
+            Encoding::Values(values) => return values.clone(),
+            Encoding::Corners(levels) => levels,
+        };
+        let mut values = Vec::new();
+        for (corners, range) in levels.iter().zip(self.layout.levels()) {
+            let [_, n_features] = range.shape;
+            values.extend((0..n_features).map(|f| {
+                let value = |(entry, w)| w * parameters[range.start + entry * n_features + f];
+                corners.iter().copied().map(value).sum::<f64>()
+            }));
+        }
+        values
+    }
+
+    fn color(&self, parameters: &[f64], mut features: Vec<f64>, seen: &Seen) -> Vec<f64> {
+        features.extend(&seen.harmonics);
+        self.network(parameters, true, &mut features);
+        features.iter().map(|x| 1.0 / (1.0 + (-x).exp())).collect()
+    }
+
+    fn network(&self, parameters: &[f64], color: bool, values: &mut Vec<f64>) {
+        let config = &self.config;
+        let n_hidden = if color { &config.color_hidden } else { &config.density_hidden }.len();
+        for i in 0..=n_hidden {
+            let parts = match color {
+                true => [Part::ColorWeight(i), Part::ColorBias(i)],
+                false => [Part::DensityWeight(i), Part::DensityBias(i)],
+            };
+            let [weight, bias] = parts.map(|part| &parameters[self.layout.range(part).indices()]);
+            let output = |o: usize| {
+                let column = weight.iter().skip(o).step_by(bias.len());
+                let sum = bias[o] + column.zip(&*values).map(|(w, x)| w * x).sum::<f64>();
+                if i < n_hidden { sum.max(0.0) } else { sum }
+            };
+            *values = (0..bias.len()).map(output).collect();
+        }
+    }
+}
+
+fn encoding(config: &FieldConfig, u: [f32; 3]) -> Encoding {
+    let u = u.map(f64::from);
+    match config.encoding {
+        EncodingConfig::HashGrid(grid) => {
+            let levels = 0..grid.n_levels as usize;
+            Encoding::Corners(levels.map(|l| corners(&grid.level(l), u)).collect())
+        }
+        EncodingConfig::Frequency(frequency) => {
+            let x = u.map(|u| 2.0 * u - 1.0);
+            let mut values = if frequency.include_input { x.to_vec() } else { Vec::new() };
+            for k in 0..frequency.n_frequencies {
+                let phases = x.map(|x| f64::from(1 << k) * std::f64::consts::PI * x);
+                values.extend(phases.map(f64::sin));
+                values.extend(phases.map(f64::cos));
+            }
+            Encoding::Values(values)
+        }
+    }
+}
+
+/// The corners of a point's cell, numbered in blocks of 2×2×2.
+fn corners(level: &GridLevel, u: [f64; 3]) -> [(usize, f64); 8] {
+    let position = u.map(|u| u * f64::from(level.scale) + 0.5);
+    std::array::from_fn(|c| {
+        let high = [0, 1, 2].map(|axis| c >> axis & 1);
+        let corner = [0, 1, 2].map(|axis| position[axis] as u32 + high[axis] as u32);
+        let weight: f64 = (0..3)
+            .map(|axis| position[axis].fract())
+            .zip(high)
+            .map(|(fraction, high)| if high == 1 { fraction } else { 1.0 - fraction })
+            .product();
+        let [x, y, z] = corner.map(|c| c >> 1);
+        let block = match level.dense_blocks {
+            0 => {
+                let [a, b, c] = HASH_PRIMES;
+                let hash = x.wrapping_mul(a) ^ y.wrapping_mul(b) ^ z.wrapping_mul(c);
+                hash % (level.entries / 8)
+            }
+            n => x + n * (y + n * z),
+        };
+        let low = corner.map(|c| c & 1);
+        ((8 * block + low[0] + 2 * low[1] + 4 * low[2]) as usize, weight)
+    })
+}
