@@ -7,7 +7,7 @@ use pocketnerf_train::trainer::{
     Diverged, Length, MAX_RESTARTS, Run, TrainConfig, Trainer, Trouble,
 };
 
-use super::setup::{advance, begin, config, dataset, resume, save, with_threads};
+use super::setup::{advance, begin, config, dataset, frequency, resume, save, with_threads};
 
 /// Runs to the end: the troubles on the way with the steps taken before each.
 fn troubles((mut trainer, mut run): (Trainer, Run)) -> (Vec<(u32, Trouble)>, Option<Diverged>) {
@@ -83,14 +83,17 @@ fn learning_too_fast_ends_in_an_error() {
 fn pictures_that_no_scene_explains_end_in_an_error() {
     let mut dataset = dataset();
     dataset.has_alpha = false;
-    for view in &mut dataset.views {
-        for (i, pixel) in (0u32..).zip(view.rgba.chunks_exact_mut(4)) {
-            // Noise, the same in whatever direction a camera looks.
-            let noise = (i.wrapping_mul(2_654_435_761) >> 24) as u8;
-            pixel.copy_from_slice(&[noise, noise, noise, 255]);
-        }
+    // Noise: no two pixels have anything to do with each other.
+    let mut state = 1u32;
+    for pixel in dataset.views.iter_mut().flat_map(|view| view.rgba.chunks_exact_mut(4)) {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = if state >> 31 == 0 { 0 } else { 255 };
+        pixel.copy_from_slice(&[noise, noise, noise, 255]);
     }
-    let trainer = Trainer::new(dataset, config(), SimdLevel::detect()).unwrap();
+    // A field that is too small to learn the pixels by heart.
+    let mut small = frequency();
+    (small.field.density_hidden, small.field.color_hidden) = (vec![4], vec![4]);
+    let trainer = Trainer::new(dataset, small, SimdLevel::detect()).unwrap();
     let (found, diverged) = impatient(trainer);
     let nothing = |trouble| matches!(trouble, Trouble::NothingLearnt { .. });
     assert!(found.iter().all(|(_, trouble)| nothing(*trouble)), "{found:?}");

@@ -16,16 +16,17 @@ const TILE: u32 = 8;
 const CUBE: u32 = 4;
 
 /// A tile of a view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Tile {
     view: u32,
-    x: u16,
     y: u16,
+    x: u16,
 }
 
 /// The tiles that see something.
 #[derive(Clone, Debug)]
 pub(crate) struct Aim {
+    /// Ascending.
     tiles: Vec<Tile>,
     /// Share of all pixels that lie in the tiles.
     share: f64,
@@ -64,6 +65,12 @@ impl Aim {
     /// Share of all pixels that may be drawn.
     pub(crate) fn share(&self) -> f64 {
         self.share
+    }
+
+    /// Whether a pixel may be drawn.
+    pub(crate) fn draws(&self, pixel: Pixel) -> bool {
+        let Pixel { view, x, y } = pixel;
+        self.tiles.binary_search(&Tile { view, y: (y / TILE) as u16, x: (x / TILE) as u16 }).is_ok()
     }
 
     /// A random pixel.
@@ -183,10 +190,7 @@ mod tests {
             Camera::from_fov_x(61, 47, 1.0, pose)
         });
         let aim = Aim::new(&cameras, &space, 32, &cells);
-        let drawn = |view: usize, x: u32, y: u32| {
-            let tile = Tile { view: view as u32, x: (x / TILE) as u16, y: (y / TILE) as u16 };
-            aim.tiles.contains(&tile)
-        };
+        let drawn = |view: usize, x, y| aim.draws(Pixel { view: view as u32, x, y });
         let (mut met, mut missed) = (0, 0);
         for (view, camera) in cameras.iter().enumerate() {
             for (x, y) in (0..47).flat_map(|y| (0..61).map(move |x| (x, y))) {

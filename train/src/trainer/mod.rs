@@ -46,7 +46,7 @@ use group::{Group, GroupStats, Job, STRIDE, Worker};
 use pool::Pool;
 
 /// Shares that a step is cut into, at any number of threads.
-const GROUPS: usize = 8;
+const GROUPS: usize = 16;
 /// Steps between two updates of the occupancy.
 const OCCUPANCY_EVERY: u32 = 16;
 /// Rays of the first step, where their number adapts itself.
@@ -170,7 +170,7 @@ impl Trainer {
         let group = || Group::new(n_network);
         Ok(Self {
             level,
-            targets: source.targets(),
+            targets: source.targets(&aim),
             source,
             aim,
             space,
@@ -323,13 +323,13 @@ impl Trainer {
             total.samples += group.stats.samples;
             total.kept += group.stats.kept;
         }
-        // Outside the tiles that are aimed at, the error is that of nothing: none.
         let share = self.aim.share();
+        let drawn_error = total.squared_error / (3 * self.n_rays) as f64;
         StepStats {
             rays: self.n_rays,
             samples: total.samples,
             kept: total.kept,
-            mean_squared_error: share * total.squared_error / (3 * self.n_rays) as f64,
+            mean_squared_error: share * drawn_error + self.targets.unseen_error,
             mean_opacity: share * total.opacity / self.n_rays as f64,
         }
     }

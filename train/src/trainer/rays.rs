@@ -2,6 +2,7 @@
 
 use pocketnerf_core::{Camera, Ray};
 
+use super::aim::Aim;
 use crate::dataset::View;
 use crate::random::Random;
 
@@ -47,6 +48,9 @@ pub struct Targets {
     /// Mean squared error of who has learnt nothing: who shows the background
     /// alone, or everywhere the mean colour, whichever is better.
     pub trivial_error: f64,
+    /// Share of that error, if everything were transparent, that lies in pixels
+    /// which training does not draw: none can be explained.
+    pub unseen_error: f64,
 }
 
 /// Every so many pixels count for [`Targets`]: images of 800x800 give ten
@@ -107,7 +111,7 @@ impl RaySource {
 
     /// Averages over a fixed share of the pixels.
     #[must_use]
-    pub fn targets(&self) -> Targets {
+    pub(crate) fn targets(&self, aim: &Aim) -> Targets {
         // Mean and mean square of each channel of the background.
         let (mean, square) = match self.backdrop {
             Backdrop::Random => ([0.5; 3], [1.0 / 3.0; 3]),
@@ -116,16 +120,23 @@ impl RaySource {
                 (color, color.map(|c| c * c))
             }
         };
-        let (mut n, mut alpha, mut nothing) = (0.0, 0.0, 0.0);
+        let (mut n, mut alpha, mut nothing, mut unseen) = (0.0, 0.0, 0.0, 0.0);
         let (mut sum, mut sum_of_squares) = ([0.0; 3], 0.0);
-        let pixels = self.images.iter().flat_map(|image| image.chunks_exact(4));
-        for pixel in pixels.step_by(PIXELS_APART) {
+        let pixels = self.images.iter().enumerate().flat_map(|(view, image)| {
+            image.chunks_exact(4).enumerate().map(move |(i, rgba)| (view, i, rgba))
+        });
+        for (view, i, pixel) in pixels.step_by(PIXELS_APART) {
             let [r, g, b, a] = [0, 1, 2, 3].map(|i| f64::from(pixel[i]) / 255.0);
             n += 1.0;
             alpha += a;
+            let width = self.cameras[view].width;
+            let (x, y) = (i as u32 % width, i as u32 / width);
+            let drawn = aim.draws(Pixel { view: view as u32, x, y });
             for (c, value) in [r, g, b].into_iter().enumerate() {
                 let (own, through) = (a * value, 1.0 - a);
-                nothing += own * own - 2.0 * own * a * mean[c] + a * a * square[c];
+                let error = own * own - 2.0 * own * a * mean[c] + a * a * square[c];
+                nothing += error;
+                unseen += if drawn { 0.0 } else { error };
                 sum[c] += own + through * mean[c];
                 sum_of_squares +=
                     own * own + 2.0 * own * through * mean[c] + through * through * square[c];
@@ -133,6 +144,10 @@ impl RaySource {
         }
         let n = f64::max(n, 1.0);
         let wall = sum_of_squares / n - sum.map(|s| (s / n) * (s / n)).iter().sum::<f64>();
-        Targets { alpha: alpha / n, trivial_error: f64::min(nothing / n, wall).max(0.0) / 3.0 }
+        Targets {
+            alpha: alpha / n,
+            trivial_error: f64::min(nothing / n, wall).max(0.0) / 3.0,
+            unseen_error: unseen.max(0.0) / (3.0 * n),
+        }
     }
 }

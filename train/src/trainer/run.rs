@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::guard::{self, Averages, Diverged, MAX_RESTARTS, Trouble};
-use super::schedule::{WARM_UP, budget, calibrate, settings};
+use super::schedule::{WARM_UP, adjust, budget, calibrate, settings};
 use super::{Length, Plan, Trainer};
 
 /// Where a run stands.
@@ -46,7 +46,7 @@ pub struct Run {
     before: f64,
     /// When the program began.
     started: Instant,
-    /// When the first step of this part began, and steps taken since.
+    /// When the steps that are being timed began, and how many there were.
     timed: Option<(Instant, u32)>,
     deadline: Option<Instant>,
 }
@@ -95,9 +95,17 @@ impl Run {
             trouble = Some(Trouble::NotFinite);
             self.restart(trainer, Trouble::NotFinite)?;
         }
-        let (begun, steps) = *self.timed.get_or_insert_with(|| (Instant::now(), 0));
-        if let (None, Some(deadline)) = (self.plan, self.deadline) {
-            self.plan = calibrate(begun, deadline, steps, trainer.steps());
+        let (mut begun, mut steps) = *self.timed.get_or_insert_with(|| (Instant::now(), 0));
+        if let Some(deadline) = self.deadline {
+            let step = trainer.steps();
+            let fitted = match self.plan {
+                None => calibrate(begun, deadline, steps, step),
+                Some(plan) => adjust(plan, begun, deadline, steps, step),
+            };
+            if fitted.is_some() {
+                self.plan = fitted;
+                (begun, steps) = (Instant::now(), 0);
+            }
         }
         let progress = self.plan.map_or(0.0, |plan| plan.progress(trainer.steps()));
         let stats = trainer.step(&settings(trainer.config(), trainer.steps(), progress));

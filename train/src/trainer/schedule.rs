@@ -10,7 +10,8 @@ pub enum Length {
     /// So many steps: repeatable to the bit.
     Steps(u32),
     /// Until this long after the start of the program, the model written. The
-    /// number of steps is fixed after a short calibration.
+    /// number of steps follows from a short calibration, and is adjusted to the
+    /// clock from time to time.
     Seconds(f64),
 }
 
@@ -36,15 +37,17 @@ impl Plan {
 const WRITING: f64 = 0.3;
 /// Share of the time that calibrates the number of steps.
 const CALIBRATION: f64 = 0.1;
+/// Share of the remaining time after which the plan is adjusted.
+const ADJUSTMENT: f64 = 0.05;
 /// Share of the remaining time that the plan uses.
-const MARGIN: f64 = 0.97;
+const MARGIN: f64 = 0.99;
 /// The occupancy stays as it is for this last share of the run, so that the
 /// field ends trained on the cells that are stored.
 const FREEZE: f32 = 0.9;
 /// Steps over which the learning rate rises. Fewer are not worth a new attempt.
 pub(super) const WARM_UP: u32 = 100;
 /// Long steps are taken for this first share of the run.
-const COARSE: f32 = 0.3;
+const COARSE: f32 = 0.6;
 
 /// Seconds that are left for steps of so many in all.
 pub(super) fn budget(seconds: f64) -> f64 {
@@ -60,6 +63,28 @@ pub(super) fn calibrate(begun: Instant, deadline: Instant, timed: u32, step: u32
     }
     let steps = left * MARGIN / (spent / f64::from(timed));
     Some(Plan { first: step, end: step.saturating_add(steps as u32) })
+}
+
+/// Fits a plan to the clock again: steps take longer or shorter as the scene
+/// takes shape, and the machine may have other things to do. Progress goes on
+/// from where it is. `None` while too few steps have been timed.
+pub(super) fn adjust(
+    plan: Plan,
+    begun: Instant,
+    deadline: Instant,
+    timed: u32,
+    step: u32,
+) -> Option<Plan> {
+    let spent = begun.elapsed().as_secs_f64();
+    let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+    if timed < 32 || spent < ADJUSTMENT * (spent + left) {
+        return None;
+    }
+    let steps = left * MARGIN / (spent / f64::from(timed));
+    let progress = f64::from(plan.progress(step)).min(0.999);
+    let behind = steps * progress / (1.0 - progress);
+    let first = step.saturating_sub(behind as u32);
+    Some(Plan { first, end: step.saturating_add((steps as u32).max(1)) })
 }
 
 /// The schedule: learning rates fall exponentially, the roulette keeps more
