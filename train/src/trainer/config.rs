@@ -49,11 +49,11 @@ impl TrainConfig {
     #[must_use]
     pub fn hash_grid() -> Self {
         let grid = HashGridConfig {
-            n_levels: 8,
+            n_levels: 9,
             n_features_per_level: 4,
             log2_hashmap_size: 16,
             base_resolution: 16,
-            per_level_scale: 1.8,
+            per_level_scale: 1.65,
             index: GridIndex::Blocked,
         };
         Self {
@@ -76,8 +76,8 @@ impl TrainConfig {
             samples_per_step: 1 << 15,
             grid_rate: 2e-2,
             network_rate: 2e-2,
-            final_rate: 0.05,
-            kept: [0.1, 0.6],
+            final_rate: 0.1,
+            kept: [0.1, 0.5],
             first_step_scale: 2.5,
             opaque_backdrop: [0.0; 3],
             backdrop: None,

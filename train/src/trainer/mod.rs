@@ -82,6 +82,8 @@ pub struct StepSettings {
     pub kept: f32,
     /// Whether the occupancy still changes.
     pub update_occupancy: bool,
+    /// Whether the parameters after the step count in their average.
+    pub average: bool,
 }
 
 /// A field in training.
@@ -107,6 +109,10 @@ pub struct Trainer {
     square: Aligned<f32>,
     /// The parameters in half precision: what the forward pass reads.
     half: Aligned<u16>,
+    /// Sum of the parameters after `averaged` steps; empty before the first.
+    sum: Vec<f32>,
+    /// Steps whose parameters are in `sum`.
+    averaged: u32,
     adam: Adam,
     backward: Backward,
     groups: Vec<Group>,
@@ -181,6 +187,8 @@ impl Trainer {
             mean: vec![0.0; n_network],
             square: Aligned::new(layout.len()),
             half,
+            sum: Vec::new(),
+            averaged: 0,
             adam: Adam::default(),
             backward,
             groups: (0..GROUPS).map(|_| group()).collect(),
@@ -248,6 +256,9 @@ impl Trainer {
         self.plan_next(settings, &stats);
         self.step += 1;
         self.update_parameters(settings);
+        if settings.average {
+            self.accumulate();
+        }
         stats
     }
 
@@ -261,10 +272,38 @@ impl Trainer {
         for values in [&mut self.gradient[..], &mut self.mean, &mut self.square] {
             values.fill(0.0);
         }
+        (self.sum, self.averaged) = (Vec::new(), 0);
         self.grid.reset();
         self.step = 0;
         self.n_rays = self.config.batch_rays.unwrap_or(FIRST_RAYS);
         self.roulette = 0.0;
+    }
+
+    /// Adds the parameters to their sum.
+    fn accumulate(&mut self) {
+        self.sum.resize(self.parameters.len(), 0.0);
+        let sums = self.sum.par_chunks_mut(1 << 16).zip(self.parameters.par_chunks(1 << 16));
+        sums.for_each(|(sums, parameters)| {
+            for (sum, parameter) in sums.iter_mut().zip(parameters) {
+                *sum += parameter;
+            }
+        });
+        self.averaged += 1;
+    }
+
+    /// Ends the run: the parameters become their average over its last part.
+    pub fn finish(&mut self) {
+        if self.averaged == 0 {
+            return;
+        }
+        let inverse = 1.0 / self.averaged as f32;
+        let sum = std::mem::take(&mut self.sum);
+        self.averaged = 0;
+        self.set_parameters(|_, parameters| {
+            for (parameter, sum) in parameters.iter_mut().zip(&sum) {
+                *parameter = sum * inverse;
+            }
+        });
     }
 
     /// Sets all parameters at once; whatever follows from them belongs here.

@@ -90,6 +90,7 @@ impl Run {
         if self.is_over(trainer) {
             // The last look: the guard does not see every parameter at every step.
             if guard::all_finite(&trainer.parameters) {
+                trainer.finish();
                 return Ok(None);
             }
             trouble = Some(Trouble::NotFinite);

@@ -46,6 +46,11 @@ const MARGIN: f64 = 0.99;
 const FREEZE: f32 = 0.9;
 /// Steps over which the learning rate rises. Fewer are not worth a new attempt.
 pub(super) const WARM_UP: u32 = 100;
+/// From here on parameters are averaged: what is left of the noise of single
+/// steps cancels.
+const AVERAGED: f32 = 0.75;
+/// Steps between two that count in the average.
+const AVERAGE_EVERY: u32 = 8;
 /// Long steps are taken for this first share of the run.
 const COARSE: f32 = 0.6;
 
@@ -97,5 +102,6 @@ pub(super) fn settings(config: &TrainConfig, step: u32, progress: f32) -> StepSe
         step_scale: if progress < COARSE { config.first_step_scale } else { 1.0 },
         kept: first * (last / first).powf(progress),
         update_occupancy: progress < FREEZE,
+        average: progress >= AVERAGED && step.is_multiple_of(AVERAGE_EVERY),
     }
 }

@@ -49,6 +49,7 @@ pub struct Checkpoint {
     parameters: Vec<f32>,
     mean: Vec<f32>,
     square: Vec<f32>,
+    sum: Vec<f32>,
     density: Vec<f32>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
@@ -72,6 +73,9 @@ pub fn write(
     add(kind::MEAN, bytemuck::must_cast_slice(&trainer.mean));
     add(kind::SQUARE, bytemuck::must_cast_slice(&trainer.square));
     add(kind::DENSITY, bytemuck::must_cast_slice(trainer.grid.state().0));
+    if trainer.averaged > 0 {
+        add(kind::SUM, bytemuck::must_cast_slice(&trainer.sum));
+    }
     writer.finish()
 }
 
@@ -180,6 +184,7 @@ impl Checkpoint {
         trainer.set_parameters(|_, parameters| parameters.copy_from_slice(&self.parameters));
         trainer.mean = self.mean;
         trainer.square.copy_from_slice(&self.square);
+        (trainer.sum, trainer.averaged) = (self.sum, record.averaged);
         trainer.step = record.step;
         trainer.n_rays = record.n_rays as usize;
         trainer.roulette = record.roulette;

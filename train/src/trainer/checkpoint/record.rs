@@ -56,6 +56,8 @@ pub(super) struct RecordV1 {
     pub(super) roulette: f32,
     /// Of the occupancy.
     pub(super) updates: u32,
+    /// Steps whose parameters are in section SUM, which is there if this is not 0.
+    pub(super) averaged: u32,
     pub(super) fingerprint: u64,
     downscale_factor: u32,
     config: ConfigV1,
@@ -78,6 +80,7 @@ impl RecordV1 {
             n_rays: trainer.n_rays as u32,
             roulette: trainer.roulette,
             updates: trainer.grid.state().1,
+            averaged: trainer.averaged,
             fingerprint: trained_on.fingerprint,
             downscale_factor: trained_on.downscale_factor,
             config: ConfigV1::new(&trainer.config),
@@ -233,6 +236,7 @@ mod tests {
         n_rays: 1024,
         roulette: 0.0,
         updates: 2,
+        averaged: 6,
         fingerprint: 7,
         downscale_factor: 2,
         config: ConfigV1 {
@@ -262,7 +266,7 @@ mod tests {
             &[0xac, 2, 5],
             &0.5f64.to_le_bytes(),
             &0.25f64.to_le_bytes(),
-            &[1, 20, 0x80, 8, 0, 0, 0, 0, 2, 7, 2],
+            &[1, 20, 0x80, 8, 0, 0, 0, 0, 2, 6, 7, 2],
             &[3, 0, 0, 0, 0, 0, 1],
             &f32_one,
             &f32_one,

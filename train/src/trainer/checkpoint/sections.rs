@@ -23,6 +23,9 @@ pub mod kind {
     pub const SQUARE: u32 = PROGRAM + 2;
     /// Densities of the cells that may be occupied, f32.
     pub const DENSITY: u32 = PROGRAM + 3;
+    /// Sum of the parameters of the steps that are averaged, f32, in the order of
+    /// the model's tensors; only once there are such steps.
+    pub const SUM: u32 = PROGRAM + 4;
 }
 
 /// Version of every section so far.
@@ -36,6 +39,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::MEAN => Some("MEAN"),
         kind::SQUARE => Some("SQUARE"),
         kind::DENSITY => Some("DENSITY"),
+        kind::SUM => Some("SUM"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -66,6 +70,10 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     // Only the networks have a first moment.
     let mean = moments(kind::MEAN, parameters.len() - layout.networks_start())?;
     let square = moments(kind::SQUARE, parameters.len())?;
+    let sum = match record.averaged {
+        0 => Vec::new(),
+        _ => moments(kind::SUM, parameters.len())?,
+    };
     // How many there must be, the dataset will tell.
     let density = floats(section(&model_file, kind::DENSITY)?.bytes);
     if !density.iter().all(|d| *d >= 0.0) {
@@ -81,6 +89,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         record,
         mean,
         square,
+        sum,
         density,
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
