@@ -28,8 +28,10 @@ impl Demo {
         let mut config = TrainConfig::hash_grid();
         if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
             // At most a megabyte.
+            grid.n_levels = 8;
             grid.log2_hashmap_size = 14;
             grid.base_resolution = 12;
+            grid.per_level_scale = 1.8;
         }
         let path = folder.join("scene.pnerf");
         let origin = train::Origin::new(&dataset, 1);
