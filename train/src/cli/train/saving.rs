@@ -15,6 +15,10 @@ use crate::trainer::{Run, Trainer, checkpoint};
 /// the number of the signal.
 pub(in crate::cli) const INTERRUPTED: u8 = 130;
 
+/// Signals so close together are one wish: supervisors signal a program and
+/// then its process group.
+const SAME_KEY: Duration = Duration::from_millis(500);
+
 /// Where and when checkpoints are written.
 pub(super) struct Saving {
     pub(super) path: PathBuf,
@@ -28,8 +32,10 @@ impl Saving {
     pub(super) fn begin(path: PathBuf, every: Option<Duration>) -> Result<Self, Failure> {
         let interrupted = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&interrupted);
+        let mut first = None;
         ctrlc::set_handler(move || {
-            if asked.swap(true, Ordering::Relaxed) {
+            asked.store(true, Ordering::Relaxed);
+            if first.get_or_insert_with(Instant::now).elapsed() > SAME_KEY {
                 std::process::exit(INTERRUPTED.into());
             }
         })?;
