@@ -131,7 +131,7 @@ impl Decoder<'_> {
         let stride = work.stride;
         let Workspace { a, b, output, panel, .. } = work;
         let rows = &mut a[self.n_features as usize * stride..];
-        harmonics(self.sh_degree, directions, n, rows, stride);
+        self.harmonics(directions, n, rows, stride);
         let rgb = &mut output[stride..];
         self.color.forward::<S, T>(simd, a, b, rgb, n, stride, panel);
         for row in rgb.chunks_mut(stride).take(3) {
@@ -140,17 +140,19 @@ impl Decoder<'_> {
             }
         }
     }
-}
 
-/// Writes the harmonics of `n` directions to rows of `out`.
-#[inline(always)]
-fn harmonics(degree: u32, directions: [&[f32]; 3], n: usize, out: &mut [f32], stride: usize) {
-    let mut values = [0.0; 16];
-    for s in 0..n {
-        let d = directions.map(|axis| axis[s]);
-        spherical_harmonics::evaluate(degree, d, &mut values);
-        for (row, value) in values.iter().enumerate().take(spherical_harmonics::n_output(degree)) {
-            out[row * stride + s] = *value;
+    /// Writes the harmonics of `n` unit directions: value i of direction s goes
+    /// to `out[i * stride + s]`.
+    #[inline(always)]
+    pub fn harmonics(&self, directions: [&[f32]; 3], n: usize, out: &mut [f32], stride: usize) {
+        let mut values = [0.0; 16];
+        for s in 0..n {
+            let d = directions.map(|axis| axis[s]);
+            spherical_harmonics::evaluate(self.sh_degree, d, &mut values);
+            let n_output = spherical_harmonics::n_output(self.sh_degree);
+            for (row, value) in values.iter().enumerate().take(n_output) {
+                out[row * stride + s] = *value;
+            }
         }
     }
 }

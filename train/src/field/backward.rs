@@ -1,8 +1,9 @@
 //! A field backwards: from the gradient of densities, features and colours to
 //! that of encoded points and network weights.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, SimdBase};
 use pocketnerf_core::field::Decoder;
+use pocketnerf_core::lanes;
 use pocketnerf_core::network::panel_len;
 use pocketnerf_core::store::Store;
 
@@ -70,16 +71,32 @@ impl Backward {
         }
     }
 
-    /// Density network backwards. `buffers.rows()` holds the gradient of its
-    /// outputs, `[1 + n_features][stride]`; `encoded` its inputs; `n` points, a
-    /// multiple of 32. Adds to `weights`; the inputs' gradient goes to
-    /// `d_encoded` where wanted.
+    /// Density network forwards over `encoded`, as [`Backward::density`] needs
+    /// it; its `[1 + n_features][stride]` outputs go to `output` where wanted.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
-    pub fn density<S: Simd, T: Store>(
+    pub fn density_forward<S: Simd, T: Store>(
         &self,
         simd: S,
         decoder: &Decoder<'_>,
+        encoded: &[f32],
+        buffers: &mut Gradients,
+        n: usize,
+        output: Option<&mut [f32]>,
+    ) {
+        let Gradients { stride, density_hidden: hidden, panel, .. } = buffers;
+        let layers = decoder.density.layers();
+        self.density.forward::<S, T>(simd, layers, encoded, hidden, output, n, *stride, panel);
+    }
+
+    /// Density network backwards, after [`Backward::density_forward`].
+    /// `buffers.rows()` holds the gradient of its outputs,
+    /// `[1 + n_features][stride]`; `encoded` its inputs; `n` points, a multiple of
+    /// 32. Adds to `weights`; the inputs' gradient goes to `d_encoded` where
+    /// wanted.
+    #[inline(always)]
+    pub fn density<S: Simd>(
+        &self,
+        simd: S,
         encoded: &[f32],
         buffers: &mut Gradients,
         n: usize,
@@ -87,22 +104,39 @@ impl Backward {
         d_encoded: Option<&mut [f32]>,
     ) {
         let Gradients { stride, density_hidden: hidden, gradient, other, panel, .. } = buffers;
-        let layers = decoder.density.layers();
-        self.density.hidden_layers::<S, T>(simd, layers, encoded, hidden, n, *stride, panel);
         let pair = [gradient, other];
         self.density.backward(simd, encoded, hidden, pair, n, *stride, weights, d_encoded, panel);
     }
 
-    /// Colour network backwards. `buffers.rows()` holds the gradient of its
-    /// outputs before the logistic, `[3][stride]`; `input` is
-    /// `[features, harmonics][stride]`. Afterwards `d_input` holds the inputs'
-    /// gradient.
+    /// Colour network forwards over `input`, `[features, harmonics][stride]`, as
+    /// [`Backward::color`] needs it: colours in [0, 1] go to `rgb`, `[3][stride]`.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
-    pub fn color<S: Simd, T: Store>(
+    pub fn color_forward<S: Simd, T: Store>(
         &self,
         simd: S,
         decoder: &Decoder<'_>,
+        input: &[f32],
+        buffers: &mut Gradients,
+        n: usize,
+        rgb: &mut [f32],
+    ) {
+        let Gradients { stride, color_hidden: hidden, panel, .. } = buffers;
+        let (layers, output) = (decoder.color.layers(), Some(&mut *rgb));
+        self.color.forward::<S, T>(simd, layers, input, hidden, output, n, *stride, panel);
+        for row in rgb.chunks_mut(*stride).take(3) {
+            for values in row[..n].chunks_exact_mut(S::f32s::LEN) {
+                lanes::logistic(simd, S::f32s::from_slice(simd, values)).store_slice(values);
+            }
+        }
+    }
+
+    /// Colour network backwards, after [`Backward::color_forward`].
+    /// `buffers.rows()` holds the gradient of its outputs before the logistic,
+    /// `[3][stride]`. Afterwards `d_input` holds the inputs' gradient.
+    #[inline(always)]
+    pub fn color<S: Simd>(
+        &self,
+        simd: S,
         input: &[f32],
         buffers: &mut Gradients,
         n: usize,
@@ -110,8 +144,6 @@ impl Backward {
         d_input: &mut [f32],
     ) {
         let Gradients { stride, color_hidden: hidden, gradient, other, panel, .. } = buffers;
-        let layers = decoder.color.layers();
-        self.color.hidden_layers::<S, T>(simd, layers, input, hidden, n, *stride, panel);
         let pair = [gradient, other];
         self.color.backward(simd, input, hidden, pair, n, *stride, weights, Some(d_input), panel);
     }

@@ -56,23 +56,29 @@ impl Network {
     }
 
     /// Computes every hidden layer of `n` points, `hidden[i]` being
-    /// `[widths[i + 1]][stride]`, from the encoded `input`.
+    /// `[widths[i + 1]][stride]`, from `input`, and the output where wanted.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
-    pub(super) fn hidden_layers<S: Simd, T: Store>(
+    pub(super) fn forward<S: Simd, T: Store>(
         &self,
         simd: S,
         layers: &[Dense<'_>],
         input: &[f32],
         hidden: &mut [Aligned<f32>],
+        output: Option<&mut [f32]>,
         n: usize,
         stride: usize,
         panel: &mut [f32],
     ) {
-        for (i, layer) in layers.iter().enumerate().take(self.n_layers() - 1) {
-            let (before, after) = hidden.split_at_mut(i);
-            let x = before.last().map_or(input, |v| &v[..]);
-            dense::<S, T>(simd, layer, x, &mut after[0], n, stride, true, panel);
+        let (last, before) = layers.split_last().expect("a network has layers");
+        for (i, layer) in before.iter().enumerate() {
+            let (done, next) = hidden.split_at_mut(i);
+            let x = done.last().map_or(input, |v| &v[..]);
+            dense::<S, T>(simd, layer, x, &mut next[0], n, stride, true, panel);
+        }
+        if let Some(output) = output {
+            let x = hidden.last().map_or(input, |v| &v[..]);
+            dense::<S, T>(simd, last, x, output, n, stride, false, panel);
         }
     }
 

@@ -15,9 +15,9 @@ mod rays;
 mod run;
 mod scene_box;
 mod schedule;
+mod update;
 
 use fearless_simd::{Level, dispatch};
-use pocketnerf_core::encoding::hash_grid::Level as GridLevel;
 use pocketnerf_core::field::Field;
 use pocketnerf_core::sampler::Marcher;
 use pocketnerf_core::scratch::Limits;
@@ -39,10 +39,10 @@ pub use schedule::{Length, Plan};
 use crate::aligned::Aligned;
 use crate::dataset::Dataset;
 use crate::field::half::round_all;
-use crate::field::{Backward, EncodingConfig, Layout, initialize, scatter_level};
+use crate::field::{Backward, EncodingConfig, Layout, initialize};
 use crate::random::Random;
 use aim::Aim;
-use group::{Group, GroupStats, Job, STRIDE, Worker};
+use group::{Group, GroupStats, Job, Worker};
 use pool::Pool;
 
 /// Shares that a step is cut into, at any number of threads.
@@ -160,10 +160,7 @@ impl Trainer {
         // Density is learnt per unit length of the cube, whatever its size.
         config.field.log_density_bias = scale.ln();
         let layout = Layout::new(&config.field);
-        let mut parameters = Aligned::new(layout.len());
-        initialize(&layout, config.seed, &mut parameters);
-        let mut half = Aligned::new(layout.len());
-        dispatch!(level, simd => round_all(simd, &parameters, &mut half));
+        let parameters = Aligned::new(layout.len());
         let limits = layout.view(&config.field, &parameters)?.limits();
         let resolution = config.occupancy_resolution;
         let candidates = match &hull {
@@ -174,7 +171,7 @@ impl Trainer {
         let backward = Backward::new(&config.field, &layout);
         let n_network = layout.len() - layout.networks_start();
         let group = || Group::new(n_network);
-        Ok(Self {
+        let mut trainer = Self {
             level,
             targets: source.targets(&aim),
             source,
@@ -186,7 +183,7 @@ impl Trainer {
             workers: Pool::default(),
             mean: vec![0.0; n_network],
             square: Aligned::new(layout.len()),
-            half,
+            half: Aligned::new(layout.len()),
             sum: Vec::new(),
             averaged: 0,
             adam: Adam::default(),
@@ -195,14 +192,16 @@ impl Trainer {
             limits,
             grid: OccupancyGrid::new(resolution, candidates),
             step: 0,
-            n_rays: config.batch_rays.unwrap_or(FIRST_RAYS),
+            n_rays: FIRST_RAYS,
             roulette: 0.0,
             restarts: 0,
             seed: config.seed,
             parameters,
             layout,
             config,
-        })
+        };
+        trainer.begin(0);
+        Ok(trainer)
     }
 
     /// The model as it stands.
@@ -262,9 +261,9 @@ impl Trainer {
         stats
     }
 
-    /// Begins anew with other random numbers: those of the `restarts`-th
-    /// attempt after the first.
-    fn restart(&mut self, restarts: u32) {
+    /// Begins the `restarts`-th attempt after the first: each has random numbers
+    /// of its own.
+    fn begin(&mut self, restarts: u32) {
         self.restarts = restarts;
         self.seed = guard::seed(self.config.seed, restarts);
         let seed = self.seed;
@@ -277,33 +276,6 @@ impl Trainer {
         self.step = 0;
         self.n_rays = self.config.batch_rays.unwrap_or(FIRST_RAYS);
         self.roulette = 0.0;
-    }
-
-    /// Adds the parameters to their sum.
-    fn accumulate(&mut self) {
-        self.sum.resize(self.parameters.len(), 0.0);
-        let sums = self.sum.par_chunks_mut(1 << 16).zip(self.parameters.par_chunks(1 << 16));
-        sums.for_each(|(sums, parameters)| {
-            for (sum, parameter) in sums.iter_mut().zip(parameters) {
-                *sum += parameter;
-            }
-        });
-        self.averaged += 1;
-    }
-
-    /// Ends the run: the parameters become their average over its last part.
-    pub fn finish(&mut self) {
-        if self.averaged == 0 {
-            return;
-        }
-        let inverse = 1.0 / self.averaged as f32;
-        let sum = std::mem::take(&mut self.sum);
-        self.averaged = 0;
-        self.set_parameters(|_, parameters| {
-            for (parameter, sum) in parameters.iter_mut().zip(&sum) {
-                *parameter = sum * inverse;
-            }
-        });
     }
 
     /// Sets all parameters at once; whatever follows from them belongs here.
@@ -393,92 +365,6 @@ impl Trainer {
             // Half of the way: one odd batch must not upset the next.
             let n = 0.5 * (self.n_rays as f64 + wanted);
             self.n_rays = (n as usize).clamp(256, MOST_RAYS);
-        }
-    }
-
-    /// Scatter to the grid, sum the networks' gradients, and Adam.
-    fn update_parameters(&mut self, settings: &StepSettings) {
-        let Self {
-            config,
-            layout,
-            groups,
-            parameters,
-            gradient,
-            mean,
-            square,
-            half,
-            adam,
-            level,
-            ..
-        } = self;
-        let level_gradients = &self.level_gradients;
-        let start = layout.networks_start();
-        let (grid_p, network_p) = parameters.split_at_mut(start);
-        let (grid_v, network_v) = square.split_at_mut(start);
-        let (mut grid_h, network_h) = half.split_at_mut(start);
-        for group in &*groups {
-            for (sum, g) in gradient.iter_mut().zip(&group.network_gradient) {
-                *sum += g;
-            }
-        }
-        let network =
-            Slices { parameters: network_p, gradient, mean, square: network_v, half: network_h };
-        let rate = adam.corrected(config.network_rate * settings.rate, self.step);
-        dispatch!(*level, simd => adam.update(simd, rate, network));
-        let EncodingConfig::HashGrid(grid) = config.field.encoding else { return };
-        let features = grid.n_features_per_level as usize;
-        let n_encoded = grid.n_output();
-        let mut rest = [grid_p, grid_v];
-        let mut tasks = Vec::with_capacity(layout.levels().len());
-        for (l, range) in layout.levels().iter().enumerate() {
-            let [parameters, square] = rest.each_mut().map(|slice| {
-                let (head, tail) = std::mem::take(slice).split_at_mut(range.len());
-                *slice = tail;
-                head
-            });
-            let (half, tail) = std::mem::take(&mut grid_h).split_at_mut(range.len());
-            grid_h = tail;
-            tasks.push((l, grid.level(l), [parameters, square], half));
-        }
-        // Fine levels, which take longest, first.
-        tasks.reverse();
-        let grid_adam = Adam { beta1: 0.0, ..*adam };
-        let rate = grid_adam.corrected(config.grid_rate * settings.rate, self.step);
-        let groups = &*groups;
-        let largest_level = layout.levels().iter().map(|l| l.len()).max().unwrap_or(0);
-        tasks.into_par_iter().with_max_len(1).for_each(|(l, grid_level, parts, half)| {
-            let [parameters, square] = parts;
-            // Adam leaves the buffer zeroed.
-            let mut buffer = level_gradients.take(|| Aligned::new(largest_level));
-            let gradient = &mut buffer[..parameters.len()];
-            dispatch!(*level, simd => {
-                scatter_groups(simd, groups, &grid_level, l, features, n_encoded, gradient);
-                let mean = &mut [];
-                grid_adam.update(simd, rate, Slices { parameters, gradient, mean, square, half });
-            });
-            level_gradients.put(buffer);
-        });
-    }
-}
-
-/// Adds what all groups ask of one level, in their order.
-#[inline(always)]
-fn scatter_groups<S: fearless_simd::Simd>(
-    simd: S,
-    groups: &[Group],
-    grid_level: &GridLevel,
-    l: usize,
-    features: usize,
-    n_encoded: usize,
-    gradient: &mut [f32],
-) {
-    for group in groups {
-        let blocks = group.blocks.chunks_exact((3 + n_encoded) * STRIDE);
-        for (block, &n) in blocks.zip(&group.block_lens) {
-            let (points, rows) = block.split_at(3 * STRIDE);
-            let points = [0, 1, 2].map(|a| &points[a * STRIDE..][..n]);
-            let rows = &rows[l * features * STRIDE..];
-            scatter_level(simd, grid_level, features, points, rows, STRIDE, gradient);
         }
     }
 }

@@ -152,7 +152,7 @@ impl Run {
         }
         self.plan = plan;
         self.averages = Averages::default();
-        trainer.restart(restarts + 1);
+        trainer.begin(restarts + 1);
         Ok(())
     }
 
@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn a_poisoned_run_recovers() {
         let mut expected = trainer();
-        expected.restart(1);
+        expected.begin(1);
         assert!(finish((&mut expected, &mut steps(40)), |_| ()).is_empty());
         // A network's weight is noticed after a step, anything when all is done.
         let last = expected.parameters.len() - 1;

@@ -189,7 +189,7 @@ impl Step {
             for (l, range) in layout.levels().iter().enumerate() {
                 let (table, to) = (grid.level(l), &mut gradient[range.indices()]);
                 dispatch!(*level, simd => {
-                    scatter_groups(simd, groups, &table, l, features, n_encoded, to);
+                    update::scatter_groups(simd, groups, &table, l, features, n_encoded, to);
                 });
             }
         }

@@ -1,12 +1,13 @@
 //! Backwards: from rays to samples to networks and encoded points.
 
+use std::mem::take;
+
 use fearless_simd::Simd;
-use pocketnerf_core::encoding::spherical_harmonics;
-use pocketnerf_core::field::{Field, Shading};
+use pocketnerf_core::field::{Decoder, Field, Shading};
 use pocketnerf_core::store::Store;
 
 use super::transpose::{LANES, transpose};
-use super::{BATCH, Group, Job, Kept, Record, STRIDE, Traveller, Worker, row_len};
+use super::{BATCH, Group, Job, Kept, STRIDE, Worker, row_len};
 
 impl Group {
     /// From rays to samples, back to front: the derivative of the volume
@@ -58,12 +59,14 @@ impl Group {
         let row_len = row_len(decoder);
         let n_encoded = field.n_encoded();
         let block_size = (3 + n_encoded) * STRIDE;
+        // Taken out, so that the rest of the group can be borrowed beside them.
+        let (all_kept, mut blocks) = (take(&mut self.kept), take(&mut self.blocks));
         self.block_lens.clear();
-        let n_blocks = self.kept.len().div_ceil(BATCH);
-        if self.blocks.len() < n_blocks * block_size {
-            self.blocks.resize(n_blocks * block_size, 0.0);
+        let n_blocks = all_kept.len().div_ceil(BATCH);
+        if blocks.len() < n_blocks * block_size {
+            blocks.resize(n_blocks * block_size, 0.0);
         }
-        for (kept, block) in self.kept.chunks(BATCH).zip(self.blocks.chunks_mut(block_size)) {
+        for (kept, block) in all_kept.chunks(BATCH).zip(blocks.chunks_mut(block_size)) {
             let padded = kept.len().next_multiple_of(32);
             self.block_lens.push(padded);
             let (points, d_encoded) = block.split_at_mut(3 * STRIDE);
@@ -96,100 +99,64 @@ impl Group {
                 }
             }
             if decoder.shading == Shading::PerSample {
-                Self::back_through_color::<S, T, F>(
-                    simd,
-                    field,
-                    job,
-                    worker,
-                    kept,
-                    &self.records,
-                    &self.travellers,
-                    &mut self.network_gradient,
-                );
+                self.back_through_color::<S, T>(simd, decoder, job, worker, kept);
+            } else {
+                let Worker { a, gradients, .. } = &mut *worker;
+                job.backward.density_forward::<S, T>(simd, decoder, a, gradients, padded, None);
             }
             let wanted = (n_encoded > 0).then_some(&mut *d_encoded);
-            job.backward.density::<S, T>(
-                simd,
-                decoder,
-                &worker.a,
-                &mut worker.gradients,
-                padded,
-                &mut self.network_gradient,
-                wanted,
-            );
+            let weights = &mut self.network_gradient;
+            job.backward.density(simd, &worker.a, &mut worker.gradients, padded, weights, wanted);
         }
+        (self.kept, self.blocks) = (all_kept, blocks);
     }
 
     /// Per-sample shading: from the gradient of each sample's colour (rows 1
-    /// to 3 of the gradient) to that of its features. Keeps `worker.a`.
+    /// to 3 of the gradient) to that of its features, with the encoded points in
+    /// `worker.a`.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "parts of a group that are borrowed apart")]
-    fn back_through_color<S: Simd, T: Store, F: Field>(
+    fn back_through_color<S: Simd, T: Store>(
+        &mut self,
         simd: S,
-        field: &F,
+        decoder: &Decoder<'_>,
         job: &Job<'_>,
         worker: &mut Worker,
         kept: &[Kept],
-        records: &[Record],
-        travellers: &[Traveller],
-        network_gradient: &mut [f32],
     ) {
-        let decoder = field.decoder();
-        let n_features = decoder.n_features as usize;
+        let n_features = decoder.n_features as usize * STRIDE;
         let padded = kept.len().next_multiple_of(32);
-        let encoded = worker.a[..field.n_encoded() * STRIDE].to_vec();
         for row in &mut worker.directions {
             row[kept.len()..padded].fill(0.0);
         }
         for (column, k) in kept.iter().enumerate() {
-            let r = records[k.sample as usize].ray as usize;
-            let direction = travellers[r].path.ray.direction;
-            for (row, d) in worker.directions.iter_mut().zip(direction) {
+            let r = self.records[k.sample as usize].ray as usize;
+            for (row, d) in worker.directions.iter_mut().zip(self.rays[r].ray.direction) {
                 row[column] = d;
             }
         }
-        // Features again, then colours.
         {
-            let Worker { a, b, output, panel, .. } = &mut *worker;
-            decoder.density.forward::<S, T>(simd, a, b, output, padded, STRIDE, panel);
+            let Worker { a, gradients, output, color_input, .. } = &mut *worker;
+            let values = Some(&mut output[..]);
+            job.backward.density_forward::<S, T>(simd, decoder, a, gradients, padded, values);
+            color_input[..n_features].copy_from_slice(&output[STRIDE..STRIDE + n_features]);
         }
-        let features = &worker.output[STRIDE..(1 + n_features) * STRIDE];
-        worker.color_input[..features.len()].copy_from_slice(features);
-        let n_harmonics = spherical_harmonics::n_output(decoder.sh_degree);
-        for column in 0..padded {
-            let direction = [0, 1, 2].map(|axis| worker.directions[axis][column]);
-            let mut harmonics = [0.0; 16];
-            spherical_harmonics::evaluate(decoder.sh_degree, direction, &mut harmonics);
-            for (i, value) in harmonics[..n_harmonics].iter().enumerate() {
-                worker.color_input[(n_features + i) * STRIDE + column] = *value;
-            }
-        }
-        worker.a[..n_features * STRIDE].copy_from_slice(&worker.color_input[..n_features * STRIDE]);
-        let directions = worker.directions.clone();
-        let axes = [0, 1, 2].map(|axis| &directions[axis][..]);
-        decoder.colors::<S, T>(simd, axes, padded, &mut worker.workspace());
+        worker.colors::<S, T>(simd, decoder, job.backward, padded);
         let rows = worker.gradients.rows();
-        let log_density = rows[..padded].to_vec();
         for c in 0..3 {
             for column in 0..padded {
-                let rgb = worker.output[(1 + c) * STRIDE + column];
+                let rgb = worker.output[c * STRIDE + column];
                 rows[c * STRIDE + column] = rows[(1 + c) * STRIDE + column] * rgb * (1.0 - rgb);
             }
         }
-        job.backward.color::<S, T>(
-            simd,
-            decoder,
-            &worker.color_input,
-            &mut worker.gradients,
-            padded,
-            network_gradient,
-            &mut worker.d_color_input,
-        );
-        let rows = worker.gradients.rows();
-        rows[..padded].copy_from_slice(&log_density);
-        rows[STRIDE..(1 + n_features) * STRIDE]
-            .copy_from_slice(&worker.d_color_input[..n_features * STRIDE]);
-        worker.a[..encoded.len()].copy_from_slice(&encoded);
+        let Worker { color_input, d_color_input, gradients, .. } = &mut *worker;
+        let weights = &mut self.network_gradient;
+        job.backward.color(simd, color_input, gradients, padded, weights, d_color_input);
+        let rows = gradients.rows();
+        for (value, k) in rows.iter_mut().zip(kept) {
+            *value = k.log_density;
+        }
+        rows[kept.len()..padded].fill(0.0);
+        rows[STRIDE..STRIDE + n_features].copy_from_slice(&d_color_input[..n_features]);
     }
 }
 

@@ -1,7 +1,6 @@
 //! From what rays gathered to their colours, the error, and back.
 
 use fearless_simd::Simd;
-use pocketnerf_core::encoding::spherical_harmonics;
 use pocketnerf_core::field::Field;
 use pocketnerf_core::store::Store;
 
@@ -84,23 +83,11 @@ impl Group {
                 for (row, sum) in rows.zip(sums) {
                     row[column] = sum / traveller.gathered.opacity;
                 }
-                let direction = traveller.path.ray.direction;
-                let mut harmonics = [0.0; 16];
-                spherical_harmonics::evaluate(decoder.sh_degree, direction, &mut harmonics);
-                let n_harmonics = spherical_harmonics::n_output(decoder.sh_degree);
-                let rows = worker.color_input.chunks_mut(STRIDE).skip(channels);
-                for (row, value) in rows.zip(&harmonics[..n_harmonics]) {
-                    row[column] = *value;
-                }
-                for (row, d) in worker.directions.iter_mut().zip(direction) {
+                for (row, d) in worker.directions.iter_mut().zip(traveller.path.ray.direction) {
                     row[column] = d;
                 }
             }
-            let n_features = channels * STRIDE;
-            worker.a[..n_features].copy_from_slice(&worker.color_input[..n_features]);
-            let directions = worker.directions.clone();
-            let axes = [0, 1, 2].map(|axis| &directions[axis][..]);
-            decoder.colors::<S, T>(simd, axes, padded, &mut worker.workspace());
+            worker.colors::<S, T>(simd, decoder, job.backward, padded);
             // Gradient of the colour network's outputs, before the logistic.
             let rows = worker.gradients.rows();
             for row in rows.chunks_mut(STRIDE).take(3) {
@@ -109,7 +96,7 @@ impl Group {
             for (column, &r) in hits.iter().enumerate() {
                 let opacity = self.travellers[r].gathered.opacity;
                 let ray = &self.rays[r];
-                let rgb = [0, 1, 2].map(|c| worker.output[(1 + c) * STRIDE + column]);
+                let rgb = [0, 1, 2].map(|c| worker.output[c * STRIDE + column]);
                 let color =
                     [0, 1, 2].map(|c| opacity * rgb[c] + (1.0 - opacity) * ray.background[c]);
                 let d_color = Self::error(&mut self.stats, ray, color);
@@ -121,9 +108,8 @@ impl Group {
                 self.ray_gradients[r].opacity =
                     (0..3).map(|c| d_color[c] * (rgb[c] - ray.background[c])).sum();
             }
-            job.backward.color::<S, T>(
+            job.backward.color(
                 simd,
-                decoder,
                 &worker.color_input,
                 &mut worker.gradients,
                 padded,

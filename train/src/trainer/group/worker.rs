@@ -1,6 +1,9 @@
 //! Memory of one thread.
 
+use fearless_simd::Simd;
+use pocketnerf_core::field::Decoder;
 use pocketnerf_core::scratch::{Limits, Workspace};
+use pocketnerf_core::store::Store;
 
 use super::transpose::LANES;
 use super::{BATCH, STRIDE};
@@ -57,8 +60,19 @@ impl Worker {
         (points, directions, Workspace { a, b, output, panel, stride: STRIDE })
     }
 
-    pub(super) fn workspace(&mut self) -> Workspace<'_> {
-        let Self { a, b, output, panel, .. } = self;
-        Workspace { a, b, output, panel, stride: STRIDE }
+    /// From the features in the first rows of `color_input` and the directions
+    /// to colours in the first three rows of `output`.
+    #[inline(always)]
+    pub(super) fn colors<S: Simd, T: Store>(
+        &mut self,
+        simd: S,
+        decoder: &Decoder<'_>,
+        backward: &Backward,
+        n: usize,
+    ) {
+        let Self { output, directions, color_input, gradients, .. } = self;
+        let harmonics = &mut color_input[decoder.n_features as usize * STRIDE..];
+        decoder.harmonics([0, 1, 2].map(|axis| &directions[axis][..]), n, harmonics, STRIDE);
+        backward.color_forward::<S, T>(simd, decoder, color_input, gradients, n, output);
     }
 }

@@ -1,0 +1,126 @@
+//! What a step does to the parameters, and their average at the end.
+
+use fearless_simd::{Simd, dispatch};
+use pocketnerf_core::encoding::hash_grid::Level as GridLevel;
+use rayon::prelude::*;
+
+use super::group::{Group, STRIDE};
+use super::optimizer::{Adam, Slices};
+use super::{StepSettings, Trainer};
+use crate::aligned::Aligned;
+use crate::field::{EncodingConfig, scatter_level};
+
+impl Trainer {
+    /// Scatter to the grid, sum the networks' gradients, and Adam.
+    pub(super) fn update_parameters(&mut self, settings: &StepSettings) {
+        let Self {
+            config,
+            layout,
+            groups,
+            parameters,
+            gradient,
+            mean,
+            square,
+            half,
+            adam,
+            level,
+            ..
+        } = self;
+        let level_gradients = &self.level_gradients;
+        let start = layout.networks_start();
+        let (grid_p, network_p) = parameters.split_at_mut(start);
+        let (grid_v, network_v) = square.split_at_mut(start);
+        let (mut grid_h, network_h) = half.split_at_mut(start);
+        for group in &*groups {
+            for (sum, g) in gradient.iter_mut().zip(&group.network_gradient) {
+                *sum += g;
+            }
+        }
+        let network =
+            Slices { parameters: network_p, gradient, mean, square: network_v, half: network_h };
+        let rate = adam.corrected(config.network_rate * settings.rate, self.step);
+        dispatch!(*level, simd => adam.update(simd, rate, network));
+        let EncodingConfig::HashGrid(grid) = config.field.encoding else { return };
+        let features = grid.n_features_per_level as usize;
+        let n_encoded = grid.n_output();
+        let mut rest = [grid_p, grid_v];
+        let mut tasks = Vec::with_capacity(layout.levels().len());
+        for (l, range) in layout.levels().iter().enumerate() {
+            let [parameters, square] = rest.each_mut().map(|slice| {
+                let (head, tail) = std::mem::take(slice).split_at_mut(range.len());
+                *slice = tail;
+                head
+            });
+            let (half, tail) = std::mem::take(&mut grid_h).split_at_mut(range.len());
+            grid_h = tail;
+            tasks.push((l, grid.level(l), [parameters, square], half));
+        }
+        // Fine levels, which take longest, first.
+        tasks.reverse();
+        let grid_adam = Adam { beta1: 0.0, ..*adam };
+        let rate = grid_adam.corrected(config.grid_rate * settings.rate, self.step);
+        let groups = &*groups;
+        let largest_level = layout.levels().iter().map(|l| l.len()).max().unwrap_or(0);
+        tasks.into_par_iter().with_max_len(1).for_each(|(l, grid_level, parts, half)| {
+            let [parameters, square] = parts;
+            // Adam leaves the buffer zeroed.
+            let mut buffer = level_gradients.take(|| Aligned::new(largest_level));
+            let gradient = &mut buffer[..parameters.len()];
+            dispatch!(*level, simd => {
+                scatter_groups(simd, groups, &grid_level, l, features, n_encoded, gradient);
+                let mean = &mut [];
+                grid_adam.update(simd, rate, Slices { parameters, gradient, mean, square, half });
+            });
+            level_gradients.put(buffer);
+        });
+    }
+
+    /// Adds the parameters to their sum.
+    pub(super) fn accumulate(&mut self) {
+        self.sum.resize(self.parameters.len(), 0.0);
+        let sums = self.sum.par_chunks_mut(1 << 16).zip(self.parameters.par_chunks(1 << 16));
+        sums.for_each(|(sums, parameters)| {
+            for (sum, parameter) in sums.iter_mut().zip(parameters) {
+                *sum += parameter;
+            }
+        });
+        self.averaged += 1;
+    }
+
+    /// Ends the run: the parameters become their average over its last part.
+    pub fn finish(&mut self) {
+        if self.averaged == 0 {
+            return;
+        }
+        let inverse = 1.0 / self.averaged as f32;
+        let sum = std::mem::take(&mut self.sum);
+        self.averaged = 0;
+        self.set_parameters(|_, parameters| {
+            for (parameter, sum) in parameters.iter_mut().zip(&sum) {
+                *parameter = sum * inverse;
+            }
+        });
+    }
+}
+
+/// Adds what all groups ask of one level, in their order.
+#[inline(always)]
+pub(super) fn scatter_groups<S: Simd>(
+    simd: S,
+    groups: &[Group],
+    grid_level: &GridLevel,
+    l: usize,
+    features: usize,
+    n_encoded: usize,
+    gradient: &mut [f32],
+) {
+    for group in groups {
+        let blocks = group.blocks.chunks_exact((3 + n_encoded) * STRIDE);
+        for (block, &n) in blocks.zip(&group.block_lens) {
+            let (points, rows) = block.split_at(3 * STRIDE);
+            let points = [0, 1, 2].map(|a| &points[a * STRIDE..][..n]);
+            let rows = &rows[l * features * STRIDE..];
+            scatter_level(simd, grid_level, features, points, rows, STRIDE, gradient);
+        }
+    }
+}
