@@ -86,8 +86,8 @@ pub(super) fn highlight(mirrored: DVec3, lamp: &Lamp) -> f64 {
 fn surroundings(d: DVec3) -> DVec3 {
     let up = 0.5 + 0.5 * d.z;
     let sky = DVec3::new(0.10, 0.22, 0.55) * (up * up);
-    let warm = DVec3::new(1.0, 0.42, 0.10) * lobe(d, DVec3::new(-0.8, 0.36, 0.48), 2);
-    let cool = DVec3::new(0.10, 0.85, 0.70) * lobe(d, DVec3::new(0.6, 0.64, 0.48), 2);
+    let warm = DVec3::new(1.0, 0.42, 0.10) * lobe(d, DVec3::new(-0.8, 0.36, 0.48), 1);
+    let cool = DVec3::new(0.10, 0.85, 0.70) * lobe(d, DVec3::new(0.6, 0.64, 0.48), 1);
     sky + warm + cool
 }
 

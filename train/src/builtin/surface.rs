@@ -19,7 +19,7 @@ const BOARD_CELL: f64 = 0.016;
 const BOARD_CONTRAST: f64 = 0.38;
 /// Linear strength of the surroundings in the glaze and of the lamp's highlight
 /// on it: what a field without view dependence cannot show.
-pub(super) const GLAZE_REFLECTION: f64 = 0.20;
+pub(super) const GLAZE_REFLECTION: f64 = 0.60;
 /// See [`GLAZE_REFLECTION`].
 pub(super) const GLAZE_HIGHLIGHT: f64 = 0.36;
 /// Colour of the wires. Against white, a darker grey makes them cost more.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Common, Failure, make_folder, open, read_model, train};
+use super::{Common, Failure, make_folder, open, print_line, read_model, train};
 use crate::dataset::Split;
 use crate::evaluate::evaluate;
 use crate::field::EncodingConfig;
@@ -18,6 +18,11 @@ pub(super) struct Demo {
     /// Wall time until the model is written.
     #[arg(long, value_name = "S", default_value_t = 75.0)]
     seconds: f64,
+    /// Base-two logarithm of the most entries of a grid level: what decides the
+    /// model's size. 14 gives at most a megabyte.
+    #[arg(long, value_name = "N", default_value_t = 14,
+        value_parser = clap::value_parser!(u32).range(3..=24))]
+    log2_hashmap_size: u32,
 }
 
 impl Demo {
@@ -27,17 +32,17 @@ impl Demo {
         let held_out = builtin::dataset(Split::Test, 1);
         let mut config = TrainConfig::hash_grid();
         if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
-            // At most a megabyte.
             grid.n_levels = 8;
-            grid.log2_hashmap_size = 14;
+            grid.log2_hashmap_size = self.log2_hashmap_size;
             grid.base_resolution = 12;
             grid.per_level_scale = 1.8;
         }
         let path = folder.join("scene.pnerf");
         let origin = train::Origin::new(&dataset, 1);
-        let trainer = Trainer::new(dataset, config, common.simd())?;
-        let run = Run::new(Length::Seconds(self.seconds), common.started);
-        let mut value = train::train(trainer, run, &origin, &path, common, |_, _| Ok(()))?;
+        let mut trainer = Trainer::new(dataset, config, common.simd())?;
+        let mut run = Run::new(Length::Seconds(self.seconds), common.started);
+        let mut value =
+            train::train((&mut trainer, &mut run), &origin, &path, common, |_, _| Ok(()))?;
         let bytes = read_model(&path)?;
         let file = open(&path, &bytes)?;
         let background = file.model.display.background;
@@ -59,9 +64,9 @@ impl Demo {
             if let (Some(all), Some(scores)) = (value.as_object_mut(), scores.as_object()) {
                 all.extend(scores.clone());
             }
-            println!("{value}");
+            print_line(value);
         } else {
-            println!(
+            print_line(format_args!(
                 "{}: {} bytes, held-out PSNR {:.2} dB on white, {:.3} s a frame, {:.1} s in all; \
                  model and truth side by side: {}/view_*.png",
                 path.display(),
@@ -70,7 +75,7 @@ impl Demo {
                 result.seconds_per_frame,
                 common.started.elapsed().as_secs_f64(),
                 folder.display(),
-            );
+            ));
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Common, Failure, make_folder, open, read_model};
+use super::{Common, Failure, make_folder, open, print_line, read_model};
 use crate::dataset::{self, Split};
 use crate::evaluate::evaluate;
 use crate::image_file;
@@ -59,12 +59,12 @@ impl Eval {
             value["bytes"] = bytes.len().into();
             value["method"] = file.model.field.kind().into();
             value["split"] = self.split.name().into();
-            println!("{value}");
+            print_line(value);
         } else {
             for view in &result.per_view {
-                println!("{}: {:.2} dB", view.name, view.psnr);
+                print_line(format_args!("{}: {:.2} dB", view.name, view.psnr));
             }
-            println!(
+            print_line(format_args!(
                 "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB, SSIM {}, {:.3} s a frame",
                 result.views,
                 self.split.name(),
@@ -74,7 +74,7 @@ impl Eval {
                 result.psnr,
                 result.ssim.map_or_else(|| "-".to_owned(), |s| format!("{s:.4}")),
                 result.seconds_per_frame,
-            );
+            ));
         }
         Ok(())
     }

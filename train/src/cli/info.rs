@@ -6,7 +6,7 @@ use pocketnerf_core::Space;
 use pocketnerf_formats::SectionId;
 use serde_json::{Value, json};
 
-use super::{Common, Failure, open, read_model};
+use super::{Common, Failure, open, print_line, read_model};
 use crate::dataset;
 use crate::trainer::checkpoint::{Checkpoint, kind, section_name};
 
@@ -22,9 +22,9 @@ impl Info {
         if self.path.is_dir() {
             let report = dataset::inspect(&self.path)?;
             if common.json {
-                println!("{}", serde_json::to_string(&report)?);
+                print_line(serde_json::to_string(&report)?);
             } else {
-                println!("{report}");
+                print_line(report);
             }
             return Ok(());
         }
@@ -64,7 +64,7 @@ impl Info {
         });
         let text =
             if common.json { value.to_string() } else { serde_json::to_string_pretty(&value)? };
-        println!("{text}");
+        print_line(text);
         Ok(())
     }
 }

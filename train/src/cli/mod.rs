@@ -6,6 +6,7 @@ mod info;
 mod render;
 mod train;
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -45,8 +46,9 @@ enum Action {
 #[derive(Clone, Debug, Args)]
 struct Common {
     /// Worker threads; the machine's cores unless told.
-    #[arg(long, global = true, value_name = "N")]
-    threads: Option<usize>,
+    #[arg(long, global = true, value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
     /// Vector instructions: portable, sse4.2, avx2, avx512, neon; the best
     /// this machine has unless told.
     #[arg(long, global = true, value_name = "LEVEL", value_parser = parse_simd)]
@@ -75,9 +77,14 @@ impl Common {
         if self.json {
             eprintln!("{text}");
         } else {
-            println!("{text}");
+            print_line(text);
         }
     }
+}
+
+/// A line on standard output. Who reads it may have gone: that is no fault.
+fn print_line(text: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 fn parse_simd(name: &str) -> Result<SimdLevel, String> {
@@ -119,7 +126,7 @@ pub fn run(started: Instant) -> ExitCode {
 fn execute(command: &Command) -> Result<(), Failure> {
     let common = &command.common;
     if let Some(n) = common.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(n).build_global()?;
+        rayon::ThreadPoolBuilder::new().num_threads(n.into()).build_global()?;
     }
     match &command.action {
         Action::Demo(action) => action.run(common),

@@ -124,3 +124,53 @@ pub(super) fn scatter_groups<S: Simd>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use pocketnerf_core::SimdLevel;
+
+    use super::*;
+    use crate::builtin;
+    use crate::dataset::Split;
+    use crate::trainer::TrainConfig;
+
+    #[test]
+    fn a_run_ends_with_the_mean_of_the_steps_that_count() {
+        let mut config = TrainConfig::hash_grid();
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            (grid.n_levels, grid.log2_hashmap_size) = (2, 8);
+        }
+        config.aabb = Some([[-1.4; 3], [1.4; 3]]);
+        config.samples_per_step = 2048;
+        let dataset = builtin::dataset(Split::Train, 16);
+        let mut trainer = Trainer::new(dataset, config, SimdLevel::detect()).unwrap();
+        let settings = |average| StepSettings {
+            rate: 1.0,
+            step_scale: 1.0,
+            kept: 1.0,
+            update_occupancy: false,
+            average,
+        };
+        // Nothing to average: nothing changes.
+        trainer.step(&settings(false));
+        let before = trainer.parameters.clone();
+        trainer.finish();
+        assert_eq!(*trainer.parameters, *before);
+        let mut sum = vec![0.0f64; before.len()];
+        for average in [true, false, true, true] {
+            trainer.step(&settings(average));
+            if average {
+                for (sum, value) in sum.iter_mut().zip(&*trainer.parameters) {
+                    *sum += f64::from(*value);
+                }
+            }
+        }
+        let last = trainer.parameters.clone();
+        trainer.finish();
+        assert_ne!(*trainer.parameters, *last);
+        for (value, sum) in trainer.parameters.iter().zip(sum) {
+            let mean = sum / 3.0;
+            assert!((f64::from(*value) - mean).abs() <= 1e-6 * mean.abs() + 1e-9, "{value} {mean}");
+        }
+    }
+}

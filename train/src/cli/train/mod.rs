@@ -11,7 +11,7 @@ use pocketnerf_core::Camera;
 use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
 use serde_json::{Value, json};
 
-use super::{Common, Failure};
+use super::{Common, Failure, print_line};
 use crate::dataset::{self, Dataset, Split};
 use crate::output;
 use crate::trainer::checkpoint::TrainedOn;
@@ -35,7 +35,7 @@ impl Train {
         let factor = factor.unwrap_or_else(|| self.downscale_factor());
         let dataset = dataset::load(&self.data, Split::Train, factor)?;
         let origin = Origin::new(&dataset, factor);
-        let (trainer, run) = match checkpoint {
+        let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, common.simd(), common.started)?,
             None => {
                 let trainer = Trainer::new(dataset, self.config(), common.simd())?;
@@ -44,7 +44,8 @@ impl Train {
         };
         let every = self.save_every.map(Duration::from_secs_f64);
         let mut saving = Saving::begin(saved, every)?;
-        let result = train(trainer, run, &origin, &self.out, common, |trainer, run| {
+        let (steps, out) = ((&mut trainer, &mut run), &self.out);
+        let result = train(steps, &origin, out, common, |trainer, run| {
             if saving.after_step(trainer, run, &origin)? {
                 return Ok(());
             }
@@ -52,39 +53,39 @@ impl Train {
             let (step, checkpoint) = (trainer.steps(), saving.path.clone());
             Err(Interrupted { step, checkpoint, data, out }.into())
         })?;
+        saving.at_end(&trainer, &run, &origin)?;
         if common.json {
-            println!("{result}");
+            print_line(result);
         } else {
-            println!(
+            print_line(format_args!(
                 "{}: {} bytes, {} steps, training PSNR {:.2} dB, {:.1} s",
                 self.out.display(),
                 result["bytes"],
                 result["steps"],
                 result["train_psnr"].as_f64().unwrap_or(f64::NAN),
                 result["seconds"].as_f64().unwrap_or(f64::NAN),
-            );
+            ));
         }
         Ok(())
     }
 }
 
 /// Trains to the end unless `after_step` fails, writes the model, and gives
-/// the keys that `train --json` prints.
+/// the keys that `train --json` prints. `after_step` is also called at the end.
 pub(super) fn train(
-    mut trainer: Trainer,
-    mut run: Run,
+    (trainer, run): (&mut Trainer, &mut Run),
     origin: &Origin,
     out: &Path,
     common: &Common,
     mut after_step: impl FnMut(&Trainer, &Run) -> Result<(), Failure>,
 ) -> Result<Value, Failure> {
     let mut bar = Bar::new(common.quiet);
-    while let Some(progress) = run.step(&mut trainer)? {
+    while let Some(progress) = run.step(trainer)? {
         bar.show(&progress);
-        after_step(&trainer, &run)?;
+        after_step(trainer, run)?;
     }
     drop(bar);
-    finish(&trainer, &run, origin, out)
+    finish(trainer, run, origin, out)
 }
 
 /// Writes the model.

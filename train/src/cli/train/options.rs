@@ -27,7 +27,7 @@ pub(in crate::cli) struct Train {
     #[arg(long, value_name = "S", conflicts_with = "steps")]
     seconds: Option<f64>,
     /// Train for so many steps instead: repeatable to the bit.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     steps: Option<u32>,
     /// Go on with an interrupted run, on the dataset it began with, to the end
     /// that it was given. Options are those of the checkpoint: give none that
@@ -35,7 +35,7 @@ pub(in crate::cli) struct Train {
     #[arg(long, value_name = "FILE")]
     pub(super) resume: Option<PathBuf>,
     /// Seconds between checkpoints, which are written beside the model
-    /// (scene.pnerf: scene.ckpt.pnerf); none unless told.
+    /// (scene.pnerf: scene.ckpt.pnerf), the last at the end; none unless told.
     #[arg(long, value_name = "S")]
     pub(super) save_every: Option<f64>,
     /// Where random numbers begin; 0 unless told.
@@ -62,15 +62,24 @@ pub(in crate::cli) struct Train {
     #[arg(long, value_name = "COLOR", value_parser = parse_color)]
     background: Option<[f32; 3]>,
     /// Base-two logarithm of the most entries of a grid level.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: Option<u32>,
 }
 
 fn parse_box(text: &str) -> Result<[[f32; 3]; 2], String> {
     let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
     match numbers.as_deref() {
-        Ok([a, b, c, d, e, f]) => Ok([[*a, *b, *c], [*d, *e, *f]]),
-        _ => Err("expected six numbers: X0,Y0,Z0,X1,Y1,Z1".to_owned()),
+        Ok([a, b, c, d, e, f])
+            if [[a, d], [b, e], [c, f]]
+                .iter()
+                .all(|[low, high]| (1e-6..1e6).contains(&(*high - *low))) =>
+        {
+            Ok([[*a, *b, *c], [*d, *e, *f]])
+        }
+        _ => {
+            Err("expected six numbers X0,Y0,Z0,X1,Y1,Z1, the first three below the others"
+                .to_owned())
+        }
     }
 }
 
@@ -82,6 +91,13 @@ impl Train {
             if let Some(given) = given.filter(|s| !(*s > 0.0 && *s < 1e7)) {
                 return Err(format!("{option} {given}: expected a positive number").into());
             }
+        }
+        let (near, far) = (self.near.unwrap_or(0.0), self.far.unwrap_or(f32::MAX));
+        if !(near >= 0.0 && near < far && far.is_finite()) {
+            let far = self.far.map_or_else(String::new, |far| format!(" --far {far}"));
+            return Err(
+                format!("--near {near}{far}: expected 0 or more, and far beyond near").into()
+            );
         }
         match self.batch_rays {
             Some(n) if !(1..=MAX_BATCH_RAYS).contains(&n) => {

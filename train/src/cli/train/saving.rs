@@ -52,12 +52,28 @@ impl Saving {
     ) -> Result<bool, Failure> {
         let stop = self.interrupted.load(Ordering::Relaxed) && !run.is_over(trainer);
         if stop || self.every.is_some_and(|every| self.last.elapsed() >= every) {
-            let about = origin.about(trainer, run);
-            let bytes = checkpoint::write(trainer, run, origin.trained_on, &about)?;
-            output::write_atomic(&self.path, &bytes)?;
-            self.last = Instant::now();
+            self.save(trainer, run, origin)?;
         }
         Ok(!stop)
+    }
+
+    /// Where checkpoints are wanted, the last is that of the whole run: it holds
+    /// the model in f32.
+    pub(super) fn at_end(
+        &mut self,
+        trainer: &Trainer,
+        run: &Run,
+        origin: &Origin,
+    ) -> Result<(), Failure> {
+        if self.every.is_some() { self.save(trainer, run, origin) } else { Ok(()) }
+    }
+
+    fn save(&mut self, trainer: &Trainer, run: &Run, origin: &Origin) -> Result<(), Failure> {
+        let about = origin.about(trainer, run);
+        let bytes = checkpoint::write(trainer, run, origin.trained_on, &about)?;
+        output::write_atomic(&self.path, &bytes)?;
+        self.last = Instant::now();
+        Ok(())
     }
 }
 
