@@ -41,6 +41,14 @@ impl Gathered {
         weight
     }
 
+    /// Part of the light behind that is held back. A ray that has ended because
+    /// less than `min_transmittance` passes counts as opaque.
+    #[inline(always)]
+    #[must_use]
+    pub fn alpha(&self, min_transmittance: f32) -> f32 {
+        if self.transmittance < min_transmittance { 1.0 } else { self.opacity }
+    }
+
     /// Expected distance, scene units; infinite where nothing was met.
     #[must_use]
     pub fn expected_depth(&self) -> f32 {
@@ -70,5 +78,7 @@ mod tests {
         assert_eq!(ray.opacity, 1.0);
         assert_eq!(ray.expected_depth(), 1.0 + 0.375 + 1.875);
         assert_eq!(Gathered::NOTHING.expected_depth(), f32::INFINITY);
+        let nearly = Gathered { transmittance: 0.01, opacity: 0.99, depth: 3.0 };
+        assert_eq!((nearly.alpha(0.01), nearly.alpha(0.02)), (0.99, 1.0));
     }
 }

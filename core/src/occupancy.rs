@@ -98,6 +98,18 @@ impl<'a> Occupancy<'a> {
         self.fine.get(usize::from(number).wrapping_sub(1))
     }
 
+    /// What lies in the block with this number, at bit `x + 8 (y + 8 z)` of its
+    /// fine part. 0: the block is empty or outside the grid; 1: the cell is
+    /// empty; 2: it is occupied.
+    #[inline(always)]
+    pub(crate) fn look(&self, block: u32, bit: u32) -> u32 {
+        let number = self.coarse.get(block as usize).map_or(0, |b| u16::from_le_bytes(*b));
+        // Loaded in any case: what the block holds is not for branch prediction.
+        let place = usize::from(number.saturating_sub(1)) * BLOCK_BYTES + (bit / 8) as usize;
+        let bits = self.fine.as_flattened().get(place).copied().unwrap_or(0);
+        if number == 0 { 0 } else { 1 + u32::from(bits >> (bit % 8) & 1) }
+    }
+
     /// Whether cell (x, y, z) of cascade 0 is occupied. False outside the grid.
     #[inline(always)]
     #[must_use]

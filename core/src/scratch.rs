@@ -1,6 +1,7 @@
 //! The caller's working memory, cut into the buffers that a tile needs.
 
 use crate::network::panel_len;
+use crate::sampler::LANES;
 
 /// The largest model that scratch is sized for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +19,7 @@ pub struct Limits {
 pub struct Tuning {
     /// Samples a batch: a multiple of 32.
     pub samples: usize,
-    /// Rays in flight: at most `samples`.
+    /// Rays in flight: a multiple of 16, at most `samples`.
     pub rays: usize,
 }
 
@@ -45,9 +46,9 @@ impl Tuning {
 /// the cache.
 const ALIGNMENT: usize = 15;
 /// Numbers kept for a ray in flight, beside its channels.
-pub(crate) const RAY_FIELDS: usize = 12;
-/// Rows kept for a sample: position, direction, distance.
-const SAMPLE_ROWS: usize = 7;
+pub(crate) const RAY_ROWS: usize = 12;
+/// Rows kept for a sample: position, direction, distance, whose it is.
+const SAMPLE_ROWS: usize = 8;
 
 /// `f32` values that [`render_tile`](crate::render::render_tile) needs.
 #[must_use]
@@ -58,7 +59,7 @@ pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
         + (1 + limits.channels) * stride
         + panel_len(limits.width)
         + SAMPLE_ROWS * stride
-        + tuning.rays * (RAY_FIELDS + limits.channels)
+        + tuning.rays * (RAY_ROWS + limits.channels)
 }
 
 /// Buffers of one batch of samples; rows are `stride` values apart.
@@ -86,8 +87,10 @@ pub(crate) struct Scratch<'s> {
     pub(crate) directions: [&'s mut [f32]; 3],
     /// Distances of the samples along their rays.
     pub(crate) t: &'s mut [f32],
-    /// `RAY_FIELDS` values a ray.
-    pub(crate) rays: &'s mut [[f32; RAY_FIELDS]],
+    /// Number of the ray that each sample lies on.
+    pub(crate) owners: &'s mut [f32],
+    /// `RAY_ROWS` values a ray, sixteen rays together.
+    pub(crate) rays: &'s mut [[[f32; LANES]; RAY_ROWS]],
     /// `channels` sums a ray.
     pub(crate) channels: &'s mut [f32],
 }
@@ -115,7 +118,8 @@ impl<'s> Scratch<'s> {
             points: [take(stride), take(stride), take(stride)],
             directions: [take(stride), take(stride), take(stride)],
             t: take(stride),
-            rays: take(tuning.rays * RAY_FIELDS).as_chunks_mut().0,
+            owners: take(stride),
+            rays: take(tuning.rays * RAY_ROWS).as_chunks_mut().0.as_chunks_mut().0,
             channels: take(tuning.rays * limits.channels),
         }
     }
@@ -135,7 +139,7 @@ mod tests {
     fn cut_uses_exactly_what_was_promised() {
         let mut memory = [0.0; scratch_len(Limits::SMALL, Tuning::SMALL)];
         let scratch = Scratch::cut(&mut memory, Limits::SMALL, Tuning::SMALL);
-        assert_eq!(scratch.rays.len(), Tuning::SMALL.rays);
+        assert_eq!(scratch.rays.len() * LANES, Tuning::SMALL.rays);
         assert_eq!(scratch.channels.len(), Tuning::SMALL.rays * Limits::SMALL.channels);
     }
 }

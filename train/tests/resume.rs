@@ -143,8 +143,34 @@ fn numbers_that_make_no_sense() {
         let line = place.line(&format!("train data --out x.pnerf {options}"));
         assert!(line.starts_with(&format!("{options}: expected ")), "{line}");
     }
-    let line = place.line("train data --out x.pnerf --log2-hashmap-size 99");
-    assert!(line.contains("log2_hashmap_size"), "{line}");
+    for options in ["--near 2 --far 2", "--near 3 --far 2"] {
+        let line = place.line(&format!("train data --out x.pnerf {options}"));
+        assert_eq!(line, format!("{options}: expected 0 or more, and far beyond near"));
+    }
+    // Wrong usage: the program names the values that it takes.
+    for (options, range) in [
+        ("--log2-hashmap-size 99", "3..=24"),
+        ("--threads 0", "1..=1024"),
+        ("--threads 100000000", "1..=1024"),
+        ("--steps 0", "1.."),
+        ("--aabb 0,0,0,1,1,0", "the first three below the others"),
+        ("--aabb 0,0,0,1,1,inf", "the first three below the others"),
+    ] {
+        let output = place.run(&format!("train data --out x.pnerf {options}"));
+        assert_eq!(output.status.code(), Some(2), "{options}");
+        assert!(text(&output.stderr).contains(range), "{options}: {}", text(&output.stderr));
+    }
+    assert!(!place.path("x.pnerf").exists());
+}
+
+/// Who reads the output may stop reading.
+#[cfg(unix)]
+#[test]
+fn a_broken_pipe_is_no_fault() {
+    let place = Place::new();
+    let mut child = place.command("info data").stdout(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
 }
 
 /// Ctrl-C, as a terminal sends it.

@@ -15,12 +15,13 @@
 //! σ_k = exp(min(raw_k + log_density_bias, 15)) 1 / scene unit
 //! α_k = 1 − exp(−σ_k δ)
 //! w_k = T_k α_k,   T_1 = 1,   T_(k+1) = T_k (1 − α_k)
-//! opacity = Σ w_k,   depth = Σ w_k t_k / opacity
-//! rgb = Σ w_k c_k                                    shading per sample
-//! rgb = opacity · shade(Σ w_k f_k / opacity, d)      shading per ray
+//! W = Σ w_k,   depth = Σ w_k t_k / W
+//! rgb = opacity · Σ w_k c_k / W                      shading per sample
+//! rgb = opacity · shade(Σ w_k f_k / W, d)            shading per ray
 //! ```
 //!
-//! and the sum ends after the sample that takes T below `min_transmittance`.
+//! The sum ends after the sample that takes T below `min_transmittance`; the ray
+//! then counts as opaque: opacity is 1, else W.
 //!
 //! Two things are f32 on purpose, because renderers must agree on them before
 //! they can be compared: where a sample lies (`t`, then `origin + t * direction`,

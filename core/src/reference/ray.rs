@@ -11,7 +11,8 @@ use crate::{Model, Ray, Sampling};
 pub struct RayResult {
     /// Colour, premultiplied: each channel is in [0, `opacity`].
     pub rgb: [f32; 3],
-    /// Part of the light behind that is held back: the sum of the weights, in [0, 1].
+    /// Part of the light behind that is held back, in [0, 1]: the sum of the
+    /// weights, or 1 where the ray ended because too little light passed.
     pub opacity: f32,
     /// Expected distance of what is seen, scene units along the ray: the mean
     /// of t over the weights. Infinite where `opacity` is 0.
@@ -83,7 +84,7 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
     let mut sums = Sums::NEW;
     let mut samples = 0;
     for k in 0..MAX_STEPS {
-        let t = near + (k as f32 + 0.5) * step;
+        let t = (k as f32 + 0.5) * step + near;
         if t > far {
             break;
         }
@@ -105,16 +106,17 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
     if sums.opacity as f32 == 0.0 {
         return RayResult { samples, ..RayResult::EMPTY };
     }
+    // A ray that ended early counts as opaque.
+    let ended = sums.transmittance < f64::from(min_transmittance);
+    let alpha = if ended { 1.0 } else { sums.opacity };
+    let mean = sums.channels.map(|sum| sum / sums.opacity);
     let rgb = match decoder.shading {
-        Shading::PerSample => [sums.channels[0], sums.channels[1], sums.channels[2]],
-        Shading::PerRay => {
-            let mean = sums.channels.map(|sum| sum / sums.opacity);
-            shade(decoder, &mean, ray.direction).map(|c| sums.opacity * c)
-        }
+        Shading::PerSample => [mean[0], mean[1], mean[2]],
+        Shading::PerRay => shade(decoder, &mean, ray.direction),
     };
     RayResult {
-        rgb: rgb.map(|c| c as f32),
-        opacity: sums.opacity as f32,
+        rgb: rgb.map(|c| (alpha * c) as f32),
+        opacity: alpha as f32,
         depth: (sums.distance / sums.opacity) as f32,
         samples,
     }

@@ -1,23 +1,25 @@
 //! Where along a ray the field is asked.
 
+mod bundle;
 mod occupancy_march;
 #[cfg(test)]
 mod touching_tests;
 
-pub use occupancy_march::{Marcher, Path};
+pub use bundle::{Bundle, LANES};
+pub use occupancy_march::Marcher;
 
 /// The sampling that a model was made for. All distances are Euclidean and in
 /// scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
     /// Distance between samples. Sample k of a ray lies at
-    /// `near + (k + 0.5) * step`, wherever the ray enters the scene.
+    /// `(k + 0.5) * step + near`, wherever the ray enters the scene.
     pub step: f32,
     /// Nothing is seen nearer than this.
     pub near: f32,
     /// Nothing is seen farther than this.
     pub far: f32,
-    /// A ray ends where its transmittance falls below this.
+    /// A ray ends where its transmittance falls below this, and counts as opaque.
     pub min_transmittance: f32,
 }
 

@@ -3,12 +3,17 @@
 //!
 //! The positions are those that visiting every step and testing every bit
 //! would give; empty cells and blocks are crossed in one stride each, which is
-//! rounded down so that it never passes a sample of the next cell.
+//! rounded down so that it never passes a sample of the next cell. Sixteen rays
+//! march in the lanes of registers; products and sums are never fused, so that
+//! positions are the same at every SIMD level.
+
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 use crate::occupancy::BLOCK;
 use crate::sampler::MAX_STEPS;
+use crate::sampler::bundle::{Bundle, LANES};
 use crate::space::UnitMap;
-use crate::{Model, Occupancy, Ray, Sampling, Space};
+use crate::{Model, Occupancy, Sampling, Space};
 
 /// What marching needs of a model.
 #[derive(Clone, Copy, Debug)]
@@ -18,28 +23,6 @@ pub struct Marcher<'a> {
     map: UnitMap,
     sampling: Sampling,
     skip: bool,
-}
-
-/// A ray and the steps it still has to take.
-#[derive(Clone, Copy, Debug)]
-pub struct Path {
-    /// The ray.
-    pub ray: Ray,
-    /// Number of the next step.
-    pub next: u32,
-    /// One past the last step inside the box.
-    pub end: u32,
-    /// Where in its step a sample lies: 0.5 is the middle.
-    pub phase: f32,
-}
-
-impl Path {
-    /// Whether there are steps left.
-    #[inline(always)]
-    #[must_use]
-    pub const fn is_alive(&self) -> bool {
-        self.next < self.end
-    }
 }
 
 impl<'a> Marcher<'a> {
@@ -61,227 +44,321 @@ impl<'a> Marcher<'a> {
         Self { occupancy, space, map: space.unit_map(), sampling, skip }
     }
 
-    /// Distance of step `k` along a ray whose steps are shifted by `phase`
-    /// steps: 0.5 when rendering, random when training.
+    /// Sets `next` and `end` of the bundle's rays: the steps whose samples, at
+    /// `phase` of each, the space [contains](Space::contains). Rounding along a
+    /// ray goes one way, so that none is missing between the first and the last.
     #[inline(always)]
-    #[must_use]
-    pub fn distance(&self, k: u32, phase: f32) -> f32 {
-        self.sampling.near + (k as f32 + phase) * self.sampling.step
+    pub fn enter<S: Simd>(&self, simd: S, bundle: &mut Bundle) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for first in (0..LANES).step_by(S::f32s::LEN) {
+                    self.enter_register(simd, bundle, first);
+                }
+            },
+        );
     }
 
     #[inline(always)]
-    fn point(ray: &Ray, t: f32) -> [f32; 3] {
-        let (o, d) = (ray.origin, ray.direction);
-        [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
-    }
-
-    /// The steps of `ray` whose samples, at `phase` (0 to 1) of each, the space
-    /// [contains](Space::contains). Rounding along a ray goes one way, so that
-    /// none is missing between the first and the last.
-    #[must_use]
-    pub fn path(&self, ray: Ray, phase: f32) -> Path {
+    fn enter_register<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize) {
+        let splat = |v: f32| S::f32s::splat(simd, v);
         let Sampling { step, near, far, .. } = self.sampling;
-        let Some([t0, t1]) = self.space.reach(&ray, near, far) else {
-            return Path { ray, next: 0, end: 0, phase };
+        let rays = Rays::load(simd, bundle, first);
+        let [t0, t1] = rays.reach(simd, &self.space, near, far);
+        let hit = t0.simd_le(t1);
+        // Start a little outside, then move in.
+        let steps = |t: S::f32s| ((t - near) / step).trunc();
+        let mut next = hit.select((steps(t0) - 2.0).max(0.0), splat(0.0));
+        let mut end = hit.select((steps(t1) + 3.0).min(MAX_STEPS as f32), splat(0.0));
+        let outside = |k: S::f32s| {
+            let t = rays.distance(k, &self.sampling);
+            t.simd_gt(splat(far)) | !rays.inside(simd, t, &self.space)
         };
-        // Start a little outside, then move in. `as` saturates and takes NaN to 0.
-        let inside = |k: u32| {
-            let t = self.distance(k, phase);
-            t <= far && self.space.contains(Self::point(&ray, t))
-        };
-        let mut next = (((t0 - near) / step) as u32).saturating_sub(2);
-        let mut end = (((t1 - near) / step) as u32).saturating_add(3).min(MAX_STEPS);
-        while next < end && !inside(next) {
-            next += 1;
+        loop {
+            let late = next.simd_lt(end) & outside(next);
+            if !late.any_true() {
+                break;
+            }
+            next = late.select(next + 1.0, next);
         }
-        while next < end && !inside(end - 1) {
-            end -= 1;
+        loop {
+            let early = next.simd_lt(end) & outside(end - 1.0);
+            if !early.any_true() {
+                break;
+            }
+            end = early.select(end - 1.0, end);
         }
-        Path { ray, next, end, phase }
+        next.store_slice(&mut bundle.next[first..first + S::f32s::LEN]);
+        end.store_slice(&mut bundle.end[first..first + S::f32s::LEN]);
     }
 
-    /// Takes up to `most` occupied samples from `path`, nearest first: calls
-    /// `emit(t, u)` with the distance and the unit coordinates of each.
+    /// Takes up to `most` occupied samples from every ray of the bundle, nearest
+    /// first: calls `emit(lane, t, u)` with the distance and the unit coordinates
+    /// of each. Samples of one ray come in order, those of different rays mixed.
     #[inline(always)]
-    pub fn advance(&self, path: &mut Path, most: usize, mut emit: impl FnMut(f32, [f32; 3])) {
-        let Path { ray, next: mut k, end, phase } = *path;
-        let mut left = most;
-        let Some(occupancy) = &self.occupancy else {
-            while k < end && left > 0 {
-                let t = self.distance(k, phase);
-                emit(t, self.map.apply(Self::point(&ray, t)));
-                k += 1;
-                left -= 1;
-            }
-            path.next = k;
+    pub fn advance<S: Simd>(
+        &self,
+        simd: S,
+        bundle: &mut Bundle,
+        most: usize,
+        mut emit: impl FnMut(usize, f32, [f32; 3]),
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for first in (0..LANES).step_by(S::f32s::LEN) {
+                    self.advance_register(simd, bundle, first, most, &mut emit);
+                }
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn advance_register<S: Simd>(
+        &self,
+        simd: S,
+        bundle: &mut Bundle,
+        first: usize,
+        most: usize,
+        emit: &mut impl FnMut(usize, f32, [f32; 3]),
+    ) {
+        let n = S::f32s::LEN;
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        let [zero, one] = [splat(0.0), splat(1.0)];
+        let end = S::f32s::from_slice(simd, &bundle.end[first..first + n]);
+        let mut k = S::f32s::from_slice(simd, &bundle.next[first..first + n]);
+        let mut left = k.simd_lt(end).select(splat(most as f32), zero);
+        if !left.simd_gt(zero).any_true() {
             return;
-        };
-        let stride = Stride::new(&ray, &self.map, &self.sampling);
-        let cells = occupancy.resolution() as f32;
-        while k < end && left > 0 {
-            let t = self.distance(k, phase);
-            let u = self.map.apply(Self::point(&ray, t));
-            // Inside the box u ≥ 0; a negative rounding error saturates to 0.
-            let cell = [(u[0] * cells) as u32, (u[1] * cells) as u32, (u[2] * cells) as u32];
-            let block = cell.map(|c| c / BLOCK);
-            match occupancy.block(block[0], block[1], block[2]) {
-                None => {
-                    k += if self.skip {
-                        stride.steps_to_leave(u, block, (BLOCK as f32) / cells, t)
+        }
+        let rays = Rays::load(simd, bundle, first);
+        let stride = Stride::new(simd, &rays, &self.map, &self.sampling);
+        let mut lanes = Found { t: [0.0; LANES], u: [[0.0; LANES]; 3] };
+        loop {
+            let alive = left.simd_gt(zero);
+            if !alive.any_true() {
+                break;
+            }
+            let t = rays.distance(k, &self.sampling);
+            let p = rays.at(t);
+            let u = axes(|a| (p[a] - self.map.min[a]) * self.map.scale);
+            let (found, ahead) = match &self.occupancy {
+                None => (alive, one),
+                Some(occupancy) => {
+                    let cell = Cell::around(simd, occupancy, u);
+                    let found = cell.is_occupied() & alive;
+                    let ahead = if self.skip {
+                        found.select(one, stride.steps_to_leave(simd, u, &cell, t))
                     } else {
-                        1
+                        one
                     };
+                    (found, ahead)
                 }
-                Some(bits) => {
-                    let [x, y, z] = cell.map(|c| c % BLOCK);
-                    if bits[(y + BLOCK * z) as usize] >> x & 1 == 1 {
-                        emit(t, u);
-                        k += 1;
-                        left -= 1;
-                    } else if self.skip {
-                        k += stride.steps_to_leave(u, cell, 1.0 / cells, t);
-                    } else {
-                        k += 1;
-                    }
+            };
+            let mut bits = found.to_bitmask();
+            if bits != 0 {
+                t.store_slice(&mut lanes.t[..n]);
+                for (to, u) in lanes.u.iter_mut().zip(u) {
+                    u.store_slice(&mut to[..n]);
+                }
+                while bits != 0 {
+                    let lane = bits.trailing_zeros() as usize % LANES;
+                    emit(first + lane, lanes.t[lane], axes(|a| lanes.u[a][lane]));
+                    bits &= bits - 1;
                 }
             }
+            left = found.select(left - 1.0, left);
+            k = alive.select(k + ahead, k);
+            left = k.simd_lt(end).select(left, zero);
         }
-        path.next = k.min(end);
+        k.min(end).store_slice(&mut bundle.next[first..first + n]);
     }
 }
 
-/// How many steps a ray needs to cross a cell.
-struct Stride {
+/// Where the samples lie that a round of steps has found.
+struct Found {
+    t: [f32; LANES],
+    u: [[f32; LANES]; 3],
+}
+
+/// One value an axis. Not `map`, which the compiler may leave a call of its own,
+/// compiled without the vector instructions.
+#[inline(always)]
+fn axes<T>(of: impl Fn(usize) -> T) -> [T; 3] {
+    [of(0), of(1), of(2)]
+}
+
+/// The rays of a register.
+struct Rays<S: Simd> {
+    origin: [S::f32s; 3],
+    direction: [S::f32s; 3],
+    phase: S::f32s,
+}
+
+impl<S: Simd> Rays<S> {
+    #[inline(always)]
+    fn load(simd: S, bundle: &Bundle, first: usize) -> Self {
+        let load =
+            |row: &[f32; LANES]| S::f32s::from_slice(simd, &row[first..first + S::f32s::LEN]);
+        Self {
+            origin: axes(|a| load(&bundle.origin[a])),
+            direction: axes(|a| load(&bundle.direction[a])),
+            phase: load(&bundle.phase),
+        }
+    }
+
+    /// Distance of step `k`.
+    #[inline(always)]
+    fn distance(&self, k: S::f32s, sampling: &Sampling) -> S::f32s {
+        (k + self.phase) * sampling.step + sampling.near
+    }
+
+    #[inline(always)]
+    fn at(&self, t: S::f32s) -> [S::f32s; 3] {
+        axes(|a| self.origin[a] + t * self.direction[a])
+    }
+
+    /// Whether the points at distances `t` lie in the box.
+    #[inline(always)]
+    fn inside(&self, simd: S, t: S::f32s, space: &Space) -> S::mask32s {
+        let Space::Box { min, max } = space;
+        let p = self.at(t);
+        let within = |a: usize| {
+            p[a].simd_ge(S::f32s::splat(simd, min[a])) & p[a].simd_le(S::f32s::splat(simd, max[a]))
+        };
+        within(0) & within(1) & within(2)
+    }
+
+    /// [`Space::reach`]: the first beyond the second where a ray misses.
+    #[inline(always)]
+    fn reach(&self, simd: S, space: &Space, near: f32, far: f32) -> [S::f32s; 2] {
+        const ROUNDING: f32 = 4.0 * f32::EPSILON;
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        let [zero, always, never] = [splat(0.0), splat(f32::INFINITY), splat(f32::NEG_INFINITY)];
+        let Space::Box { min, max } = space;
+        let (mut t0, mut t1) = (splat(near), splat(far));
+        for a in 0..3 {
+            let (o, d) = (self.origin[a], self.direction[a]);
+            // At a face, the product of distance and direction is no larger.
+            let most = (o.abs() + min[a].abs().max(max[a].abs())) * ROUNDING;
+            let (low, high) = (splat(min[a]) - most, splat(max[a]) + most);
+            let (p, q) = ((low - o) / d, (high - o) / d);
+            // Parallel to the slab: inside or never.
+            let parallel = d.simd_eq(zero);
+            let inside = o.simd_ge(low) & o.simd_le(high);
+            let enters = parallel.select(inside.select(never, always), p.min(q));
+            let leaves = parallel.select(inside.select(always, never), p.max(q));
+            let finite = o.is_finite() & d.is_finite();
+            t0 = t0.max(finite.select(enters, always));
+            t1 = t1.min(finite.select(leaves, never));
+        }
+        let hit = t0.simd_le(t1);
+        [hit.select(t0 - t0 * ROUNDING, always), hit.select(t1 + t1 * ROUNDING, never)]
+    }
+}
+
+/// The cell or empty block around each point of a register.
+struct Cell<S: Simd> {
+    /// Its smallest corner, in cells.
+    corner: [S::f32s; 3],
+    /// Its side, in cells.
+    side: S::f32s,
+    /// Cells per unit length.
+    resolution: f32,
+    /// 0: the block is empty, 1: the cell is, 2: neither.
+    kind: S::u32s,
+}
+
+impl<S: Simd> Cell<S> {
+    #[inline(always)]
+    fn around(simd: S, occupancy: &Occupancy<'_>, u: [S::f32s; 3]) -> Self {
+        let n = S::f32s::LEN;
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        let resolution = occupancy.resolution() as f32;
+        // Inside the box u ≥ 0; rounding errors and NaN go to 0.
+        let cell = axes(|a| (u[a] * resolution).max_precise(0.0).min_precise(resolution).floor());
+        let inside = axes(|a| cell[a].simd_lt(splat(resolution)));
+        let inside = inside[0] & inside[1] & inside[2];
+        let whole: [S::u32s; 3] = axes(|a| cell[a].to_int::<S::i32s>().bitcast());
+        let [x, y, z] = axes(|a| whole[a] >> BLOCK.trailing_zeros());
+        let blocks = occupancy.resolution() / BLOCK;
+        let outside = S::u32s::splat(simd, u32::MAX);
+        let block = inside.select((z * blocks + y) * blocks + x, outside);
+        let [x, y, z] = axes(|a| whole[a] & (BLOCK - 1));
+        let bit = (z * BLOCK + y) * BLOCK + x;
+        let (mut number, mut place, mut kind) = ([0; LANES], [0; LANES], [0; LANES]);
+        block.store_slice(&mut number[..n]);
+        bit.store_slice(&mut place[..n]);
+        for lane in 0..n {
+            kind[lane] = occupancy.look(number[lane], place[lane]);
+        }
+        let kind = S::u32s::from_slice(simd, &kind[..n]);
+        let empty = kind.simd_eq(0);
+        let side = empty.select(splat(BLOCK as f32), splat(1.0));
+        let corner = axes(|a| {
+            let block = (cell[a] * (1.0 / BLOCK as f32)).floor() * BLOCK as f32;
+            empty.select(block, cell[a])
+        });
+        Self { corner, side, resolution, kind }
+    }
+
+    #[inline(always)]
+    fn is_occupied(&self) -> S::mask32s {
+        self.kind.simd_eq(2)
+    }
+}
+
+/// How many steps rays need to cross a cell.
+struct Stride<S: Simd> {
     /// Steps per unit length along each axis (infinite where the ray is parallel).
-    steps_per_unit: [f32; 3],
+    steps_per_unit: [S::f32s; 3],
     /// 1 where the ray goes up the axis, else 0: which face it leaves through.
-    upper: [f32; 3],
+    upper: [S::f32s; 3],
     /// Rounding error of a unit coordinate along each axis, in steps: large
     /// where the ray hardly moves along the axis.
-    slack: [f32; 3],
+    slack: [S::f32s; 3],
     /// Rounding error of a distance, in steps, per unit of distance.
     error: f32,
 }
 
-impl Stride {
-    fn new(ray: &Ray, map: &UnitMap, sampling: &Sampling) -> Self {
-        let steps_per_unit = ray.direction.map(|d| 1.0 / (d * map.scale * sampling.step));
+impl<S: Simd> Stride<S> {
+    #[inline(always)]
+    fn new(simd: S, rays: &Rays<S>, map: &UnitMap, sampling: &Sampling) -> Self {
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        let steps_per_unit =
+            axes(|a| splat(1.0) / (rays.direction[a] * (map.scale * sampling.step)));
         // A point is a sum of numbers no larger than this, each rounded.
-        let rounding = |axis: usize| {
-            let most = 1.0 + map.scale * (ray.origin[axis].abs() + map.min[axis].abs());
-            4.0 * f32::EPSILON * most
+        let rounding = |a: usize| {
+            (rays.origin[a].abs() + map.min[a].abs()) * (map.scale * 4.0 * f32::EPSILON)
+                + 4.0 * f32::EPSILON
         };
         Self {
             steps_per_unit,
-            slack: [0, 1, 2].map(|axis| rounding(axis) * steps_per_unit[axis].abs()),
-            upper: ray.direction.map(|d| if d > 0.0 { 1.0 } else { 0.0 }),
+            slack: axes(|a| rounding(a) * steps_per_unit[a].abs()),
+            upper: axes(|a| rays.direction[a].simd_gt(splat(0.0)).select(splat(1.0), splat(0.0))),
             error: 8.0 * f32::EPSILON / sampling.step,
         }
     }
 
-    /// Steps to the first sample beyond the cube `cell` of side `side` around
-    /// unit point `u`, or a little less; at least 1.
+    /// Steps to the first sample beyond the cell around unit points `u`, or a
+    /// little less; at least 1.
     #[inline(always)]
-    fn steps_to_leave(&self, u: [f32; 3], cell: [u32; 3], side: f32, t: f32) -> u32 {
-        let along = |axis: usize| {
-            let face = (cell[axis] as f32 + self.upper[axis]) * side;
-            let steps = (face - u[axis]) * self.steps_per_unit[axis] - self.slack[axis];
+    fn steps_to_leave(&self, simd: S, u: [S::f32s; 3], cell: &Cell<S>, t: S::f32s) -> S::f32s {
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        let along = |a: usize| {
+            let face = (self.upper[a] * cell.side + cell.corner[a]) * (1.0 / cell.resolution);
+            let steps = (face - u[a]) * self.steps_per_unit[a] - self.slack[a];
             // Parallel rays give ±infinity or NaN, and never leave. A negative number
             // means that rounding put `u` on the far side: one step, no more.
-            if steps.is_finite() { steps } else { f32::INFINITY }
+            steps.is_finite().select(steps, splat(f32::INFINITY))
         };
         let steps = along(0).min(along(1)).min(along(2));
-        let safe = steps - (0.01 + self.error * t);
+        let safe = steps - (t * self.error + 0.01);
         // Whole steps, rounded up: the last sample inside is `floor(steps)` away.
-        if safe > 0.0 && safe < 1e6 { (safe as u32) + 1 } else { 1 }
+        let sound = safe.simd_gt(splat(0.0)) & safe.simd_lt(splat(1e6));
+        sound.select(safe.floor() + 1.0, splat(1.0))
     }
 }
 
 #[cfg(test)]
-mod tests {
-    extern crate std;
-    use super::*;
-    use std::vec;
-    use std::vec::Vec;
-
-    fn samples(marcher: &Marcher<'_>, ray: Ray, most: usize) -> Vec<u32> {
-        let mut path = marcher.path(ray, 0.5);
-        let mut all = Vec::new();
-        while path.next < path.end {
-            marcher.advance(&mut path, most, |t, _| all.push(t.to_bits()));
-        }
-        all
-    }
-
-    /// A little random grid; deterministic.
-    fn random(state: &mut u32) -> f32 {
-        *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (*state >> 8) as f32 / (1 << 24) as f32
-    }
-
-    #[test]
-    fn skipping_finds_the_same_samples() {
-        let mut state = 7;
-        let n_blocks = 4usize;
-        let mut coarse = vec![0u8; n_blocks.pow(3) * 2];
-        let mut fine = Vec::new();
-        for block in coarse.as_chunks_mut::<2>().0 {
-            if random(&mut state) < 0.4 {
-                fine.push([0u8; 64].map(|_| {
-                    ((random(&mut state) * 256.0) as u8) & ((random(&mut state) * 256.0) as u8)
-                }));
-                *block = (fine.len() as u16).to_le_bytes();
-            }
-        }
-        let occupancy = Occupancy::new(32, 1, &coarse, fine.as_flattened()).unwrap();
-        let space = Space::Box { min: [-1.0, -1.5, -1.0], max: [1.0, 1.5, 0.5] };
-        let sampling = Sampling { step: 0.007, near: 0.3, far: 9.0, min_transmittance: 1e-3 };
-        let mut found = 0;
-        for i in 0..600 {
-            let mut axis = || random(&mut state) * 2.0 - 1.0;
-            let mut direction = [axis(), axis(), axis()];
-            if i % 5 == 0 {
-                direction[i % 3] = 0.0;
-            }
-            if i % 7 == 0 {
-                direction = [0.0, 0.0, -1.0];
-            }
-            let norm = crate::math::sqrt(direction.iter().map(|d| d * d).sum::<f32>());
-            let direction = direction.map(|d| d / norm);
-            let target = [axis(), axis() * 1.5, axis()];
-            let far = if i % 11 == 0 { 0.5 } else { 4.0 };
-            let origin = [0, 1, 2].map(|a| target[a] - far * direction[a]);
-            let ray = Ray { origin, direction };
-            let slow = Marcher::from_parts(Some(occupancy), space, sampling, false);
-            let fast = Marcher::from_parts(Some(occupancy), space, sampling, true);
-            let expected = samples(&slow, ray, 1000);
-            assert_eq!(expected, samples(&fast, ray, 5), "ray {i}: {ray:?}");
-            found += expected.len();
-            // The slow way itself, by its definition.
-            let all = (0..1300u32).map(|k| slow.distance(k, 0.5)).filter(|&t| {
-                let p = Marcher::point(&ray, t);
-                t < 9.0 && space.contains(p) && occupancy.at(space.unit_map().apply(p))
-            });
-            assert!(all.map(f32::to_bits).eq(expected.iter().copied()), "ray {i}");
-        }
-        assert!(found > 5000, "the test saw {found} samples");
-    }
-
-    #[test]
-    fn odd_rays_end() {
-        let occupancy = Occupancy::new(8, 1, &[0, 0], &[]).unwrap();
-        let space = Space::Box { min: [0.0; 3], max: [1.0; 3] };
-        let sampling = Sampling { step: 1e-3, near: 0.0, far: 1e3, min_transmittance: 0.0 };
-        let marcher = Marcher::from_parts(Some(occupancy), space, sampling, true);
-        let odd = [0.0, -0.0, 1e-39, 1e-12, 1.0, -1.0, f32::NAN, f32::INFINITY, 1e30];
-        for &a in &odd {
-            for &b in &odd {
-                for origin in [[0.0; 3], [0.5; 3], [1.0; 3], [a, 0.5, b]] {
-                    assert!(
-                        samples(&marcher, Ray { origin, direction: [a, b, 0.3] }, 4).is_empty()
-                    );
-                }
-            }
-        }
-    }
-}
+mod tests;

@@ -1,7 +1,9 @@
 //! Rays that touch the faces, edges and corners of the box.
 
-use super::{Marcher, Sampling};
-use crate::{Ray, Space};
+use fearless_simd::dispatch;
+
+use super::{Bundle, Marcher, Sampling};
+use crate::{Ray, SimdLevel, Space};
 
 struct Random(u32);
 
@@ -58,16 +60,21 @@ fn a_path_holds_the_steps_that_the_space_contains() {
         let space = Space::Box { min, max };
         let sampling = Sampling { step, near, far, min_transmittance: 0.0 };
         let marcher = Marcher::from_parts(None, space, sampling, true);
-        let path = marcher.path(ray, phase);
+        let mut bundle = Bundle::EMPTY;
+        let lane = i % 16;
+        bundle.set(lane, &ray, phase);
+        let level = random.pick([SimdLevel::Portable, SimdLevel::compiled(), SimdLevel::detect()]);
+        dispatch!(level.token().unwrap(), simd => marcher.enter(simd, &mut bundle));
+        let path = bundle.next[lane] as u32..bundle.end[lane] as u32;
         let (o, d) = (ray.origin, ray.direction);
         let mut found = 0;
         for k in 0..400 {
-            let t = near + (k as f32 + phase) * step;
+            let t = (k as f32 + phase) * step + near;
             let inside = t <= far && space.contains([0, 1, 2].map(|a| o[a] + t * d[a]));
-            assert_eq!((path.next..path.end).contains(&k), inside, "step {k} of ray {i}: {ray:?}");
+            assert_eq!(path.contains(&k), inside, "step {k} of ray {i}: {ray:?}");
             found += u32::from(inside);
         }
-        assert_eq!(found, path.end - path.next);
+        assert_eq!(found, path.end - path.start);
         match found {
             0 => none += 1,
             1 => one += 1,

@@ -16,7 +16,7 @@ fn some() -> impl Iterator<Item = Model<'static>> {
 #[test]
 fn tiles_and_tuning_do_not_show() {
     let camera = camera(40, 24);
-    let odd = Tuning { samples: 96, rays: 5 };
+    let odd = Tuning { samples: 96, rays: 16 };
     for model in some() {
         for level in levels() {
             let fast = options(&model, level, Tuning::FAST);

@@ -72,7 +72,7 @@ fn limits_that_the_model_exceeds() {
 #[test]
 fn tuning_that_kernels_cannot_work_with() {
     let model = Recipe::PLAIN.build();
-    for (samples, rays) in [(0, 0), (16, 16), (33, 16), (32, 0), (32, 33)] {
+    for (samples, rays) in [(0, 0), (16, 16), (33, 16), (32, 0), (32, 5), (32, 48)] {
         let options = options(&model, SimdLevel::Portable, Tuning { samples, rays });
         let error = refused(&model, &options, 100_000, 60, 15);
         assert!(matches!(error, Error::Range(_)), "{samples} {rays}: {error}");

@@ -42,7 +42,7 @@ use crate::field::half::round_all;
 use crate::field::{Backward, EncodingConfig, Layout, initialize};
 use crate::random::Random;
 use aim::Aim;
-use group::{Group, GroupStats, Job, Worker};
+use group::{Group, GroupStats, Job, MIN_TRANSMITTANCE, Worker};
 use pool::Pool;
 
 /// Shares that a step is cut into, at any number of threads.
@@ -155,7 +155,8 @@ impl Trainer {
         let scale = space.unit_map().scale;
         let step = 1.0 / (scale * config.samples_per_side);
         let far = config.far.unwrap_or(config.near + 64.0 / scale);
-        let sampling = Sampling { step, near: config.near, far, min_transmittance: 1e-3 };
+        let sampling =
+            Sampling { step, near: config.near, far, min_transmittance: MIN_TRANSMITTANCE };
         sampling.validate()?;
         // Density is learnt per unit length of the cube, whatever its size.
         config.field.log_density_bias = scale.ln();

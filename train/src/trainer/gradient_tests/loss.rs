@@ -1,9 +1,10 @@
 //! The loss in f64, one sample and one weight at a time.
 
+use fearless_simd::{Level, dispatch};
 use pocketnerf_core::encoding::hash_grid::{HASH_PRIMES, Level as GridLevel};
 use pocketnerf_core::encoding::spherical_harmonics;
 use pocketnerf_core::field::Shading;
-use pocketnerf_core::sampler::Marcher;
+use pocketnerf_core::sampler::{Bundle, LANES, MAX_STEPS, Marcher};
 
 use crate::field::{EncodingConfig, FieldConfig, Layout, Part};
 use crate::trainer::TrainingRay;
@@ -42,8 +43,14 @@ impl Loss {
     ) -> Self {
         let seen = |ray: TrainingRay| {
             let mut samples = Vec::new();
-            let mut path = marcher.path(ray.ray, ray.phase);
-            marcher.advance(&mut path, usize::MAX, |_, u| samples.push(encoding(&config, u)));
+            let mut bundle = Bundle::EMPTY;
+            bundle.set(0, &ray.ray, ray.phase);
+            dispatch!(Level::baseline(), simd => {
+                marcher.enter(simd, &mut bundle);
+                (1..LANES).for_each(|lane| bundle.stop(lane));
+                let all = MAX_STEPS as usize;
+                marcher.advance(simd, &mut bundle, all, |_, _, u| samples.push(encoding(&config, u)));
+            });
             let mut harmonics = [0.0; 16];
             spherical_harmonics::evaluate(config.sh_degree, ray.ray.direction, &mut harmonics);
             let n = spherical_harmonics::n_output(config.sh_degree);
@@ -84,9 +91,16 @@ impl Loss {
                 break;
             }
         }
-        if !per_sample && opacity > 0.0 {
-            let mean = sums.iter().map(|sum| sum / opacity).collect();
-            sums = self.color(parameters, mean, seen).iter().map(|c| opacity * c).collect();
+        if opacity > 0.0 {
+            // A ray that has ended counts as opaque.
+            let ended = transmittance < f64::from(MIN_TRANSMITTANCE);
+            let total = opacity;
+            opacity = if ended { 1.0 } else { total };
+            let mut mean = sums.iter().map(|sum| sum / total).collect();
+            if !per_sample {
+                mean = self.color(parameters, mean, seen);
+            }
+            sums = mean.iter().map(|c| opacity * c).collect();
         }
         let TrainingRay { background, target, .. } = seen.ray;
         let error = |c| {

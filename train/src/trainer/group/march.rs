@@ -3,13 +3,12 @@
 use fearless_simd::Simd;
 use pocketnerf_core::composite::{self, Gathered};
 use pocketnerf_core::field::{Field, Samples, Shading};
+use pocketnerf_core::sampler::Bundle;
 use pocketnerf_core::scratch::Workspace;
 use pocketnerf_core::store::Store;
 
 use super::transpose::{LANES, transpose};
-use super::{
-    BATCH, Group, Job, MIN_TRANSMITTANCE, RUN, Record, STRIDE, Traveller, Worker, row_len,
-};
+use super::{BATCH, Group, Job, MIN_TRANSMITTANCE, RUN, Record, STRIDE, Worker, row_len};
 
 impl Group {
     /// Density and features along every ray until it is opaque.
@@ -27,17 +26,20 @@ impl Group {
         self.values.clear();
         self.sums.clear();
         self.sums.resize(self.rays.len() * row_len, 0.0);
-        self.travellers.clear();
-        self.travellers.extend(self.rays.iter().map(|r| Traveller {
-            path: job.marcher.path(r.ray, r.phase),
-            gathered: Gathered::NOTHING,
-            run: 0,
-        }));
-        self.alive.clear();
-        self.alive.extend(0..self.rays.len() as u32);
+        self.gathered.clear();
+        self.gathered.resize(self.rays.len(), Gathered::NOTHING);
+        self.bundles.clear();
+        for rays in self.rays.chunks(LANES) {
+            let mut bundle = Bundle::EMPTY;
+            for (lane, r) in rays.iter().enumerate() {
+                bundle.set(lane, &r.ray, r.phase);
+            }
+            job.marcher.enter(simd, &mut bundle);
+            (rays.len()..LANES).for_each(|lane| bundle.stop(lane));
+            self.bundles.push(bundle);
+        }
         loop {
-            self.alive.retain(|r| self.travellers[*r as usize].path.is_alive());
-            let n = self.gather(job, per_sample, worker);
+            let n = self.gather(simd, job, per_sample, worker);
             if n == 0 {
                 return;
             }
@@ -64,32 +66,42 @@ impl Group {
             {
                 transpose(simd, from, STRIDE, &mut values[part..], row_len, padded);
             }
-            self.composite(worker, first / row_len, row_len);
+            self.composite(worker, n, first / row_len, row_len);
         }
     }
 
     /// Fills a batch with the next samples of the living rays; gives their number.
     #[inline(always)]
-    fn gather(&mut self, job: &Job<'_>, per_sample: bool, worker: &mut Worker) -> usize {
-        let most = (BATCH / self.alive.len().max(1)).clamp(*RUN.start(), *RUN.end());
-        let [x, y, z] = &mut worker.points;
+    fn gather<S: Simd>(
+        &mut self,
+        simd: S,
+        job: &Job<'_>,
+        per_sample: bool,
+        worker: &mut Worker,
+    ) -> usize {
+        let alive: usize = self.bundles.iter().map(Bundle::alive).sum();
+        let most = (BATCH / alive.max(1)).clamp(*RUN.start(), *RUN.end());
+        let Worker { points: [x, y, z], directions, owners, .. } = worker;
         let mut n = 0;
-        for r in &self.alive {
-            let traveller = &mut self.travellers[*r as usize];
-            let start = n;
-            let room = most.min(BATCH - n);
-            if room > 0 {
-                job.marcher.advance(&mut traveller.path, room, |_, u| {
-                    [x[n], y[n], z[n]] = u;
-                    n += 1;
-                });
+        for (number, bundle) in self.bundles.iter_mut().enumerate() {
+            // Every lane may take all it is allowed.
+            let room = most.min((BATCH - n) / LANES);
+            if room == 0 {
+                break;
             }
+            let start = n;
+            job.marcher.advance(simd, bundle, room, |lane, _, u| {
+                [x[n], y[n], z[n]] = u;
+                owners[n] = (number * LANES + lane) as u32;
+                n += 1;
+            });
             if per_sample {
-                for (row, d) in worker.directions.iter_mut().zip(traveller.path.ray.direction) {
-                    row[start..n].fill(d);
+                for (row, d) in directions.iter_mut().zip(&bundle.direction) {
+                    for (value, owner) in row[start..n].iter_mut().zip(&owners[start..n]) {
+                        *value = d[*owner as usize % LANES];
+                    }
                 }
             }
-            traveller.run = n - start;
         }
         n
     }
@@ -97,33 +109,32 @@ impl Group {
     /// Adds a batch to its rays and records what going back will need. The
     /// batch's values begin at row `first`.
     #[inline(always)]
-    fn composite(&mut self, worker: &Worker, first: usize, row_len: usize) {
-        let mut start = 0;
-        for r in &self.alive {
-            let traveller = &mut self.travellers[*r as usize];
-            let sums = &mut self.sums[*r as usize * row_len..][..row_len];
-            let run = start..start + traveller.run;
-            start = run.end;
-            for s in run {
-                let weight = traveller.gathered.add(worker.a[s], 0.0);
-                let values = &self.values[(first + s) * row_len..][..row_len];
-                let pairs = sums.as_chunks_mut::<LANES>().0.iter_mut();
-                for (sums, values) in pairs.zip(values.as_chunks::<LANES>().0) {
-                    for (sum, value) in sums.iter_mut().zip(values) {
-                        *sum += weight * value;
-                    }
+    fn composite(&mut self, worker: &Worker, n: usize, first: usize, row_len: usize) {
+        for s in 0..n {
+            let ray = worker.owners[s];
+            let gathered = &mut self.gathered[ray as usize];
+            if gathered.transmittance < MIN_TRANSMITTANCE {
+                // It has become opaque within this batch.
+                continue;
+            }
+            let weight = gathered.add(worker.a[s], 0.0);
+            let sums = &mut self.sums[ray as usize * row_len..][..row_len];
+            let values = &self.values[(first + s) * row_len..][..row_len];
+            let pairs = sums.as_chunks_mut::<LANES>().0.iter_mut();
+            for (sums, values) in pairs.zip(values.as_chunks::<LANES>().0) {
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum += weight * value;
                 }
-                self.records.push(Record {
-                    point: [worker.points[0][s], worker.points[1][s], worker.points[2][s]],
-                    ray: *r,
-                    row: (first + s) as u32,
-                    weight,
-                    transmittance: traveller.gathered.transmittance,
-                });
-                if traveller.gathered.transmittance < MIN_TRANSMITTANCE {
-                    traveller.path.next = traveller.path.end;
-                    break;
-                }
+            }
+            self.records.push(Record {
+                point: [worker.points[0][s], worker.points[1][s], worker.points[2][s]],
+                ray,
+                row: (first + s) as u32,
+                weight,
+                transmittance: gathered.transmittance,
+            });
+            if gathered.transmittance < MIN_TRANSMITTANCE {
+                self.bundles[ray as usize / LANES].stop(ray as usize % LANES);
             }
         }
     }

@@ -12,7 +12,7 @@ mod worker;
 use fearless_simd::Simd;
 use pocketnerf_core::composite::Gathered;
 use pocketnerf_core::field::{Decoder, Field, Shading};
-use pocketnerf_core::sampler::{Marcher, Path};
+use pocketnerf_core::sampler::{Bundle, Marcher};
 use pocketnerf_core::scratch::Tuning;
 use pocketnerf_core::store::Store;
 
@@ -30,8 +30,9 @@ pub(crate) const STRIDE: usize = Tuning { samples: BATCH, rays: 1 }.stride();
 /// Fewest and most samples that a ray adds to a batch. Few: nothing is asked
 /// behind an opaque surface. Many: fewer rounds.
 const RUN: std::ops::RangeInclusive<usize> = 4..=8;
-/// A ray ends in training where its transmittance falls below this.
-pub(crate) const MIN_TRANSMITTANCE: f32 = 1e-4;
+/// A ray ends in training where its transmittance falls below this, and counts
+/// as opaque.
+pub(crate) const MIN_TRANSMITTANCE: f32 = 2e-2;
 
 /// What all groups of a step share.
 #[derive(Debug)]
@@ -43,14 +44,6 @@ pub(crate) struct Job<'j> {
     /// Gradients at least this large are always kept; smaller ones in
     /// proportion to their size, and enlarged accordingly. 0: all are kept.
     pub(crate) roulette: f32,
-}
-
-/// A ray on its way.
-#[derive(Clone, Copy, Debug)]
-struct Traveller {
-    path: Path,
-    gathered: Gathered,
-    run: usize,
 }
 
 /// What the backward pass needs of a sample.
@@ -106,9 +99,10 @@ pub(crate) struct Group {
     colors: Vec<[u8; 4]>,
     rays: Vec<TrainingRay>,
     random: Option<Random>,
-    travellers: Vec<Traveller>,
-    /// Rays that are still on their way.
-    alive: Vec<u32>,
+    /// The rays on their way, sixteen together.
+    bundles: Vec<Bundle>,
+    /// What each ray has gathered.
+    gathered: Vec<Gathered>,
     /// `[ray][row_len]`: what each ray gathered of the values; later its
     /// gradient, with 0 in sigma's place.
     sums: Vec<f32>,

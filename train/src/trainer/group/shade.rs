@@ -4,7 +4,10 @@ use fearless_simd::Simd;
 use pocketnerf_core::field::Field;
 use pocketnerf_core::store::Store;
 
-use super::{BATCH, Group, GroupStats, Job, RayGradient, STRIDE, TrainingRay, Worker, row_len};
+use super::{
+    BATCH, Group, GroupStats, Job, MIN_TRANSMITTANCE, RayGradient, STRIDE, TrainingRay, Worker,
+    row_len,
+};
 
 impl Group {
     /// The squared error of a ray's colour: adds to the statistics and gives
@@ -19,21 +22,27 @@ impl Group {
         })
     }
 
-    /// Per-sample shading: the sums are the colour over black.
+    /// Per-sample shading: the sums are the colour over black, and of a ray that
+    /// has ended, their mean is its colour.
     pub(super) fn compare(&mut self, row_len: usize) {
         self.ray_gradients.clear();
         let sums = self.sums.chunks_exact_mut(row_len);
-        for ((ray, traveller), sum) in self.rays.iter().zip(&self.travellers).zip(sums) {
-            let opacity = traveller.gathered.opacity;
-            self.stats.opacity += f64::from(opacity);
-            let color = [0, 1, 2].map(|c| sum[1 + c] + (1.0 - opacity) * ray.background[c]);
+        for ((ray, gathered), sum) in self.rays.iter().zip(&self.gathered).zip(sums) {
+            let ended = gathered.transmittance < MIN_TRANSMITTANCE;
+            let scale = if ended { 1.0 / gathered.opacity } else { 1.0 };
+            let behind = 1.0 - gathered.alpha(MIN_TRANSMITTANCE);
+            self.stats.opacity += f64::from(1.0 - behind);
+            let over_black = [0, 1, 2].map(|c| scale * sum[1 + c]);
+            let color = [0, 1, 2].map(|c| over_black[c] + behind * ray.background[c]);
             let d_color = Self::error(&mut self.stats, ray, color);
+            let d_sum = d_color.map(|d| scale * d);
             // Features fill the rest of the row: nothing depends on their sums.
             sum.fill(0.0);
-            sum[1..4].copy_from_slice(&d_color);
+            sum[1..4].copy_from_slice(&d_sum);
+            let unlike = |c: usize| if ended { over_black[c] } else { ray.background[c] };
             self.ray_gradients.push(RayGradient {
-                opacity: -(0..3).map(|c| d_color[c] * ray.background[c]).sum::<f32>(),
-                size: d_color.iter().map(|d| d.abs()).sum(),
+                opacity: -(0..3).map(|c| d_sum[c] * unlike(c)).sum::<f32>(),
+                size: d_sum.iter().map(|d| d.abs()).sum(),
             });
         }
     }
@@ -58,7 +67,7 @@ impl Group {
         loop {
             hits.clear();
             while next < self.rays.len() && hits.len() < BATCH {
-                if self.travellers[next].gathered.opacity > 0.0 {
+                if self.gathered[next].opacity > 0.0 {
                     hits.push(next);
                 } else {
                     let background = self.rays[next].background;
@@ -77,13 +86,12 @@ impl Group {
                 row[hits.len()..padded].fill(0.0);
             }
             for (column, &r) in hits.iter().enumerate() {
-                let traveller = &self.travellers[r];
                 let sums = &self.sums[r * row_len + 1..][..channels];
                 let rows = worker.color_input.chunks_mut(STRIDE);
                 for (row, sum) in rows.zip(sums) {
-                    row[column] = sum / traveller.gathered.opacity;
+                    row[column] = sum / self.gathered[r].opacity;
                 }
-                for (row, d) in worker.directions.iter_mut().zip(traveller.path.ray.direction) {
+                for (row, d) in worker.directions.iter_mut().zip(self.rays[r].ray.direction) {
                     row[column] = d;
                 }
             }
@@ -94,7 +102,7 @@ impl Group {
                 row[..padded].fill(0.0);
             }
             for (column, &r) in hits.iter().enumerate() {
-                let opacity = self.travellers[r].gathered.opacity;
+                let opacity = self.gathered[r].alpha(MIN_TRANSMITTANCE);
                 let ray = &self.rays[r];
                 let rgb = [0, 1, 2].map(|c| worker.output[c * STRIDE + column]);
                 let color =
@@ -105,8 +113,11 @@ impl Group {
                     let slope = rgb[c] * (1.0 - rgb[c]);
                     rows[c * STRIDE + column] = opacity * d_color[c] * slope;
                 }
-                self.ray_gradients[r].opacity =
-                    (0..3).map(|c| d_color[c] * (rgb[c] - ray.background[c])).sum();
+                // That of a ray that has ended is 1, whatever its samples.
+                if opacity < 1.0 {
+                    self.ray_gradients[r].opacity =
+                        (0..3).map(|c| d_color[c] * (rgb[c] - ray.background[c])).sum();
+                }
             }
             job.backward.color(
                 simd,
@@ -117,7 +128,7 @@ impl Group {
                 &mut worker.d_color_input,
             );
             for (column, &r) in hits.iter().enumerate() {
-                let inverse = 1.0 / self.travellers[r].gathered.opacity;
+                let inverse = 1.0 / self.gathered[r].opacity;
                 let gradient = &mut self.ray_gradients[r];
                 let d_rows = worker.d_color_input.chunks(STRIDE);
                 let rows = worker.color_input.chunks(STRIDE);

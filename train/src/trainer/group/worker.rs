@@ -19,6 +19,8 @@ pub(crate) struct Worker {
     pub(super) panel: Aligned<f32>,
     pub(super) points: [Aligned<f32>; 3],
     pub(super) directions: [Aligned<f32>; 3],
+    /// Number of the ray that each sample of a batch lies on.
+    pub(super) owners: Vec<u32>,
     pub(super) color_input: Aligned<f32>,
     pub(super) d_color_input: Aligned<f32>,
     pub(super) gradients: Gradients,
@@ -37,6 +39,7 @@ impl Worker {
             panel: Aligned::new(pocketnerf_core::network::panel_len(limits.width)),
             points: axes(),
             directions: axes(),
+            owners: vec![0; BATCH],
             color_input: rows(limits.width),
             d_color_input: rows(limits.width),
             gradients: backward.buffers(STRIDE),

@@ -1,0 +1,118 @@
+extern crate std;
+use std::vec;
+use std::vec::Vec;
+
+use fearless_simd::dispatch;
+
+use super::*;
+use crate::{Ray, SimdLevel};
+
+/// The distances of all samples along up to sixteen rays, `most` at a time.
+fn samples(marcher: &Marcher<'_>, rays: &[Ray], most: usize, simd: SimdLevel) -> Vec<Vec<u32>> {
+    let mut bundle = Bundle::EMPTY;
+    for (lane, ray) in rays.iter().enumerate() {
+        bundle.set(lane, ray, 0.5);
+    }
+    let mut all = vec![Vec::new(); LANES];
+    dispatch!(simd.token().unwrap(), simd => {
+        marcher.enter(simd, &mut bundle);
+        while bundle.alive() > 0 {
+            let mut counts = [0; LANES];
+            marcher.advance(simd, &mut bundle, most, |lane, t, _| {
+                counts[lane] += 1;
+                all[lane].push(t.to_bits());
+            });
+            assert!(counts.iter().all(|count| *count <= most));
+        }
+    });
+    assert!(all[rays.len()..].iter().all(Vec::is_empty));
+    all.truncate(rays.len());
+    all
+}
+
+/// A little random grid; deterministic.
+fn random(state: &mut u32) -> f32 {
+    *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    (*state >> 8) as f32 / (1 << 24) as f32
+}
+
+fn random_ray(i: usize, state: &mut u32) -> Ray {
+    let mut axis = || random(state) * 2.0 - 1.0;
+    let mut direction = [axis(), axis(), axis()];
+    if i.is_multiple_of(5) {
+        direction[i % 3] = 0.0;
+    }
+    if i.is_multiple_of(7) {
+        direction = [0.0, 0.0, -1.0];
+    }
+    let norm = crate::math::sqrt(direction.iter().map(|d| d * d).sum::<f32>());
+    let direction = direction.map(|d| d / norm);
+    let target = [axis(), axis() * 1.5, axis()];
+    let far = if i.is_multiple_of(11) { 0.5 } else { 4.0 };
+    Ray { origin: [0, 1, 2].map(|a| target[a] - far * direction[a]), direction }
+}
+
+#[test]
+fn every_level_finds_the_samples_of_the_definition() {
+    let mut state = 7;
+    let n_blocks = 4usize;
+    let mut coarse = vec![0u8; n_blocks.pow(3) * 2];
+    let mut fine = Vec::new();
+    for block in coarse.as_chunks_mut::<2>().0 {
+        if random(&mut state) < 0.4 {
+            fine.push([0u8; 64].map(|_| {
+                ((random(&mut state) * 256.0) as u8) & ((random(&mut state) * 256.0) as u8)
+            }));
+            *block = (fine.len() as u16).to_le_bytes();
+        }
+    }
+    let occupancy = Occupancy::new(32, 1, &coarse, fine.as_flattened()).unwrap();
+    let space = Space::Box { min: [-1.0, -1.5, -1.0], max: [1.0, 1.5, 0.5] };
+    let sampling = Sampling { step: 0.007, near: 0.3, far: 9.0, min_transmittance: 1e-3 };
+    let slow = Marcher::from_parts(Some(occupancy), space, sampling, false);
+    let fast = Marcher::from_parts(Some(occupancy), space, sampling, true);
+    let rays: Vec<Ray> = (0..600).map(|i| random_ray(i, &mut state)).collect();
+    let mut found = 0;
+    // The last bundle is not full.
+    for rays in rays.chunks(LANES) {
+        let expected: Vec<Vec<u32>> = rays
+            .iter()
+            .map(|ray| {
+                let distances = (0..1300).map(|k| (k as f32 + 0.5) * sampling.step + sampling.near);
+                let seen = |t: &f32| {
+                    let p = [0, 1, 2].map(|a| ray.origin[a] + t * ray.direction[a]);
+                    *t <= 9.0 && space.contains(p) && occupancy.at(space.unit_map().apply(p))
+                };
+                distances.filter(seen).map(f32::to_bits).collect()
+            })
+            .collect();
+        found += expected.iter().map(Vec::len).sum::<usize>();
+        for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            assert_eq!(expected, samples(&slow, rays, 1000, simd), "{simd:?}");
+            assert_eq!(expected, samples(&fast, rays, 5, simd), "{simd:?}");
+        }
+    }
+    assert!(found > 5000, "the test saw {found} samples");
+}
+
+#[test]
+fn odd_rays_end() {
+    let occupancy = Occupancy::new(8, 1, &[0, 0], &[]).unwrap();
+    let space = Space::Box { min: [0.0; 3], max: [1.0; 3] };
+    let sampling = Sampling { step: 1e-3, near: 0.0, far: 1e3, min_transmittance: 0.0 };
+    let marcher = Marcher::from_parts(Some(occupancy), space, sampling, true);
+    let odd = [0.0, -0.0, 1e-39, 1e-12, 1.0, -1.0, f32::NAN, f32::INFINITY, 1e30];
+    let mut rays = Vec::new();
+    for &a in &odd {
+        for &b in &odd {
+            for origin in [[0.0; 3], [0.5; 3], [1.0; 3], [a, 0.5, b]] {
+                rays.push(Ray { origin, direction: [a, b, 0.3] });
+            }
+        }
+    }
+    for rays in rays.chunks(LANES) {
+        for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            assert!(samples(&marcher, rays, 4, simd).iter().all(Vec::is_empty));
+        }
+    }
+}
