@@ -34,8 +34,8 @@ impl Demo {
         if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
             grid.n_levels = 8;
             grid.log2_hashmap_size = self.log2_hashmap_size;
-            grid.base_resolution = 12;
-            grid.per_level_scale = 1.8;
+            grid.base_resolution = 10;
+            grid.per_level_scale = 1.85;
         }
         let path = folder.join("scene.pnerf");
         let origin = train::Origin::new(&dataset, 1);

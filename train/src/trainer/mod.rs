@@ -15,6 +15,7 @@ mod rays;
 mod run;
 mod scene_box;
 mod schedule;
+mod scout;
 mod update;
 
 use fearless_simd::{Level, dispatch};
@@ -145,12 +146,30 @@ impl Trainer {
             (None, true) => Backdrop::Random,
             (None, false) => Backdrop::Color(config.opaque_backdrop),
         };
-        let source = RaySource::new(dataset.views, backdrop);
+        let mut source = RaySource::new(dataset.views, backdrop);
         let hull = has_alpha.then(|| Hull::new(source.cameras(), source.images()));
-        let space = match config.aabb {
+        let mut space = match config.aabb {
             Some([min, max]) => Space::Box { min, max },
             None => find_box(source.cameras(), hull.as_ref()),
         };
+        if let (None, Some(hull)) = (config.aabb, &hull) {
+            (space, source) = scout::tighten(space, source, hull, &config, level)?;
+        }
+        if let Space::Box { min, max } = space {
+            // A checkpoint holds it: going on does not look for it again.
+            config.aabb = Some([min, max]);
+        }
+        Self::in_space(source, hull.as_ref(), space, config, level)
+    }
+
+    /// Prepares a run in this space.
+    fn in_space(
+        source: RaySource,
+        hull: Option<&Hull>,
+        space: Space,
+        mut config: TrainConfig,
+        level: Level,
+    ) -> Result<Self, Error> {
         space.validate()?;
         let scale = space.unit_map().scale;
         let step = 1.0 / (scale * config.samples_per_side);
@@ -164,7 +183,7 @@ impl Trainer {
         let parameters = Aligned::new(layout.len());
         let limits = layout.view(&config.field, &parameters)?.limits();
         let resolution = config.occupancy_resolution;
-        let candidates = match &hull {
+        let candidates = match hull {
             Some(hull) => hull.cells(&space, resolution),
             None => all_cells(&space, resolution),
         };

@@ -77,6 +77,12 @@ impl OccupancyGrid {
         (f64::from(self.view().fraction()) * all / self.candidates.len().max(1) as f64) as f32
     }
 
+    /// The cells that are denser than `sigma`, 1 / scene unit.
+    pub fn denser_than(&self, sigma: f32) -> impl Iterator<Item = u32> {
+        let cells = self.candidates.iter().zip(&self.density);
+        cells.filter(move |(_, density)| **density > sigma).map(|(cell, _)| *cell)
+    }
+
     /// What a checkpoint keeps: densities and number of updates.
     #[must_use]
     pub fn state(&self) -> (&[f32], u32) {
