@@ -1,8 +1,10 @@
-//! Renders an orbit of a `.pnerf` file: `pocketnerf-embed-demo MODEL FOLDER`.
+//! Renders an orbit of a `.pnerf` file: `pocketnerf-embed-demo [MODEL [FOLDER]]`,
+//! without arguments of the model that is part of this program.
 //!
 //! All that an embedding program needs: open the bytes, size the scratch, and
 //! call `render_tile` from as many threads as it likes.
 
+use std::borrow::Cow;
 use std::error::Error;
 use std::f32::consts::TAU;
 use std::path::Path;
@@ -10,16 +12,23 @@ use std::path::Path;
 use pocketnerf_core::{Camera, Model, RenderOptions, SimdLevel, Tile, Tuning, math, render_tile};
 use rayon::prelude::*;
 
+/// What `pocketnerf demo --log2-hashmap-size 12` made of the built-in scene.
+const STILL_LIFE: &[u8] = include_bytes!("../still-life.pnerf");
 const VIEWS: u32 = 8;
 const SIDE: u32 = 400;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [model, folder] = arguments.as_slice() else {
-        return Err("usage: pocketnerf-embed-demo MODEL FOLDER".into());
+    let mut arguments = std::env::args().skip(1);
+    let (model, folder) = (arguments.next(), arguments.next());
+    let (name, bytes) = match &model {
+        Some(path) => {
+            let bytes = std::fs::read(path).map_err(|e| format!("{path}: {e}"))?;
+            (path.as_str(), Cow::Owned(bytes))
+        }
+        None => ("the built-in model", Cow::Borrowed(STILL_LIFE)),
     };
-    let bytes = std::fs::read(model).map_err(|e| format!("{model}: {e}"))?;
-    let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{model}: {e}"))?;
+    let folder = folder.as_deref().unwrap_or("out/orbit");
+    let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{name}: {e}"))?;
     std::fs::create_dir_all(folder)?;
     for view in 0..VIEWS {
         let camera = orbit(&file.model, view);

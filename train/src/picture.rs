@@ -4,8 +4,9 @@ use pocketnerf_core::render::RenderStats;
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use rayon::prelude::*;
 
-/// Side of a tile: as many pixels as rays travel together.
-const TILE: u32 = 16;
+/// Width and height of a tile: as many pixels as rays travel together, and so
+/// narrow that sixteen that march side by side are a square of the picture.
+const TILE: [u32; 2] = [4, 64];
 
 /// A rendered picture.
 #[derive(Clone, Debug)]
@@ -48,10 +49,12 @@ pub fn render(
 ) -> Result<Picture, Error> {
     let options = RenderOptions { skip, ..RenderOptions::new(model, simd, Tuning::FAST) };
     let (width, height) = (camera.width, camera.height);
-    let corners = (0..height.div_ceil(TILE))
-        .flat_map(|y| (0..width.div_ceil(TILE)).map(move |x| (x * TILE, y * TILE)));
+    let [w, h] = TILE;
+    let corners = (0..height)
+        .step_by(h as usize)
+        .flat_map(|y| (0..width).step_by(w as usize).map(move |x| (x, y)));
     let tiles: Vec<Tile> = corners
-        .map(|(x, y)| Tile { x, y, width: TILE.min(width - x), height: TILE.min(height - y) })
+        .map(|(x, y)| Tile { x, y, width: w.min(width - x), height: h.min(height - y) })
         .collect();
     let parts: Result<Vec<_>, Error> = tiles
         .par_iter()

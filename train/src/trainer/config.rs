@@ -29,6 +29,10 @@ pub struct TrainConfig {
     pub samples_per_step: usize,
     /// Learning rate of grid entries at its highest.
     pub grid_rate: f32,
+    /// Decay of grid entries, see [`Adam::decay`](super::Adam::decay),
+    /// summed over the steps of a run: what some training views ask for and others
+    /// do not is forgotten.
+    pub grid_decay: f32,
     /// Learning rate of network weights at its highest.
     pub network_rate: f32,
     /// What remains of the learning rates at the end.
@@ -75,6 +79,7 @@ impl TrainConfig {
             batch_rays: None,
             samples_per_step: 1 << 15,
             grid_rate: 2e-2,
+            grid_decay: 350.0,
             network_rate: 2e-2,
             final_rate: 0.1,
             kept: [0.1, 0.5],

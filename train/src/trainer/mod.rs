@@ -77,6 +77,9 @@ pub struct StepStats {
 pub struct StepSettings {
     /// Factor on the learning rates.
     pub rate: f32,
+    /// Part of a grid entry that is taken away where there is a gradient, times
+    /// the learning rate.
+    pub decay: f32,
     /// Factor on the distance between samples.
     pub step_scale: f32,
     /// Share of samples to pass back.

@@ -14,13 +14,16 @@ pub struct Adam {
     pub beta2: f32,
     /// Keeps the division finite.
     pub epsilon: f32,
+    /// Part of a parameter that a step takes away, times the learning rate, where
+    /// there is a gradient (AdamW, Loshchilov & Hutter 2019).
+    pub decay: f32,
 }
 
 impl Default for Adam {
     /// Gradients of grid entries are tiny, and so is epsilon (instant-ngp's). The
     /// second moment forgets faster than usual: runs are short.
     fn default() -> Self {
-        Self { beta1: 0.9, beta2: 0.95, epsilon: 1e-15 }
+        Self { beta1: 0.9, beta2: 0.95, epsilon: 1e-15, decay: 0.0 }
     }
 }
 
@@ -55,6 +58,7 @@ impl Adam {
     pub fn update<S: Simd>(&self, simd: S, rate: f32, slices: Slices<'_>) {
         let Slices { parameters, gradient, mean, square, half } = slices;
         let whole = parameters.len() / S::f32s::LEN * S::f32s::LEN;
+        let kept = 1.0 - rate * self.decay;
         if mean.is_empty() {
             self.whole_registers::<S, false>(simd, rate, parameters, gradient, mean, square, half);
         } else {
@@ -71,7 +75,8 @@ impl Adam {
                 direction = *mean;
             }
             square[i] += (g * g - square[i]) * (1.0 - self.beta2);
-            parameters[i] -= rate * direction / (square[i].sqrt() + self.epsilon);
+            let change = direction / (square[i].sqrt() + self.epsilon);
+            parameters[i] = kept * parameters[i] - rate * change;
         }
         round_all(simd, &parameters[whole..], &mut half[whole..]);
     }
@@ -111,11 +116,52 @@ impl Adam {
             let square = (gradient * gradient - square).mul_add(splat(1.0 - self.beta2), square);
             let change = direction / (square.sqrt() + self.epsilon);
             let parameter = S::f32s::from_slice(simd, p);
-            let parameter = change.mul_add(splat(-rate), parameter);
+            let parameter = change.mul_add(splat(-rate), parameter * (1.0 - rate * self.decay));
             parameter.store_slice(p);
             round(simd, parameter, h);
             square.store_slice(v);
             splat(0.0).store_slice(g);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use pocketnerf_core::SimdLevel;
+
+    use super::*;
+
+    #[test]
+    fn two_steps_by_hand() {
+        // Without momentum, β2 = 3/4, rate 1/8, decay 1/2; gradient 2, then 1.
+        // v = 4/4 = 1, then 1 + (1 - 1) / 4 = 1; the correction sqrt(1 - β2^k) makes
+        // the rates 1/16 and sqrt(7)/32. p = 1 (1 - 1/32) - 2/16 = 27/32, then
+        // 27/32 (1 - sqrt(7)/64) - sqrt(7)/32.
+        let adam = Adam { beta1: 0.0, beta2: 0.75, epsilon: 0.0, decay: 0.5 };
+        let root = 7.0f32.sqrt();
+        let expected = [27.0 / 32.0, 27.0 / 32.0 * (1.0 - root / 64.0) - root / 32.0];
+        for level in SimdLevel::ALL.into_iter().filter_map(|level| level.token().ok()) {
+            // A register's worth and a rest; the last register has no gradient.
+            let mut p = [1.0f32; 33];
+            let (mut g, mut v, mut half) = ([0.0; 33], [0.0; 33], [0; 33]);
+            for (step, (gradient, expected)) in (1..).zip([2.0, 1.0].into_iter().zip(expected)) {
+                g[..16].fill(gradient);
+                g[32] = gradient;
+                let rate = adam.corrected(0.125, step);
+                dispatch!(level, simd => adam.update(simd, rate, Slices {
+                    parameters: &mut p,
+                    gradient: &mut g,
+                    mean: &mut [],
+                    square: &mut v,
+                    half: &mut half,
+                }));
+                for i in (0..16).chain([32]) {
+                    assert!((p[i] - expected).abs() < 1e-6, "{i}: {} {expected}", p[i]);
+                    assert_eq!(half[i], half[0]);
+                }
+                assert!(p[16..32].iter().all(|p| *p == 1.0) && g == [0.0; 33]);
+            }
         }
     }
 }

@@ -108,8 +108,7 @@ impl Run {
                 (begun, steps) = (Instant::now(), 0);
             }
         }
-        let progress = self.plan.map_or(0.0, |plan| plan.progress(trainer.steps()));
-        let stats = trainer.step(&settings(trainer.config(), trainer.steps(), progress));
+        let stats = trainer.step(&settings(trainer.config(), trainer.steps(), self.plan));
         self.timed = Some((begun, steps + 1));
         self.averages.add(&stats);
         self.rays = self.rays.saturating_add(stats.rays as u64);

@@ -51,6 +51,8 @@ pub(super) const WARM_UP: u32 = 100;
 const AVERAGED: f32 = 0.75;
 /// Steps between two that count in the average.
 const AVERAGE_EVERY: u32 = 8;
+/// Decay of a step at most, times the learning rate.
+const MOST_DECAY: f32 = 0.1;
 /// Long steps are taken for this first share of the run.
 const COARSE: f32 = 0.6;
 
@@ -93,13 +95,17 @@ pub(super) fn adjust(
 }
 
 /// The schedule: learning rates fall exponentially, the roulette keeps more
-/// and steps shorten as the field sharpens.
-pub(super) fn settings(config: &TrainConfig, step: u32, progress: f32) -> StepSettings {
+/// and steps shorten as the field sharpens. Entries decay by as much over a
+/// long run as over a short one; not before the plan is known.
+pub(super) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> StepSettings {
+    let progress = plan.map_or(0.0, |plan| plan.progress(step));
+    let steps = plan.map_or(f32::INFINITY, |plan| plan.end.saturating_sub(plan.first) as f32);
     let warm = ((step + 1) as f32 / WARM_UP as f32).min(1.0);
     let [first, last] = config.kept;
     StepSettings {
         rate: warm * config.final_rate.powf(progress),
         step_scale: if progress < COARSE { config.first_step_scale } else { 1.0 },
+        decay: (config.grid_decay / steps).min(MOST_DECAY),
         kept: first * (last / first).powf(progress),
         update_occupancy: progress < FREEZE,
         average: progress >= AVERAGED && step.is_multiple_of(AVERAGE_EVERY),

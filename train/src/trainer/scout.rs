@@ -40,6 +40,7 @@ pub(super) fn tighten(
         let progress = step as f32 / STEPS as f32;
         scout.step(&StepSettings {
             rate: (progress * 16.0).min(1.0) * (1.0 - 0.9 * progress),
+            decay: 0.0,
             step_scale: 1.0,
             kept: 0.3,
             update_occupancy: true,

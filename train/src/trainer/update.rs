@@ -57,7 +57,7 @@ impl Trainer {
         }
         // Fine levels, which take longest, first.
         tasks.reverse();
-        let grid_adam = Adam { beta1: 0.0, ..*adam };
+        let grid_adam = Adam { beta1: 0.0, decay: settings.decay, ..*adam };
         let rate = grid_adam.corrected(config.grid_rate * settings.rate, self.step);
         let groups = &*groups;
         let largest_level = layout.levels().iter().map(|l| l.len()).max().unwrap_or(0);
@@ -146,6 +146,7 @@ mod tests {
         let mut trainer = Trainer::new(dataset, config, SimdLevel::detect()).unwrap();
         let settings = |average| StepSettings {
             rate: 1.0,
+            decay: 0.0,
             step_scale: 1.0,
             kept: 1.0,
             update_occupancy: false,
