@@ -1,6 +1,7 @@
 //! The training loop: rays → march → shade → back → scatter → Adam.
 
 mod aim;
+mod cells;
 pub mod checkpoint;
 mod config;
 #[cfg(test)]
@@ -26,11 +27,12 @@ use pocketnerf_core::store::{F16, Store};
 use pocketnerf_core::{AnyField, ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 use rayon::prelude::*;
 
+pub use cells::{dilated, pack};
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use config::TrainConfig;
 pub use guard::{Diverged, MAX_RESTARTS, Trouble};
 pub use hull::Hull;
-pub use occupancy_grid::{OccupancyGrid, dilated, pack};
+pub use occupancy_grid::OccupancyGrid;
 pub use optimizer::{Adam, Slices};
 pub use rays::{Backdrop, RaySource, Targets, TrainingRay};
 pub use run::{Progress, Run, Summary, run};
@@ -50,6 +52,8 @@ use pool::Pool;
 const GROUPS: usize = 16;
 /// Steps between two updates of the occupancy.
 const OCCUPANCY_EVERY: u32 = 16;
+/// The neighbours of occupied cells are looked at in one of so many steps.
+const GROWN_EVERY: u32 = 8;
 /// Rays of the first step, where their number adapts itself.
 const FIRST_RAYS: usize = 1024;
 /// Rays of a step at most, where their number adapts itself.
@@ -328,9 +332,12 @@ impl Trainer {
     fn run_groups(&mut self, settings: &StepSettings) {
         let mut sampling = self.sampling;
         sampling.step *= settings.step_scale;
-        let occupancy = Some(self.grid.view());
+        // Now and then the neighbours of what is occupied have to be empty: else what
+        // they share entries with would fill them unseen.
+        let neighbours = self.step % GROWN_EVERY == GROWN_EVERY - 1;
+        let occupancy = if neighbours { self.grid.grown() } else { self.grid.view() };
         let job = Job {
-            marcher: Marcher::from_parts(occupancy, self.space, sampling, true),
+            marcher: Marcher::from_parts(Some(occupancy), self.space, sampling, true),
             backward: &self.backward,
             step: sampling.step,
             roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },

@@ -8,10 +8,10 @@
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::Occupancy;
 use pocketnerf_core::field::{Field, Samples};
-use pocketnerf_core::occupancy::{BLOCK, BLOCK_BYTES};
 use pocketnerf_core::store::Store;
 use rayon::prelude::*;
 
+use super::cells::{Grown, pack};
 use super::group::{STRIDE, Worker};
 use super::pool::Pool;
 use crate::random::Random;
@@ -37,6 +37,8 @@ pub struct OccupancyGrid {
     coarse: Vec<u8>,
     /// Fine bits as core reads them.
     fine: Vec<u8>,
+    /// Coarse blocks and fine bits of the occupied cells and their neighbours.
+    grown: (Vec<u8>, Vec<u8>),
     updates: u32,
 }
 
@@ -50,6 +52,7 @@ impl OccupancyGrid {
             candidates,
             coarse: Vec::new(),
             fine: Vec::new(),
+            grown: (Vec::new(), Vec::new()),
             updates: 0,
         };
         grid.reset();
@@ -67,6 +70,13 @@ impl OccupancyGrid {
     #[must_use]
     pub fn view(&self) -> Occupancy<'_> {
         Occupancy::new(self.resolution, 1, &self.coarse, &self.fine)
+            .expect("made for this resolution")
+    }
+
+    /// The occupied cells and all their neighbours, candidates or not.
+    #[must_use]
+    pub fn grown(&self) -> Occupancy<'_> {
+        Occupancy::new(self.resolution, 1, &self.grown.0, &self.grown.1)
             .expect("made for this resolution")
     }
 
@@ -100,6 +110,7 @@ impl OccupancyGrid {
             self.updates = updates;
             self.coarse = coarse.to_vec();
             self.fine = fine.to_vec();
+            self.grow();
         }
         fits
     }
@@ -157,47 +168,13 @@ impl OccupancyGrid {
         let (coarse, fine) = pack(self.resolution, cells.map(|(_, cell)| *cell));
         self.coarse = coarse;
         self.fine = fine;
+        self.grow();
     }
-}
 
-/// Coarse blocks and fine bits of some cells, as core reads them.
-#[must_use]
-pub fn pack(resolution: u32, cells: impl Iterator<Item = u32>) -> (Vec<u8>, Vec<u8>) {
-    let n = resolution;
-    let blocks = n / BLOCK;
-    let mut bits: Vec<Option<Box<[u8; BLOCK_BYTES]>>> =
-        vec![None; (blocks * blocks * blocks) as usize];
-    for cell in cells {
-        let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
-        let block = x / BLOCK + blocks * (y / BLOCK + blocks * (z / BLOCK));
-        let bytes = bits[block as usize].get_or_insert_with(|| Box::new([0; BLOCK_BYTES]));
-        bytes[(y % BLOCK + BLOCK * (z % BLOCK)) as usize] |= 1 << (x % BLOCK);
+    fn grow(&mut self) {
+        let near = Grown::new(&self.view());
+        self.grown = pack(self.resolution, near.cells());
     }
-    let mut coarse = Vec::with_capacity(bits.len() * 2);
-    let mut fine = Vec::new();
-    for block in bits {
-        let mut number = 0u16;
-        if let Some(bytes) = block {
-            fine.extend_from_slice(&bytes[..]);
-            number = (fine.len() / BLOCK_BYTES) as u16;
-        }
-        coarse.extend(number.to_le_bytes());
-    }
-    (coarse, fine)
-}
-
-/// The cells of an occupancy and all their neighbours.
-#[must_use]
-pub fn dilated(occupancy: &Occupancy<'_>) -> Vec<u32> {
-    let n = occupancy.resolution();
-    let near = |c: u32| c.saturating_sub(1)..(c + 2).min(n);
-    (0..n * n * n)
-        .into_par_iter()
-        .filter(|cell| {
-            let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
-            near(z).any(|z| near(y).any(|y| near(x).any(|x| occupancy.cell(x, y, z))))
-        })
-        .collect()
 }
 
 impl Worker {
@@ -220,20 +197,3 @@ impl Worker {
 }
 
 const _: () = assert!(TASK <= STRIDE);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn packs_and_dilates() {
-        let (coarse, fine) = pack(16, [5u32, 16 * 16 * 15 + 16 * 15 + 15].into_iter());
-        let occupancy = Occupancy::new(16, 1, &coarse, &fine).unwrap();
-        assert!(occupancy.cell(5, 0, 0) && occupancy.cell(15, 15, 15));
-        assert_eq!(occupancy.fraction(), 2.0 / 4096.0);
-        let grown = dilated(&occupancy);
-        // A cell on a face grows to 3 × 2 × 2, one in a corner to 2 × 2 × 2.
-        assert_eq!(grown.len(), 12 + 8);
-        assert!(grown.contains(&(4 + 16 + 256)) && !grown.contains(&3));
-    }
-}
