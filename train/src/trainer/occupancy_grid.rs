@@ -21,7 +21,7 @@ const PERIOD: usize = 4;
 /// What remains of a cell's density when it is looked at again.
 const DECAY: f32 = 0.8;
 /// Optical thickness of one step above which a cell is occupied.
-const THRESHOLD: f32 = 0.01;
+const THRESHOLD: f32 = 0.006;
 /// Cells a task.
 const TASK: usize = 512;
 
