@@ -74,7 +74,7 @@ impl Space {
     /// misses. Rays with zero or non-finite components give an answer, never NaN.
     ///
     /// The distances are rounded: which sample lies in the box is for
-    /// [`contains`](Self::contains) to say, see [`reach`](Self::reach).
+    /// [`contains`](Self::contains) to say.
     #[must_use]
     pub fn intersect(&self, ray: &Ray, near: f32, far: f32) -> Option<[f32; 2]> {
         let Self::Box { min, max } = self;
@@ -96,23 +96,6 @@ impl Space {
             t1 = t1.min(a.max(b));
         }
         (t0 <= t1).then_some([t0, t1])
-    }
-
-    /// Distances between which lies every point `origin + t * direction` that,
-    /// computed in f32, this space [contains](Self::contains): those of
-    /// [`intersect`](Self::intersect) and a few roundings more.
-    #[must_use]
-    pub fn reach(&self, ray: &Ray, near: f32, far: f32) -> Option<[f32; 2]> {
-        const ROUNDING: f32 = 4.0 * f32::EPSILON;
-        let Self::Box { mut min, mut max } = *self;
-        for axis in 0..3 {
-            // At a face, the product of distance and direction is no larger.
-            let most = ray.origin[axis].abs() + min[axis].abs().max(max[axis].abs());
-            min[axis] -= ROUNDING * most;
-            max[axis] += ROUNDING * most;
-        }
-        let [t0, t1] = Self::Box { min, max }.intersect(ray, near, far)?;
-        Some([t0 - ROUNDING * t0, t1 + ROUNDING * t1])
     }
 
     /// Whether a scene point lies in the box, faces included.

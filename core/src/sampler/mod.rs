@@ -2,6 +2,8 @@
 
 mod bundle;
 mod occupancy_march;
+mod rays;
+mod stride;
 #[cfg(test)]
 mod touching_tests;
 

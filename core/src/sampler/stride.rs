@@ -1,0 +1,119 @@
+//! What lies around the points of a register, and how far it is to the end of it.
+
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat};
+
+use crate::Occupancy;
+use crate::occupancy::BLOCK;
+use crate::sampler::Sampling;
+use crate::sampler::bundle::LANES;
+use crate::sampler::rays::{Rays, axes};
+use crate::space::UnitMap;
+
+/// The cell or empty block around each point of a register.
+pub(super) struct Cell<S: Simd> {
+    /// Its smallest corner, in cells.
+    corner: [S::f32s; 3],
+    /// Its side, in cells.
+    side: S::f32s,
+    /// Cells per unit length.
+    resolution: f32,
+    /// 0: the block is empty, 1: the cell is, 2: neither.
+    kind: S::u32s,
+}
+
+impl<S: Simd> Cell<S> {
+    #[inline(always)]
+    pub(super) fn around(simd: S, occupancy: &Occupancy<'_>, u: [S::f32s; 3]) -> Self {
+        let n = S::f32s::LEN;
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        let resolution = occupancy.resolution() as f32;
+        // Inside the box u ≥ 0; rounding errors and NaN go to 0.
+        let cell = axes(|a| (u[a] * resolution).max_precise(0.0).min_precise(resolution).floor());
+        let inside = axes(|a| cell[a].simd_lt(splat(resolution)));
+        let inside = inside[0] & inside[1] & inside[2];
+        let whole: [S::u32s; 3] = axes(|a| cell[a].to_int::<S::i32s>().bitcast());
+        let [x, y, z] = axes(|a| whole[a] >> BLOCK.trailing_zeros());
+        let blocks = occupancy.resolution() / BLOCK;
+        let outside = S::u32s::splat(simd, u32::MAX);
+        let block = inside.select((z * blocks + y) * blocks + x, outside);
+        let [x, y, z] = axes(|a| whole[a] & (BLOCK - 1));
+        let bit = (z * BLOCK + y) * BLOCK + x;
+        let (mut number, mut place, mut kind) = ([0; LANES], [0; LANES], [0; LANES]);
+        block.store_slice(&mut number[..n]);
+        bit.store_slice(&mut place[..n]);
+        for lane in 0..n {
+            kind[lane] = occupancy.look(number[lane], place[lane]);
+        }
+        let kind = S::u32s::from_slice(simd, &kind[..n]);
+        let empty = kind.simd_eq(0);
+        let side = empty.select(splat(BLOCK as f32), splat(1.0));
+        let corner = axes(|a| {
+            let block = (cell[a] * (1.0 / BLOCK as f32)).floor() * BLOCK as f32;
+            empty.select(block, cell[a])
+        });
+        Self { corner, side, resolution, kind }
+    }
+
+    #[inline(always)]
+    pub(super) fn is_occupied(&self) -> S::mask32s {
+        self.kind.simd_eq(2)
+    }
+}
+
+/// How many steps rays need to cross a cell.
+pub(super) struct Stride<S: Simd> {
+    /// Steps per unit length along each axis (infinite where the ray is parallel).
+    steps_per_unit: [S::f32s; 3],
+    /// 1 where the ray goes up the axis, else 0: which face it leaves through.
+    upper: [S::f32s; 3],
+    /// Rounding error of a unit coordinate along each axis, in steps: large
+    /// where the ray hardly moves along the axis.
+    slack: [S::f32s; 3],
+    /// Rounding error of a distance, in steps, per unit of distance.
+    error: f32,
+}
+
+impl<S: Simd> Stride<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, rays: &Rays<S>, map: &UnitMap, sampling: &Sampling) -> Self {
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        let steps_per_unit =
+            axes(|a| splat(1.0) / (rays.direction[a] * (map.scale * sampling.step)));
+        // A point is a sum of numbers no larger than this, each rounded.
+        let rounding = |a: usize| {
+            (rays.origin[a].abs() + map.min[a].abs()) * (map.scale * 4.0 * f32::EPSILON)
+                + 4.0 * f32::EPSILON
+        };
+        Self {
+            steps_per_unit,
+            slack: axes(|a| rounding(a) * steps_per_unit[a].abs()),
+            upper: axes(|a| rays.direction[a].simd_gt(splat(0.0)).select(splat(1.0), splat(0.0))),
+            error: 8.0 * f32::EPSILON / sampling.step,
+        }
+    }
+
+    /// Steps to the first sample beyond the cell around unit points `u`, or a
+    /// little less; at least 1.
+    #[inline(always)]
+    pub(super) fn steps_to_leave(
+        &self,
+        simd: S,
+        u: [S::f32s; 3],
+        cell: &Cell<S>,
+        t: S::f32s,
+    ) -> S::f32s {
+        let splat = |v: f32| S::f32s::splat(simd, v);
+        let along = |a: usize| {
+            let face = (self.upper[a] * cell.side + cell.corner[a]) * (1.0 / cell.resolution);
+            let steps = (face - u[a]) * self.steps_per_unit[a] - self.slack[a];
+            // Parallel rays give ±infinity or NaN, and never leave. A negative number
+            // means that rounding put `u` on the far side: one step, no more.
+            steps.is_finite().select(steps, splat(f32::INFINITY))
+        };
+        let steps = along(0).min(along(1)).min(along(2));
+        let safe = steps - (t * self.error + 0.01);
+        // Whole steps, rounded up: the last sample inside is `floor(steps)` away.
+        let sound = safe.simd_gt(splat(0.0)) & safe.simd_lt(splat(1e6));
+        sound.select(safe.floor() + 1.0, splat(1.0))
+    }
+}
