@@ -40,7 +40,8 @@ fn start(bundle: &Bundle) -> Rows {
     [ox, oy, oz, dx, dy, dz, phase, next, end, all, none, none]
 }
 
-/// Where [`start`] puts the next step and the end.
+/// Where [`start`] puts the direction, the next step and the end.
+const DIRECTION: core::ops::Range<usize> = 3..6;
 const NEXT: usize = 7;
 const END: usize = 8;
 
@@ -175,7 +176,7 @@ impl Group<'_> {
                 t[n] = distance;
                 owners[n] = (number * LANES + lane) as f32;
                 if shading == Shading::PerSample {
-                    for (row, d) in directions.iter_mut().zip(&rows[3..6]) {
+                    for (row, d) in directions.iter_mut().zip(&rows[DIRECTION]) {
                         row[n] = d[lane];
                     }
                 }
@@ -244,7 +245,7 @@ impl Group<'_> {
             for (row, sum) in work.a.chunks_mut(stride).zip(sums) {
                 row[n] = sum / gathered.opacity;
             }
-            for (row, d) in directions.iter_mut().zip(&rays[i / LANES][3..6]) {
+            for (row, d) in directions.iter_mut().zip(&rays[i / LANES][DIRECTION]) {
                 row[n] = d[i % LANES];
             }
             n += 1;

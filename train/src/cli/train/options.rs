@@ -47,8 +47,8 @@ pub(in crate::cli) struct Train {
     /// Train on images so many times smaller; 1 unless told.
     #[arg(long, value_name = "K")]
     downscale_factor: Option<u32>,
-    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; found from cameras and silhouettes
-    /// unless told.
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; found from cameras, silhouettes and
+    /// a small field unless told.
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     aabb: Option<[[f32; 3]; 2]>,
     /// Nothing is seen nearer to a camera than this, scene units; 0 unless told.

@@ -25,7 +25,8 @@ fn error(loss: &Loss, parameters: &[f64], gradient: &[f32], direction: &Directio
     (along(gradient, direction) - expected).abs() / expected.abs().max(typical)
 }
 
-fn check(case: Case) {
+/// Gives the number of rays that ended early.
+fn check(case: Case) -> usize {
     let mut step = Step::new(case);
     let (found, samples) = step.run(0.0, 0);
     assert!(samples > 700, "{samples} samples");
@@ -41,6 +42,7 @@ fn check(case: Case) {
             assert!(error < TOLERANCE, "{case:?}: {part:?}, {n} parameters: off by {error:e}");
         }
     }
+    step.trainer.groups.iter().map(Group::ended).sum()
 }
 
 #[test]
@@ -65,7 +67,9 @@ fn frequencies() {
 #[test]
 fn rays_that_end_early() {
     for shading in SHADINGS {
-        check(Case { encoding: hash_grid(4), shading, log_density: 3.0, ..ONE_LAYER });
+        let case = Case { encoding: hash_grid(4), shading, log_density: 3.0, ..ONE_LAYER };
+        let ended = check(case);
+        assert!(ended > 10, "{ended} rays ended");
     }
 }
 

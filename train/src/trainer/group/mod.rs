@@ -153,6 +153,12 @@ impl Group {
         self.random = Some(random);
     }
 
+    /// Rays that ended before they left the box.
+    #[cfg(test)]
+    pub(crate) fn ended(&self) -> usize {
+        self.gathered.iter().filter(|ray| ray.transmittance < MIN_TRANSMITTANCE).count()
+    }
+
     /// The rays that were drawn last.
     #[cfg(test)]
     pub(crate) fn rays(&self) -> &[TrainingRay] {
