@@ -44,11 +44,67 @@ pub fn sin_pi<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     (value ^ odd.bitcast::<S::i32s>()).bitcast()
 }
 
+/// Rows that [`transpose`] takes.
+pub const ROWS: usize = 16;
+
+/// Transposes the first `columns` (a multiple of 16) of 16 rows: value `(r, c)`
+/// at `from[r * from_stride + c]` goes to `to[c * to_stride + r]`. Rows from
+/// `rows` on are not there and count as 0.
+#[inline(always)]
+pub fn transpose<S: Simd>(
+    simd: S,
+    (from, from_stride, rows): (&[f32], usize, usize),
+    (to, to_stride): (&mut [f32], usize),
+    columns: usize,
+) {
+    let n = S::f32s::LEN;
+    for column in (0..columns).step_by(n) {
+        for row in (0..ROWS).step_by(n) {
+            let mut block = [S::f32s::splat(simd, 0.0); ROWS];
+            let there = rows.saturating_sub(row).min(n);
+            for (i, register) in block.iter_mut().enumerate().take(there) {
+                *register =
+                    S::f32s::from_slice(simd, &from[(row + i) * from_stride + column..][..n]);
+            }
+            // Each round shuffles the two halves together, like cards: after
+            // log2(n) rounds rows have become columns.
+            let mut rounds = 1;
+            while rounds < n {
+                let before = block;
+                for i in 0..n / 2 {
+                    (block[2 * i], block[2 * i + 1]) = before[i].interleave(before[i + n / 2]);
+                }
+                rounds *= 2;
+            }
+            for (i, register) in block.iter().enumerate().take(n) {
+                register.store_slice(&mut to[(column + i) * to_stride + row..][..n]);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;
     use super::*;
     use fearless_simd::dispatch;
+    use std::vec::Vec;
+
+    #[test]
+    fn rows_become_columns() {
+        let from: Vec<f32> = (0..16 * 40).map(|i| i as f32).collect();
+        for level in crate::SimdLevel::ALL.into_iter().filter_map(|l| l.token().ok()) {
+            for rows in [16, 11, 3] {
+                let mut to = [-1.0; 32 * 17];
+                let (from, to) = ((&from[..rows * 40], 40, rows), &mut to);
+                dispatch!(level, simd => transpose(simd, from, (to, 17), 32));
+                for (r, c) in (0..16).flat_map(|r| (0..32).map(move |c| (r, c))) {
+                    let expected = if r < rows { (r * 40 + c) as f32 } else { 0.0 };
+                    assert_eq!(to[c * 17 + r], expected, "{level:?} {r} {c}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn within_the_stated_error_at_every_level() {

@@ -3,7 +3,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use crate::store::Store;
-use crate::{Error, TensorView};
+use crate::{DType, Error, TensorView};
 
 /// Most layers a network may have.
 pub const MAX_LAYERS: usize = 10;
@@ -42,6 +42,9 @@ impl<'a> Mlp<'a> {
             let [n_in, n_out] = layer.weight.shape();
             if n_in == 0 || n_out == 0 || n_in > 4096 || n_out > 4096 {
                 return Err(Error::Range("network: width of a layer"));
+            }
+            if layer.weight.dtype() == DType::I8 {
+                return Err(Error::Shape("network: weights of eight bits"));
             }
             if layer.weight.dtype() != layers[0].weight.dtype() {
                 return Err(Error::Shape("network: layers of different types"));

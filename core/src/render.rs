@@ -7,27 +7,24 @@
 //! neighbours agree is their mean.
 
 mod detail;
+mod driver;
 mod finish;
 mod flight;
 mod group;
 mod passes;
+mod progressive;
 mod source;
 mod target;
 
 pub use detail::Detail;
+pub use progressive::{Refinement, Refinements, refine_tile};
 
-use fearless_simd::{Simd, dispatch};
-
-use crate::field::{AnyField, Field};
-use crate::sampler::{LANES, Marcher};
-use crate::scratch::{Limits, Scratch, Tuning, scratch_len};
-use crate::store::{F16, F32, Store};
-use crate::tensor::DType;
+use crate::sampler::LANES;
+use crate::scratch::{Limits, Tuning, scratch_len};
 use crate::{Camera, Error, Model, Ray, SimdLevel};
-use group::Group;
-use passes::Pass;
-use source::{Pixels, Source};
-use target::Target;
+use driver::Job;
+use passes::Span;
+use source::Pixels;
 
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,10 +95,17 @@ impl Tile {
 /// What rendering a tile took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RenderStats {
-    /// Rays cast.
+    /// Rays cast; the other pixels are interpolated.
     pub rays: u64,
     /// Samples at which the field was asked.
     pub samples: u64,
+}
+
+impl core::ops::AddAssign for RenderStats {
+    fn add_assign(&mut self, other: Self) {
+        self.rays += other.rays;
+        self.samples += other.samples;
+    }
 }
 
 /// Renders a tile of the picture that `camera` takes of `model`.
@@ -125,15 +129,9 @@ pub fn render_tile(
     rgba: &mut [f32],
     depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
-    render(
-        model,
-        [tile.width, tile.height],
-        &Pixels { camera, tile },
-        options,
-        scratch,
-        rgba,
-        depth,
-    )
+    let (source, size) = (&Pixels { camera, tile }, [tile.width, tile.height]);
+    let span = Span::all(options.detail.spacing());
+    driver::render(&Job { model, source, options, size, span }, scratch, rgba, depth)
 }
 
 /// Renders any rays: the same as [`render_tile`], one pixel a ray.
@@ -149,110 +147,6 @@ pub fn render_rays(
     depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
     let n = u32::try_from(rays.len()).map_err(|_| Error::Range("number of rays"))?;
-    let options =
-        &RenderOptions { detail: Detail { tolerances: [0.0; 4], ..options.detail }, ..*options };
-    render(model, [n, 1], rays, options, scratch, rgba, depth)
-}
-
-fn render(
-    model: &Model<'_>,
-    [width, height]: [u32; 2],
-    source: &(impl Source + ?Sized),
-    options: &RenderOptions,
-    scratch: &mut [f32],
-    rgba: &mut [f32],
-    depth: Option<&mut [f32]>,
-) -> Result<RenderStats, Error> {
-    options.check(model)?;
-    if scratch.len() < options.scratch_len() {
-        let (needed, given) = (options.scratch_len(), scratch.len());
-        return Err(Error::ScratchTooSmall { needed, given });
-    }
-    let n = (width as usize).saturating_mul(height as usize);
-    let depth_len = depth.as_ref().map_or(usize::MAX, |d| d.len());
-    for (needed, given) in [(n.saturating_mul(4), rgba.len()), (n, depth_len)] {
-        if given < needed {
-            return Err(Error::OutputLength { needed, given });
-        }
-    }
-    let level = options.simd.token()?;
-    let RenderOptions { limits, tuning, skip, detail, .. } = *options;
-    let mut group = Group {
-        model,
-        marcher: Marcher::new(model, skip),
-        tuning,
-        min_transmittance: detail.min_transmittance.max(model.sampling.min_transmittance),
-        scratch: Scratch::cut(scratch, limits, tuning),
-        count: 0,
-        samples: 0,
-    };
-    let mut target =
-        Target { rgba: rgba.as_chunks_mut().0, depth, width, cell: source.cell(model) };
-    let passes = passes::passes(width, height, detail.spacing());
-    dispatch!(level, simd => match &model.field {
-        #[cfg(feature = "hash-grid")]
-        AnyField::HashGrid(field) => {
-            each_pass(simd, field, &mut group, source, passes, detail, &mut target);
-        }
-        #[cfg(feature = "frequency")]
-        AnyField::Frequency(field) => {
-            each_pass(simd, field, &mut group, source, passes, detail, &mut target);
-        }
-    });
-    Ok(RenderStats { rays: n as u64, samples: group.samples })
-}
-
-/// Opens the stored type: from here on it and the kind of field are types.
-#[inline(always)]
-fn each_pass<S: Simd, F: Field>(
-    simd: S,
-    field: &F,
-    group: &mut Group<'_, '_>,
-    source: &(impl Source + ?Sized),
-    passes: impl Iterator<Item = Pass>,
-    detail: Detail,
-    target: &mut Target<'_>,
-) {
-    for pass in passes {
-        match field.decoder().density.layers()[0].weight.dtype() {
-            DType::F32 => one_pass::<S, F32, F>(simd, field, group, source, pass, detail, target),
-            DType::F16 => one_pass::<S, F16, F>(simd, field, group, source, pass, detail, target),
-        }
-    }
-}
-
-#[inline(always)]
-fn one_pass<S: Simd, T: Store, F: Field>(
-    simd: S,
-    field: &F,
-    group: &mut Group<'_, '_>,
-    source: &(impl Source + ?Sized),
-    pass: Pass,
-    detail: Detail,
-    target: &mut Target<'_>,
-) {
-    let tolerance = detail.tolerance(pass.half());
-    let mut pixels = pass.pixels();
-    loop {
-        let (mut numbers, mut n) = ([0; LANES], 0);
-        for [x, y] in pixels.by_ref() {
-            if pass.half() > 0 && target.interpolate(pass, [x, y], tolerance) {
-                continue;
-            }
-            numbers[n] = y * target.width + x;
-            n += 1;
-            if n == LANES {
-                break;
-            }
-        }
-        group.add(simd, source, &numbers[..n], |pixel| target.clear(pixel));
-        // What is left of a pass goes before the next begins, which reads it.
-        if group.is_full() || (n < LANES && group.count > 0) {
-            group.march::<S, T, F>(simd, field);
-            group.finish::<S, T>(simd, field.decoder(), target);
-        }
-        if n < LANES {
-            return;
-        }
-    }
+    let job = Job { model, source: rays, options, size: [n, 1], span: Span::all(1) };
+    driver::render(&job, scratch, rgba, depth)
 }

@@ -47,6 +47,12 @@ impl Tuning {
 const ALIGNMENT: usize = 15;
 /// Numbers kept for a ray in flight, beside its channels.
 pub(crate) const RAY_ROWS: usize = 14;
+/// Sums kept for a ray: of what is in a field's rows of output, in whole
+/// registers.
+pub(crate) const fn sums_len(channels: usize) -> usize {
+    (1 + channels).next_multiple_of(crate::lanes::ROWS)
+}
+
 /// Rows kept for a sample: position, direction, distance, whose it is.
 const SAMPLE_ROWS: usize = 8;
 
@@ -59,7 +65,7 @@ pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
         + (1 + limits.channels) * stride
         + panel_len(limits.width)
         + SAMPLE_ROWS * stride
-        + tuning.rays * (RAY_ROWS + limits.channels)
+        + tuning.rays * (RAY_ROWS + sums_len(limits.channels))
 }
 
 /// Buffers of one batch of samples; rows are `stride` values apart.
@@ -91,8 +97,8 @@ pub(crate) struct Scratch<'s> {
     pub(crate) owners: &'s mut [f32],
     /// `RAY_ROWS` values a ray, sixteen rays together.
     pub(crate) rays: &'s mut [[[f32; LANES]; RAY_ROWS]],
-    /// `channels` sums a ray.
-    pub(crate) channels: &'s mut [f32],
+    /// [`sums_len`] sums a ray.
+    pub(crate) sums: &'s mut [f32],
 }
 
 impl<'s> Scratch<'s> {
@@ -120,7 +126,7 @@ impl<'s> Scratch<'s> {
             t: take(stride),
             owners: take(stride),
             rays: take(tuning.rays * RAY_ROWS).as_chunks_mut().0.as_chunks_mut().0,
-            channels: take(tuning.rays * limits.channels),
+            sums: take(tuning.rays * sums_len(limits.channels)),
         }
     }
 }
@@ -140,6 +146,6 @@ mod tests {
         let mut memory = [0.0; scratch_len(Limits::SMALL, Tuning::SMALL)];
         let scratch = Scratch::cut(&mut memory, Limits::SMALL, Tuning::SMALL);
         assert_eq!(scratch.rays.len() * LANES, Tuning::SMALL.rays);
-        assert_eq!(scratch.channels.len(), Tuning::SMALL.rays * Limits::SMALL.channels);
+        assert_eq!(scratch.sums.len(), Tuning::SMALL.rays * sums_len(Limits::SMALL.channels));
     }
 }

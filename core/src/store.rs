@@ -1,12 +1,13 @@
 //! How kernels read stored values: one implementation a data type, chosen once
 //! a tile, so that no kernel asks for the type of each value.
 
-use fearless_simd::{Bytes, Simd, SimdBase};
+use fearless_simd::{Bytes, Simd, SimdBase, SimdInt};
 
 mod sealed {
     pub trait Sealed {}
     impl Sealed for super::F32 {}
     impl Sealed for super::F16 {}
+    impl Sealed for super::I8 {}
 }
 
 /// A stored type that kernels are generic over. Sealed.
@@ -46,6 +47,10 @@ pub struct F32;
 /// Little-endian IEEE binary16.
 #[derive(Clone, Copy, Debug)]
 pub struct F16;
+
+/// Whole numbers of eight bits.
+#[derive(Clone, Copy, Debug)]
+pub struct I8;
 
 impl Store for F32 {
     type Bits = [u8; 4];
@@ -124,6 +129,41 @@ impl Store for F16 {
     }
 }
 
+impl Store for I8 {
+    type Bits = u8;
+    /// 2^-24: numbers are left in the uppermost byte of an integer.
+    const FACTOR: f32 = f32::from_bits((127 - 24) << 23);
+
+    #[inline(always)]
+    fn values(bytes: &[u8]) -> &[u8] {
+        bytes
+    }
+
+    #[inline(always)]
+    fn decode(bits: u8) -> f32 {
+        f32::from(bits.cast_signed())
+    }
+
+    #[inline(always)]
+    fn decode_divided(bits: u8) -> f32 {
+        (i32::from(bits.cast_signed()) << 24) as f32
+    }
+
+    type Quad = u32;
+
+    #[inline(always)]
+    fn quad(bits: &[u8; 4]) -> u32 {
+        u32::from_le_bytes(*bits)
+    }
+
+    #[inline(always)]
+    fn decode_quads<S: Simd>(simd: S, quads: &[u32]) -> [S::f32s; 4] {
+        let all: S::i32s = S::u32s::from_slice(simd, quads).bitcast();
+        let upper = |shifted: S::i32s| (shifted & (0xff << 24)).to_float::<S::f32s>();
+        [(all << 24).to_float::<S::f32s>(), upper(all << 16), upper(all << 8), upper(all)]
+    }
+}
+
 /// Where f32 has an f16's sign (repeated), magnitude and the exponent's low bits.
 const UPPER: u32 = 0x8fff_e000;
 
@@ -141,7 +181,7 @@ mod tests {
     use fearless_simd::dispatch;
 
     #[test]
-    fn lanes_decode_every_finite_f16_exactly() {
+    fn lanes_decode_every_value_exactly() {
         for level in crate::SimdLevel::ALL.into_iter().filter_map(|l| l.token().ok()) {
             for bits in (0..=u16::MAX).filter(|b| b & 0x7c00 != 0x7c00) {
                 let values = [bits, bits ^ 0x8000, 0, bits].map(u16::to_le_bytes);
@@ -150,6 +190,12 @@ mod tests {
                     assert_eq!((lane * F16::FACTOR).to_bits(), F16::decode(value).to_bits());
                     assert_eq!(F16::decode_divided(value).to_bits(), lane.to_bits());
                 }
+            }
+            for byte in 0..=u8::MAX {
+                let values = [byte, !byte, 0x80, byte.wrapping_mul(37)];
+                let lanes = dispatch!(level, simd => same_in_every_lane::<_, I8>(simd, &values));
+                assert_eq!(lanes.map(|v| v * I8::FACTOR), values.map(I8::decode));
+                assert_eq!(lanes, values.map(I8::decode_divided));
             }
             let values = [1.0f32, -2.5, 0.0, 1e-30].map(f32::to_le_bytes);
             let lanes = dispatch!(level, simd => same_in_every_lane::<_, F32>(simd, &values));

@@ -15,6 +15,8 @@ pub enum DType {
     F32,
     /// IEEE 754 binary16, 2 bytes. Finite values only.
     F16,
+    /// A whole number from -128 to 127, 1 byte. For the tables of grids.
+    I8,
 }
 
 impl DType {
@@ -24,6 +26,7 @@ impl DType {
         match self {
             Self::F32 => 4,
             Self::F16 => 2,
+            Self::I8 => 1,
         }
     }
 }
@@ -147,6 +150,7 @@ impl<'a> TensorView<'a> {
                 Some(b) => f16_to_f32(u16::from_le_bytes(*b)),
                 None => 0.0,
             },
+            DType::I8 => self.bytes.get(index).map_or(0.0, |b| f32::from(b.cast_signed())),
         };
         stored * self.scale()
     }
@@ -164,6 +168,7 @@ impl<'a> TensorView<'a> {
                 .0
                 .iter()
                 .all(|b| u16::from_le_bytes(*b) & 0x7c00 != 0x7c00),
+            DType::I8 => true,
         }
     }
 }

@@ -60,12 +60,12 @@ fn scale_log2(largest: f32) -> i8 {
 }
 
 /// Numbers of a tensor's values.
-fn values(view: &TensorView<'_>) -> core::ops::Range<usize> {
+pub(crate) fn values(view: &TensorView<'_>) -> core::ops::Range<usize> {
     0..view.rows() * view.cols()
 }
 
 /// The values, once all are known to be finite.
-fn finite<'v>(
+pub(crate) fn finite<'v>(
     name: TensorName,
     view: &'v TensorView<'_>,
 ) -> Result<impl Iterator<Item = f32> + 'v, WriteError> {

@@ -68,6 +68,8 @@ mod about;
 mod atomic;
 mod checksum;
 mod container;
+#[cfg(feature = "alloc")]
+mod eight_bits;
 mod error;
 #[cfg(feature = "alloc")]
 mod f16;

@@ -12,7 +12,7 @@ use crate::metadata::{V1, about, encode, space};
 use crate::section::{SectionId, kind};
 use crate::tensors::{TensorName, parts, tensors, write_directory};
 use crate::writer::{ContainerWriter, WriteError};
-use crate::{FormatError, f16, reader};
+use crate::{FormatError, eight_bits, f16, reader};
 
 /// How weights are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,6 +22,8 @@ pub enum Precision {
     /// Two bytes a weight, eleven significant bits, with a scale per tensor.
     #[default]
     F16,
+    /// A byte a table entry's value, with a scale per level; networks as in `F16`.
+    I8,
 }
 
 /// The bytes of a `.pnerf` file. The same model gives the same bytes.
@@ -94,7 +96,11 @@ impl<'a> ContainerWriter<'a> {
             }
             let (dtype, bytes, scale_log2) = match precision {
                 Precision::F32 => (DType::F32, f16::to_f32(name, &view)?, 0),
-                Precision::F16 => {
+                Precision::I8 if matches!(name, TensorName::GridLevel(_)) => {
+                    let (bytes, scale_log2) = eight_bits::to_i8(name, &view)?;
+                    (DType::I8, bytes, scale_log2)
+                }
+                Precision::F16 | Precision::I8 => {
                     let (bytes, scale_log2) = f16::to_f16(name, &view)?;
                     (DType::F16, bytes, scale_log2)
                 }

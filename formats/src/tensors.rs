@@ -136,6 +136,7 @@ pub(crate) fn write_directory<'a>(
             dtype: match view.dtype() {
                 DType::F32 => 0,
                 DType::F16 => 1,
+                DType::I8 => 2,
                 _ => return None,
             },
             rows: view.shape()[0],
@@ -213,10 +214,11 @@ impl TensorV1 {
         let dtype = match self.dtype {
             0 => DType::F32,
             1 => DType::F16,
+            2 => DType::I8,
             code => return Err(fields.unknown("type of a tensor", code)),
         };
         // f32 needs no help with its range, and scaled it could overflow.
-        let unscaled = dtype == DType::F16 || self.scale_log2 == 0;
+        let unscaled = dtype != DType::F32 || self.scale_log2 == 0;
         fields.check("scale_log2 of an f32 tensor", unscaled)?;
         let layout = match self.layout {
             0 => Layout::RowMajor,

@@ -42,9 +42,9 @@ pub struct Evaluation {
     pub seconds_per_frame: f64,
     /// Its inverse.
     pub frames_per_second: f64,
-    /// Rays a second.
+    /// Pixels a second, interpolated ones too.
     pub rays_per_second: f64,
-    /// Samples at which the field was asked, a ray.
+    /// Samples at which the field was asked, a pixel.
     pub samples_per_ray: f64,
     /// Threads that rendered.
     pub threads: usize,
@@ -67,7 +67,7 @@ pub fn evaluate(
         let begun = Instant::now();
         let rendered = picture::render(model, &view.camera, settings)?;
         times.push(begun.elapsed().as_secs_f64());
-        rays += rendered.stats.rays;
+        rays += u64::from(rendered.width) * u64::from(rendered.height);
         samples += rendered.stats.samples;
         let picture = metrics::quantize_all(&rendered.over(background));
         let truth = metrics::quantize_all(&metrics::composite_on(&view.rgba, background));

@@ -49,5 +49,6 @@ pub mod metrics;
 pub mod output;
 pub mod picture;
 pub mod pose;
+pub mod progressive;
 pub mod random;
 pub mod trainer;

@@ -7,8 +7,8 @@
 
 use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, SimdInt};
 
-use crate::store::Store;
-use crate::{Error, TensorView};
+use crate::store::{F16, F32, I8, Store};
+use crate::{DType, Error, TensorView};
 
 /// Most levels a grid may have.
 pub const MAX_LEVELS: usize = 16;
@@ -152,7 +152,7 @@ impl HashGrid<'_> {
 /// multiple of 16 of them. Feature f of level l of point s goes to
 /// `out[(l * F + f) * stride + s]`.
 #[inline(always)]
-pub fn encode<S: Simd, T: Store>(
+pub fn encode<S: Simd>(
     simd: S,
     grid: &HashGrid<'_>,
     points: [&[f32]; 3],
@@ -164,24 +164,40 @@ pub fn encode<S: Simd, T: Store>(
         let level = grid.config.level(l);
         let out = &mut out[l * features * stride..];
         // One call a level: the level's table stays in the cache.
-        match features {
-            1 => simd.vectorize(
-                #[inline(always)]
-                || encode_level::<S, T, 1>(simd, &level, table, points, out, stride),
-            ),
-            2 => simd.vectorize(
-                #[inline(always)]
-                || encode_level::<S, T, 2>(simd, &level, table, points, out, stride),
-            ),
-            4 => simd.vectorize(
-                #[inline(always)]
-                || encode_level::<S, T, 4>(simd, &level, table, points, out, stride),
-            ),
-            _ => simd.vectorize(
-                #[inline(always)]
-                || encode_level::<S, T, 8>(simd, &level, table, points, out, stride),
-            ),
+        match table.dtype() {
+            DType::F32 => encode_table::<S, F32>(simd, &level, table, points, out, stride),
+            DType::F16 => encode_table::<S, F16>(simd, &level, table, points, out, stride),
+            DType::I8 => encode_table::<S, I8>(simd, &level, table, points, out, stride),
         }
+    }
+}
+
+#[inline(always)]
+fn encode_table<S: Simd, T: Store>(
+    simd: S,
+    level: &Level,
+    table: &TensorView<'_>,
+    points: [&[f32]; 3],
+    out: &mut [f32],
+    stride: usize,
+) {
+    match table.cols() {
+        1 => simd.vectorize(
+            #[inline(always)]
+            || encode_level::<S, T, 1>(simd, level, table, points, out, stride),
+        ),
+        2 => simd.vectorize(
+            #[inline(always)]
+            || encode_level::<S, T, 2>(simd, level, table, points, out, stride),
+        ),
+        4 => simd.vectorize(
+            #[inline(always)]
+            || encode_level::<S, T, 4>(simd, level, table, points, out, stride),
+        ),
+        _ => simd.vectorize(
+            #[inline(always)]
+            || encode_level::<S, T, 8>(simd, level, table, points, out, stride),
+        ),
     }
 }
 

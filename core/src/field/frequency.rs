@@ -5,7 +5,6 @@ use fearless_simd::Simd;
 use crate::Error;
 use crate::encoding::{FrequencyConfig, frequency};
 use crate::field::{Decoder, Field};
-use crate::store::Store;
 
 /// Positional encoding and networks.
 #[derive(Clone, Copy, Debug)]
@@ -37,13 +36,7 @@ impl Field for FrequencyField<'_> {
     }
 
     #[inline(always)]
-    fn encode<S: Simd, T: Store>(
-        &self,
-        simd: S,
-        points: [&[f32]; 3],
-        out: &mut [f32],
-        stride: usize,
-    ) {
+    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize) {
         frequency::encode(simd, self.encoding, points, out, stride);
     }
 }

@@ -5,7 +5,6 @@ use fearless_simd::Simd;
 use crate::Error;
 use crate::encoding::{HashGrid, hash_grid};
 use crate::field::{Decoder, Field};
-use crate::store::Store;
 
 /// A multiresolution hash grid and its networks.
 #[derive(Clone, Copy, Debug)]
@@ -23,11 +22,7 @@ impl HashGridField<'_> {
     /// [`Error::Shape`] or [`Error::Range`].
     pub fn validate(&self) -> Result<(), Error> {
         self.grid.validate()?;
-        self.decoder.validate(self.grid.config.n_output())?;
-        if self.grid.levels[0].dtype() != self.decoder.density.layers()[0].weight.dtype() {
-            return Err(Error::Shape("grid and networks of different types"));
-        }
-        Ok(())
+        self.decoder.validate(self.grid.config.n_output())
     }
 }
 
@@ -41,13 +36,7 @@ impl Field for HashGridField<'_> {
     }
 
     #[inline(always)]
-    fn encode<S: Simd, T: Store>(
-        &self,
-        simd: S,
-        points: [&[f32]; 3],
-        out: &mut [f32],
-        stride: usize,
-    ) {
-        hash_grid::encode::<S, T>(simd, &self.grid, points, out, stride);
+    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize) {
+        hash_grid::encode(simd, &self.grid, points, out, stride);
     }
 }

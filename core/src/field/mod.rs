@@ -64,13 +64,7 @@ pub trait Field {
     fn n_encoded(&self) -> usize;
 
     /// Encodes positions to rows of `out`, `stride` values apart.
-    fn encode<S: Simd, T: Store>(
-        &self,
-        simd: S,
-        points: [&[f32]; 3],
-        out: &mut [f32],
-        stride: usize,
-    );
+    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize);
 
     /// Fills `work.output`: row 0 with sigma in 1 / scene unit, rows
     /// `1 ..= channels` with what a ray accumulates.
@@ -81,7 +75,7 @@ pub trait Field {
         samples: Samples<'_>,
         work: &mut Workspace<'_>,
     ) {
-        self.encode::<S, T>(simd, samples.points, work.a, work.stride);
+        self.encode::<S>(simd, samples.points, work.a, work.stride);
         self.decoder().density_features::<S, T>(simd, samples, work);
     }
 
@@ -145,7 +139,7 @@ impl AnyField<'_> {
         }
     }
 
-    /// How the parameters are stored.
+    /// How the networks' parameters are stored.
     #[must_use]
     pub fn dtype(&self) -> DType {
         self.decoder().density.layers()[0].weight.dtype()

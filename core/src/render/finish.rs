@@ -8,6 +8,7 @@ use crate::render::flight;
 use crate::render::group::Group;
 use crate::render::target::Target;
 use crate::sampler::LANES;
+use crate::scratch::sums_len;
 use crate::store::Store;
 
 impl Group<'_, '_> {
@@ -41,11 +42,11 @@ impl Group<'_, '_> {
 
     /// Per-sample shading: the sums are the colour.
     fn write_sums(&self, target: &mut Target<'_>) {
-        let sums = self.scratch.channels.as_chunks::<3>().0;
+        let sums = self.scratch.sums.chunks_exact(sums_len(3));
         for ((pixel, gathered), sum) in self.finished().zip(sums) {
             let alpha = gathered.alpha(self.min_transmittance);
             let scale = if gathered.opacity > 0.0 { alpha / gathered.opacity } else { 0.0 };
-            target.rgba[pixel] = [scale * sum[0], scale * sum[1], scale * sum[2], alpha];
+            target.rgba[pixel] = [scale * sum[1], scale * sum[2], scale * sum[3], alpha];
         }
     }
 
@@ -65,7 +66,7 @@ impl Group<'_, '_> {
             let gathered = flight::gathered(rows, ray % LANES);
             if gathered.opacity > 0.0 {
                 let work = &mut self.scratch.work;
-                let sums = &self.scratch.channels[ray * channels..][..channels];
+                let sums = &self.scratch.sums[ray * sums_len(channels) + 1..][..channels];
                 for (row, sum) in work.a.chunks_mut(work.stride).zip(sums) {
                     row[n] = sum / gathered.opacity;
                 }

@@ -1,14 +1,17 @@
 //! Rays that travel together, from start to pixel.
 
+use core::ops::Range;
+
 use fearless_simd::Simd;
 
 use crate::Model;
 use crate::composite;
 use crate::field::{Field, Samples, Shading};
+use crate::lanes::{self, ROWS};
 use crate::render::flight::{self, Rows};
 use crate::render::source::Source;
 use crate::sampler::{Bundle, LANES, Marcher};
-use crate::scratch::{Scratch, Tuning};
+use crate::scratch::{Scratch, Tuning, sums_len};
 use crate::store::Store;
 
 /// Most samples that a ray adds to a batch. Few: nothing is asked behind an
@@ -24,6 +27,8 @@ pub(super) struct Group<'m, 's> {
     pub(super) scratch: Scratch<'s>,
     /// Rays on their way.
     pub(super) count: usize,
+    /// Rays cast.
+    pub(super) rays: u64,
     /// Samples at which the field was asked.
     pub(super) samples: u64,
 }
@@ -65,7 +70,7 @@ impl Group<'_, '_> {
     #[inline(always)]
     pub(super) fn march<S: Simd, T: Store, F: Field>(&mut self, simd: S, field: &F) {
         let channels = field.decoder().channels();
-        self.scratch.channels[..self.count * channels].fill(0.0);
+        self.scratch.sums[..self.count * sums_len(channels)].fill(0.0);
         if !self.count.is_multiple_of(LANES) {
             let last = &mut self.scratch.rays[self.count / LANES];
             (self.count % LANES..LANES).for_each(|lane| flight::stop(last, lane));
@@ -88,7 +93,7 @@ impl Group<'_, '_> {
             field.density_features::<S, T>(simd, samples, work);
             let step = self.model.sampling.step;
             composite::opacities(simd, &mut work.output[..padded], step);
-            self.composite(channels, n);
+            self.composite(simd, channels, n);
         }
     }
 
@@ -130,10 +135,24 @@ impl Group<'_, '_> {
     }
 
     /// Adds the batch to its rays; opaque rays end.
-    fn composite(&mut self, channels: usize, n: usize) {
-        let Scratch { work, rays, channels: sums, t, owners, .. } = &mut self.scratch;
-        let (alphas, features) = work.output.split_at(work.stride);
-        for s in 0..n {
+    #[inline(always)]
+    fn composite<S: Simd>(&mut self, simd: S, channels: usize, n: usize) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for first in (0..n).step_by(ROWS) {
+                    self.composite_some(simd, channels, first..n.min(first + ROWS));
+                }
+            },
+        );
+    }
+
+    /// Adds up to sixteen samples.
+    #[inline(always)]
+    fn composite_some<S: Simd>(&mut self, simd: S, channels: usize, samples: Range<usize>) {
+        let Scratch { work, rays, sums, t, owners, .. } = &mut self.scratch;
+        let mut weights = [0.0; ROWS];
+        for (s, to) in samples.clone().zip(&mut weights) {
             let owner = owners[s] as usize;
             let (rows, lane) = (&mut rays[owner / LANES], owner % LANES);
             let mut gathered = flight::gathered(rows, lane);
@@ -141,16 +160,27 @@ impl Group<'_, '_> {
                 // It has become opaque within this batch.
                 continue;
             }
-            let weight = gathered.add(alphas[s], t[s]);
-            if weight > 0.0 {
-                let sums = &mut sums[owner * channels..][..channels];
-                for (sum, row) in sums.iter_mut().zip(features.chunks(work.stride)) {
-                    *sum += weight * row[s];
-                }
-            }
-            flight::gather(rows, lane, &gathered, alphas[s]);
+            let alpha = work.output[s];
+            *to = gathered.add(alpha, t[s]);
+            flight::gather(rows, lane, &gathered, alpha);
             if gathered.transmittance < self.min_transmittance {
                 flight::stop(rows, lane);
+            }
+        }
+        let (row_len, first) = (sums_len(channels), samples.start);
+        let mut values = [0.0; ROWS * ROWS];
+        for part in (0..row_len).step_by(ROWS) {
+            let from = &work.output[part * work.stride + first..];
+            let from = (from, work.stride, 1 + channels - part);
+            lanes::transpose(simd, from, (&mut values, ROWS), ROWS);
+            let values = values.as_chunks::<ROWS>().0;
+            for ((s, weight), values) in samples.clone().zip(weights).zip(values) {
+                if weight > 0.0 {
+                    let sums = &mut sums[owners[s] as usize * row_len + part..][..ROWS];
+                    for (sum, value) in sums.iter_mut().zip(values) {
+                        *sum += weight * value;
+                    }
+                }
             }
         }
     }

@@ -43,25 +43,41 @@ pub(super) struct Pass {
     half: u32,
 }
 
-/// The passes over a tile, in their order; whoever renders must have finished a
-/// pass before the next but one.
-pub(super) fn passes(width: u32, height: u32, spacing: u32) -> impl Iterator<Item = Pass> {
-    let grid = Pass {
-        columns: Lines::known(spacing, width),
-        rows: Lines::known(spacing, height),
-        half: 0,
-    };
-    let halves = (0..spacing.trailing_zeros()).rev().map(|k| 1 << k);
-    let finer = halves.flat_map(move |half| {
-        let (columns, rows) = (Lines::between(half, width), Lines::between(half, height));
-        let known = |n| Lines::known(2 * half, n);
-        [
-            Pass { columns, rows, half },
-            Pass { columns, rows: known(height), half },
-            Pass { columns: known(width), rows, half },
-        ]
-    });
-    core::iter::once(grid).chain(finer)
+/// Which passes of all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Span {
+    /// Spacing of the grid whose pixels are known; 0: none is.
+    pub(super) known: u32,
+    /// Otherwise, that of the first grid.
+    pub(super) grid: u32,
+    /// That of the last.
+    pub(super) to: u32,
+}
+
+impl Span {
+    /// From a first grid to every pixel.
+    pub(super) const fn all(grid: u32) -> Self {
+        Self { known: 0, grid, to: 1 }
+    }
+
+    /// The passes over a tile, in their order; whoever renders must have finished
+    /// one before the next. Spacings are powers of two.
+    pub(super) fn passes(self, [width, height]: [u32; 2]) -> impl Iterator<Item = Pass> {
+        let known = move |spacing: u32, half: u32| Pass {
+            columns: Lines::known(spacing, width),
+            rows: Lines::known(spacing, height),
+            half,
+        };
+        let grid = (self.known == 0).then(|| known(self.grid, 0));
+        let from = if self.known == 0 { self.grid } else { self.known };
+        let halves = (self.to.ilog2()..from.ilog2()).rev().map(|k| 1 << k);
+        let finer = halves.flat_map(move |half| {
+            let (columns, rows) = (Lines::between(half, width), Lines::between(half, height));
+            let old = known(2 * half, half);
+            [Pass { columns, rows, half }, Pass { columns, ..old }, Pass { rows, ..old }]
+        });
+        grid.into_iter().chain(finer)
+    }
 }
 
 impl Pass {
@@ -124,7 +140,7 @@ mod tests {
         for spacing in [1, 2, 4, 8] {
             for (width, height) in [(1, 1), (1, 9), (2, 3), (16, 16), (17, 8), (31, 5)] {
                 let mut pass_of = vec![0; (width * height) as usize];
-                for (number, pass) in passes(width, height, spacing).enumerate() {
+                for (number, pass) in Span::all(spacing).passes([width, height]).enumerate() {
                     for [x, y] in pass.pixels() {
                         if pass.half() > 0 {
                             let mut n = 0;

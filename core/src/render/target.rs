@@ -9,8 +9,8 @@ pub(super) struct Target<'p> {
     pub(super) rgba: &'p mut [[f32; 4]],
     /// Expected distance, infinite where nothing is.
     pub(super) depth: Option<&'p mut [f32]>,
-    /// Pixels in a row.
-    pub(super) width: u32,
+    /// Width and height in pixels.
+    pub(super) size: [u32; 2],
     /// Pixels that the narrowest occupied cell is wide.
     pub(super) cell: f32,
 }
@@ -33,12 +33,12 @@ impl Target<'_> {
     pub(super) fn interpolate(&mut self, pass: Pass, [x, y]: [u32; 2], tolerance: f32) -> bool {
         let mut around = Around::NONE;
         pass.neighbours([x, y], |pair, [x, y]| {
-            around.add(pair, self.rgba[(y * self.width + x) as usize]);
+            around.add(pair, self.rgba[(y * self.size[0] + x) as usize]);
         });
         if !around.agree(tolerance) {
             return false;
         }
-        let pixel = (y * self.width + x) as usize;
+        let pixel = (y * self.size[0] + x) as usize;
         if around.most[3] == 0.0 {
             let certain = self.cell >= 2.5 * pass.half() as f32;
             if certain {
@@ -56,13 +56,50 @@ impl Target<'_> {
         true
     }
 
+    /// Fills the pixels between those of the grid of this spacing: bilinear.
+    pub(super) fn fill(&mut self, spacing: u32) {
+        let [width, height] = self.size;
+        if spacing == 1 {
+            return;
+        }
+        let is_known = |c: u32, n: u32| c.is_multiple_of(spacing) || c + 1 == n;
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+        for [x, y] in pixels.filter(|[x, y]| !is_known(*x, width) || !is_known(*y, height)) {
+            let between = |c: u32, n: u32| {
+                let low = c - c % spacing;
+                let high = (low + spacing).min(n - 1);
+                let part = (c - low) as f32 / high.abs_diff(low).max(1) as f32;
+                [(low, 1.0 - part), (high, part)]
+            };
+            let (mut rgba, mut depth) = ([0.0; 4], [0.0; 2]);
+            for (row, v) in between(y, height) {
+                for (column, u) in between(x, width) {
+                    let from = (row * width + column) as usize;
+                    let (weight, theirs) = (u * v, self.rgba[from]);
+                    for (sum, value) in rgba.iter_mut().zip(theirs) {
+                        *sum += weight * value;
+                    }
+                    if let Some(depths) = self.depth.as_ref().filter(|_| weight * theirs[3] > 0.0) {
+                        depth[0] += weight * theirs[3] * depths[from];
+                        depth[1] += weight * theirs[3];
+                    }
+                }
+            }
+            let pixel = (y * width + x) as usize;
+            self.rgba[pixel] = rgba;
+            if let Some(depths) = &mut self.depth {
+                depths[pixel] = if depth[1] > 0.0 { depth[0] / depth[1] } else { f32::INFINITY };
+            }
+        }
+    }
+
     /// The mean depth of a pixel's neighbours, weighted by opacity, if they
     /// differ by less than this part of it.
     fn mean_depth(&self, pass: Pass, pixel: [u32; 2], tolerance: f32) -> Option<f32> {
         let depths = self.depth.as_ref()?;
         let (mut weight, mut sum, mut least, mut most) = (0.0, 0.0, f32::INFINITY, 0.0f32);
         pass.neighbours(pixel, |_, [x, y]| {
-            let i = (y * self.width + x) as usize;
+            let i = (y * self.size[0] + x) as usize;
             let (alpha, depth) = (self.rgba[i][3], depths[i]);
             if alpha > 0.0 {
                 weight += alpha;

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use pocketnerf_formats::Precision;
+
 use super::{Common, Failure, make_folder, open, print_line, read_model, train};
 use crate::dataset::Split;
 use crate::evaluate::evaluate;
@@ -19,8 +21,8 @@ pub(super) struct Demo {
     #[arg(long, value_name = "S", default_value_t = 75.0)]
     seconds: f64,
     /// Base-two logarithm of the most entries of a grid level: what decides the
-    /// model's size. 14 gives at most a megabyte.
-    #[arg(long, value_name = "N", default_value_t = 14,
+    /// model's size. 15 gives at most a megabyte.
+    #[arg(long, value_name = "N", default_value_t = 15,
         value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: u32,
 }
@@ -38,7 +40,7 @@ impl Demo {
             grid.per_level_scale = 1.85;
         }
         let path = folder.join("scene.pnerf");
-        let origin = train::Origin::new(&dataset, 1);
+        let origin = train::Origin::new(&dataset, 1, Precision::I8);
         let mut trainer = Trainer::new(dataset, config, common.simd())?;
         let mut run = Run::new(Length::Seconds(self.seconds), common.started);
         let mut value =

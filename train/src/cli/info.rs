@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pocketnerf_core::Space;
-use pocketnerf_formats::SectionId;
+use pocketnerf_formats::{ModelFile, SectionId};
 use serde_json::{Value, json};
 
 use super::{Common, Failure, open, print_line, read_model};
@@ -52,7 +52,7 @@ impl Info {
             "method": file.model.field.kind(),
             "bytes": bytes.len(),
             "parameters": parameters,
-            "precision": format!("{:?}", file.model.field.dtype()).to_lowercase(),
+            "precision": precision(&file),
             "sections": sections,
             "aabb": [min, max],
             "occupancy_fraction": file.model.occupancy.map(|o| o.fraction()),
@@ -66,6 +66,16 @@ impl Info {
             if common.json { value.to_string() } else { serde_json::to_string_pretty(&value)? };
         print_line(text);
         Ok(())
+    }
+}
+
+/// The stored types: `f16`, or `i8 tables, f16 networks`.
+fn precision(file: &ModelFile<'_>) -> String {
+    let name = |dtype| format!("{dtype:?}").to_lowercase();
+    let networks = file.model.field.dtype();
+    match file.tensors().map(|(_, view)| view.dtype()).find(|dtype| *dtype != networks) {
+        Some(tables) => format!("{} tables, {} networks", name(tables), name(networks)),
+        None => name(networks),
     }
 }
 

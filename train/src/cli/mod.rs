@@ -82,7 +82,12 @@ impl Common {
     /// How pictures are rendered.
     fn picture(&self) -> picture::Settings {
         let detail = Detail::quality(self.quality);
-        picture::Settings { simd: self.simd(), skip: !self.no_skip, detail, depth: false }
+        picture::Settings {
+            simd: self.simd(),
+            skip: !self.no_skip,
+            detail,
+            ..picture::Settings::default()
+        }
     }
 
     /// A line for people: on standard error when standard output is JSON's.

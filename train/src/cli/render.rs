@@ -1,12 +1,15 @@
 //! `pocketnerf render`.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-use pocketnerf_core::{Camera, Space};
+use pocketnerf_core::{Camera, Model, Space};
 use pocketnerf_formats::ModelFile;
 
 use super::{Common, Failure, make_folder, open, read_model};
 use crate::cameras::{self, Orbit};
+use crate::picture::Picture;
+use crate::progressive::Progressive;
 use crate::{image_file, metrics, output, picture};
 
 /// Render pictures of a model.
@@ -38,6 +41,10 @@ pub(super) struct Render {
     /// Also write the depth, as 16-bit PNG in thousandths of a scene unit.
     #[arg(long)]
     depth: bool,
+    /// Milliseconds a picture may take: coarse at once, finer as long as there is
+    /// time. Loading and writing are not counted.
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
+    deadline_ms: Option<u32>,
     /// File for one picture, folder for several.
     #[arg(long, value_name = "FILE|DIR", default_value = "render.png")]
     out: PathBuf,
@@ -59,7 +66,13 @@ impl Render {
                 Some(folder) => folder.join(format!("{i:03}.png")),
                 None => self.out.clone(),
             };
-            let rendered = picture::render(&file.model, camera, &settings)?;
+            let rendered = match self.deadline_ms {
+                None => picture::render(&file.model, camera, &settings)?,
+                Some(ms) => {
+                    let within = Duration::from_millis(ms.into());
+                    in_time(&file.model, camera, &settings, within, common)?
+                }
+            };
             let rgb = metrics::quantize_all(&rendered.over(background));
             image_file::write_rgb(&path, camera.width, camera.height, &rgb)?;
             if self.depth {
@@ -117,6 +130,31 @@ impl Render {
             Orbit { views, target, radius, elevation: 0.5, up: [0.0, 0.0, 1.0], fov_x, size };
         Ok(orbit.cameras())
     }
+}
+
+/// A picture as fine as it can be made within a time.
+fn in_time(
+    model: &Model<'_>,
+    camera: &Camera,
+    settings: &picture::Settings,
+    within: Duration,
+    common: &Common,
+) -> Result<Picture, Failure> {
+    let begun = Instant::now();
+    let mut progressive = Progressive::new(model, camera, settings);
+    progressive.refine(begun + within)?;
+    let picture = progressive.picture();
+    if !common.quiet {
+        let share = |spacing| 100.0 * progressive.share(spacing);
+        common.say(&format!(
+            "{:.1} ms: every pixel in {:.0} % of the picture, every 2nd in {:.0} %, every 4th in {:.0} %",
+            1e3 * begun.elapsed().as_secs_f64(),
+            share(1),
+            share(2),
+            share(4),
+        ));
+    }
+    Ok(picture)
 }
 
 fn longest_side(space: &Space) -> f32 {

@@ -34,7 +34,7 @@ impl Train {
         let factor = checkpoint.as_ref().map(|c| c.trained_on().downscale_factor);
         let factor = factor.unwrap_or_else(|| self.downscale_factor());
         let dataset = dataset::load(&self.data, Split::Train, factor)?;
-        let origin = Origin::new(&dataset, factor);
+        let origin = Origin::new(&dataset, factor, self.precision);
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, common.simd(), common.started)?,
             None => {
@@ -91,7 +91,7 @@ pub(super) fn train(
 /// Writes the model.
 fn finish(trainer: &Trainer, run: &Run, origin: &Origin, out: &Path) -> Result<Value, Failure> {
     let about = origin.about(trainer, run);
-    let bytes = pocketnerf_formats::write(&trainer.model(), &about, Precision::F16)?;
+    let bytes = pocketnerf_formats::write(&trainer.model(), &about, origin.precision)?;
     output::write_atomic(out, &bytes)?;
     let (summary, seconds) = (run.summary(trainer), run.elapsed());
     Ok(json!({
@@ -118,15 +118,18 @@ pub(super) struct Origin {
     name: String,
     camera: Option<DefaultCamera>,
     trained_on: TrainedOn,
+    /// How the model file will hold the weights.
+    precision: Precision,
 }
 
 impl Origin {
-    pub(super) fn new(dataset: &Dataset, downscale_factor: u32) -> Self {
+    pub(super) fn new(dataset: &Dataset, downscale_factor: u32, precision: Precision) -> Self {
         let name = Path::new(&dataset.source).file_name();
         Self {
             name: name.map_or_else(String::new, |name| name.display().to_string()),
             camera: dataset.views.first().map(|view| default_camera(&view.camera)),
             trained_on: TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor },
+            precision,
         }
     }
 

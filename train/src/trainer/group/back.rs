@@ -4,9 +4,10 @@ use std::mem::take;
 
 use fearless_simd::Simd;
 use pocketnerf_core::field::{Decoder, Field, Shading};
+use pocketnerf_core::lanes::transpose;
+use pocketnerf_core::sampler::LANES;
 use pocketnerf_core::store::Store;
 
-use super::transpose::{LANES, transpose};
 use super::{BATCH, Group, Job, Kept, STRIDE, Worker, row_len};
 
 impl Group {
@@ -80,7 +81,7 @@ impl Group {
                 row[kept.len()..padded].fill(0.0);
             }
             let points = [0, 1, 2].map(|axis| &axes[axis][..padded]);
-            field.encode::<S, T>(simd, points, &mut worker.a, STRIDE);
+            field.encode(simd, points, &mut worker.a, STRIDE);
             let d_values = &mut worker.d_values[..padded * row_len];
             d_values[kept.len() * row_len..].fill(0.0);
             for (k, row) in kept.iter().zip(d_values.chunks_exact_mut(row_len)) {
@@ -95,7 +96,7 @@ impl Group {
             for (to, part) in rows.chunks_mut(LANES * STRIDE).zip((0..row_len).step_by(LANES)) {
                 for at in (0..padded).step_by(LANES) {
                     let from = &d_values[at * row_len + part..];
-                    transpose(simd, from, row_len, &mut to[at..], STRIDE, LANES);
+                    transpose(simd, (from, row_len, LANES), (&mut to[at..], STRIDE), LANES);
                 }
             }
             if decoder.shading == Shading::PerSample {

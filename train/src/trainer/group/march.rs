@@ -3,11 +3,11 @@
 use fearless_simd::Simd;
 use pocketnerf_core::composite::{self, Gathered};
 use pocketnerf_core::field::{Field, Samples, Shading};
-use pocketnerf_core::sampler::Bundle;
+use pocketnerf_core::lanes::transpose;
+use pocketnerf_core::sampler::{Bundle, LANES};
 use pocketnerf_core::scratch::Workspace;
 use pocketnerf_core::store::Store;
 
-use super::transpose::{LANES, transpose};
 use super::{BATCH, Group, Job, MIN_TRANSMITTANCE, RUN, Record, STRIDE, Worker, row_len};
 
 impl Group {
@@ -66,7 +66,7 @@ impl Group {
             for (from, part) in
                 worker.output.chunks(LANES * STRIDE).zip((0..row_len).step_by(LANES))
             {
-                transpose(simd, from, STRIDE, &mut values[part..], row_len, padded);
+                transpose(simd, (from, STRIDE, LANES), (&mut values[part..], row_len), padded);
             }
             self.composite(worker, n, first / row_len, row_len);
         }

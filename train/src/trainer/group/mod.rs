@@ -6,13 +6,12 @@
 mod back;
 mod march;
 mod shade;
-mod transpose;
 mod worker;
 
 use fearless_simd::Simd;
 use pocketnerf_core::composite::Gathered;
 use pocketnerf_core::field::{Decoder, Field, Shading};
-use pocketnerf_core::sampler::{Bundle, Marcher};
+use pocketnerf_core::sampler::{Bundle, LANES, Marcher};
 use pocketnerf_core::scratch::Tuning;
 use pocketnerf_core::store::Store;
 
@@ -20,7 +19,6 @@ use super::aim::Aim;
 use super::rays::{Pixel, RaySource, TrainingRay};
 use crate::field::Backward;
 use crate::random::Random;
-use transpose::LANES;
 pub(crate) use worker::Worker;
 
 /// Samples a batch; rows lie [`STRIDE`] values apart.

@@ -5,10 +5,10 @@ use pocketnerf_core::field::Decoder;
 use pocketnerf_core::scratch::{Limits, Workspace};
 use pocketnerf_core::store::Store;
 
-use super::transpose::LANES;
 use super::{BATCH, STRIDE};
 use crate::aligned::Aligned;
 use crate::field::{Backward, Gradients};
+use pocketnerf_core::sampler::LANES;
 
 /// Memory of one thread.
 #[derive(Debug)]

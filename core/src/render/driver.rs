@@ -1,0 +1,131 @@
+//! From pixels to rays to pixels: pass after pass, group after group.
+
+use fearless_simd::{Simd, dispatch};
+
+use crate::field::{AnyField, Field};
+use crate::render::group::Group;
+use crate::render::passes::{Pass, Span};
+use crate::render::source::Source;
+use crate::render::target::Target;
+use crate::render::{Detail, RenderOptions, RenderStats};
+use crate::sampler::{LANES, Marcher};
+use crate::scratch::Scratch;
+use crate::store::{F16, F32, Store};
+use crate::tensor::DType;
+use crate::{Error, Model};
+
+/// What is rendered where.
+pub(super) struct Job<'j, R: ?Sized> {
+    pub(super) model: &'j Model<'j>,
+    pub(super) source: &'j R,
+    pub(super) options: &'j RenderOptions,
+    /// Width and height in pixels.
+    pub(super) size: [u32; 2],
+    /// The passes.
+    pub(super) span: Span,
+}
+
+/// Checks everything, then renders.
+pub(super) fn render(
+    job: &Job<'_, impl Source + ?Sized>,
+    scratch: &mut [f32],
+    rgba: &mut [f32],
+    depth: Option<&mut [f32]>,
+) -> Result<RenderStats, Error> {
+    let Job { model, source, options, size: [width, height], span } = *job;
+    options.check(model)?;
+    if scratch.len() < options.scratch_len() {
+        let (needed, given) = (options.scratch_len(), scratch.len());
+        return Err(Error::ScratchTooSmall { needed, given });
+    }
+    if width.checked_mul(height).is_none() {
+        return Err(Error::Range("pixels of a tile"));
+    }
+    let n = width as usize * height as usize;
+    let depth_len = depth.as_ref().map_or(usize::MAX, |d| d.len());
+    for (needed, given) in [(n.saturating_mul(4), rgba.len()), (n, depth_len)] {
+        if given < needed {
+            return Err(Error::OutputLength { needed, given });
+        }
+    }
+    let level = options.simd.token()?;
+    let RenderOptions { limits, tuning, skip, detail, .. } = *options;
+    let mut group = Group {
+        model,
+        marcher: Marcher::new(model, skip),
+        tuning,
+        min_transmittance: detail.min_transmittance.max(model.sampling.min_transmittance),
+        scratch: Scratch::cut(scratch, limits, tuning),
+        count: 0,
+        rays: 0,
+        samples: 0,
+    };
+    let rgba = rgba.as_chunks_mut().0;
+    let mut target = Target { rgba, depth, size: [width, height], cell: source.cell(model) };
+    dispatch!(level, simd => match &model.field {
+        #[cfg(feature = "hash-grid")]
+        AnyField::HashGrid(field) => each_pass(simd, field, &mut group, job, &mut target),
+        #[cfg(feature = "frequency")]
+        AnyField::Frequency(field) => each_pass(simd, field, &mut group, job, &mut target),
+    });
+    target.fill(span.to);
+    Ok(RenderStats { rays: group.rays, samples: group.samples })
+}
+
+/// Opens the stored type: from here on it and the kind of field are types.
+#[inline(always)]
+fn each_pass<S: Simd, F: Field>(
+    simd: S,
+    field: &F,
+    group: &mut Group<'_, '_>,
+    job: &Job<'_, impl Source + ?Sized>,
+    target: &mut Target<'_>,
+) {
+    let (source, detail) = (job.source, job.options.detail);
+    for pass in job.span.passes(job.size) {
+        match field.decoder().density.layers()[0].weight.dtype() {
+            DType::F32 => one_pass::<S, F32, F>(simd, field, group, source, pass, detail, target),
+            // Networks are of no other type.
+            DType::F16 | DType::I8 => {
+                one_pass::<S, F16, F>(simd, field, group, source, pass, detail, target)
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn one_pass<S: Simd, T: Store, F: Field>(
+    simd: S,
+    field: &F,
+    group: &mut Group<'_, '_>,
+    source: &(impl Source + ?Sized),
+    pass: Pass,
+    detail: Detail,
+    target: &mut Target<'_>,
+) {
+    let tolerance = detail.tolerance(pass.half());
+    let mut pixels = pass.pixels();
+    loop {
+        let (mut numbers, mut n) = ([0; LANES], 0);
+        for [x, y] in pixels.by_ref() {
+            if pass.half() > 0 && target.interpolate(pass, [x, y], tolerance) {
+                continue;
+            }
+            numbers[n] = y * target.size[0] + x;
+            n += 1;
+            if n == LANES {
+                break;
+            }
+        }
+        group.rays += n as u64;
+        group.add(simd, source, &numbers[..n], |pixel| target.clear(pixel));
+        // What is left of a pass goes before the next begins, which reads it.
+        if group.is_full() || (n < LANES && group.count > 0) {
+            group.march::<S, T, F>(simd, field);
+            group.finish::<S, T>(simd, field.decoder(), target);
+        }
+        if n < LANES {
+            return;
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! A picture that is there at once and becomes finer as long as there is time.
+
+use crate::render::driver::{self, Job};
+use crate::render::passes::Span;
+use crate::render::source::Pixels;
+use crate::render::{RenderOptions, RenderStats, Tile};
+use crate::{Camera, Error, Model};
+
+/// A piece of work: one tile, one level of detail finer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refinement {
+    /// Which pixels.
+    pub tile: Tile,
+    /// Every so manieth pixel along both axes is rendered already; 0: none.
+    pub known: u32,
+    /// Every so manieth will be; the pixels between are interpolated.
+    pub spacing: u32,
+}
+
+/// All pieces of work for a picture, coarse to fine; within a level of detail,
+/// tile by tile. Whoever has no time left stops anywhere: the tiles that were
+/// refined stay so. Tiles are independent of one another, so that those of a
+/// level may be handed to several threads.
+///
+/// ```
+/// use pocketnerf_core::Tile;
+/// use pocketnerf_core::render::Refinements;
+///
+/// let work: Vec<_> = Refinements::new(32, 16, 16).collect();
+/// // Two tiles at five levels: every 16th, 8th, 4th, 2nd and every pixel.
+/// assert_eq!(work.len(), 10);
+/// assert_eq!((work[1].known, work[1].spacing), (0, 16));
+/// assert_eq!((work[9].known, work[9].spacing), (2, 1));
+/// assert_eq!(work[9].tile, Tile { x: 16, y: 0, width: 16, height: 16 });
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Refinements {
+    size: [u32; 2],
+    side: u32,
+    /// The next tile's corner.
+    at: [u32; 2],
+    known: u32,
+    spacing: u32,
+}
+
+impl Refinements {
+    /// Spacing of the coarsest level, pixels.
+    pub const COARSEST: u32 = 16;
+
+    /// For a picture of this size, in square tiles of `side` pixels (at least 1).
+    #[must_use]
+    pub const fn new(width: u32, height: u32, side: u32) -> Self {
+        let side = if side == 0 { 1 } else { side };
+        Self { size: [width, height], side, at: [0, 0], known: 0, spacing: Self::COARSEST }
+    }
+}
+
+impl Iterator for Refinements {
+    type Item = Refinement;
+
+    fn next(&mut self) -> Option<Refinement> {
+        let [width, height] = self.size;
+        if self.spacing == 0 || width == 0 || height == 0 {
+            return None;
+        }
+        let ([x, y], side) = (self.at, self.side);
+        let tile = Tile { x, y, width: side.min(width - x), height: side.min(height - y) };
+        let refinement = Refinement { tile, known: self.known, spacing: self.spacing };
+        self.at[0] = x.saturating_add(side);
+        if self.at[0] >= width {
+            self.at = [0, y.saturating_add(side)];
+        }
+        if self.at[1] >= height {
+            *self = Self { at: [0, 0], known: self.spacing, spacing: self.spacing / 2, ..*self };
+        }
+        Some(refinement)
+    }
+}
+
+/// Renders what is new in a refinement of the picture that `camera` takes.
+///
+/// `rgba` and `depth` are the tile's own, as for
+/// [`render_tile`](crate::render_tile), and hold what the refinement before it
+/// has left there. After the last one they hold what `render_tile` gives.
+///
+/// # Errors
+/// As `render_tile`, and for spacings that are no powers of two, or not finer
+/// than what is known.
+pub fn refine_tile(
+    model: &Model<'_>,
+    camera: &Camera,
+    refinement: &Refinement,
+    options: &RenderOptions,
+    scratch: &mut [f32],
+    rgba: &mut [f32],
+    depth: Option<&mut [f32]>,
+) -> Result<RenderStats, Error> {
+    let Refinement { tile, known, spacing } = *refinement;
+    let sound = spacing.is_power_of_two()
+        && spacing <= 1 << 16
+        && (known == 0 || (known.is_power_of_two() && spacing < known && known <= 1 << 16));
+    if !sound {
+        return Err(Error::Range("refinement: spacing and what is known"));
+    }
+    let (source, size) = (&Pixels { camera, tile }, [tile.width, tile.height]);
+    let span = Span { known, grid: spacing, to: spacing };
+    driver::render(&Job { model, source, options, size, span }, scratch, rgba, depth)
+}
