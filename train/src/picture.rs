@@ -4,9 +4,9 @@ use pocketnerf_core::render::{Detail, RenderStats};
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use rayon::prelude::*;
 
-/// Pixels along a side of a tile: so many that its passes fill batches, so few
-/// that its part of the tables stays in the cache and threads end together.
-pub(crate) const TILE: u32 = 64;
+/// Width and height of a tile: so many pixels that its passes fill batches, so
+/// few that its part of the tables stays in the cache and threads end together.
+const TILE: [u32; 2] = [64, 32];
 
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,28 +60,6 @@ pub struct Picture {
     pub stats: RenderStats,
 }
 
-/// A tile of a picture.
-#[derive(Debug)]
-pub(crate) struct Part {
-    pub(crate) tile: Tile,
-    rgba: Vec<f32>,
-    depth: Vec<f32>,
-    pub(crate) stats: RenderStats,
-}
-
-impl Part {
-    pub(crate) fn new(tile: Tile, depth: bool) -> Self {
-        let depth = vec![0.0; if depth { tile.pixels() } else { 0 }];
-        Self { tile, rgba: vec![0.0; tile.pixels() * 4], depth, stats: RenderStats::default() }
-    }
-
-    /// Where its pixels go, and its depths if they are wanted.
-    pub(crate) fn buffers(&mut self) -> (&mut [f32], Option<&mut [f32]>) {
-        let depth = (!self.depth.is_empty()).then_some(&mut self.depth[..]);
-        (&mut self.rgba, depth)
-    }
-}
-
 impl Picture {
     /// RGB over a background, three values a pixel.
     #[must_use]
@@ -94,35 +72,61 @@ impl Picture {
             })
             .collect()
     }
+}
 
-    /// Puts tiles together; all have depths, or none has.
-    pub(crate) fn assemble<'p>(
+/// Rows of a picture that one thread renders.
+struct Band<'p> {
+    /// The topmost row.
+    y: u32,
+    rgba: &'p mut [f32],
+    /// Empty where it was not asked for.
+    depth: &'p mut [f32],
+}
+
+/// What a thread needs: the renderer's scratch and a tile.
+struct Worker {
+    scratch: Vec<f32>,
+    rgba: Vec<f32>,
+    depth: Vec<f32>,
+}
+
+impl Worker {
+    fn new(options: &RenderOptions) -> Self {
+        let n = (TILE[0] * TILE[1]) as usize;
+        let scratch = vec![0.0; options.scratch_len()];
+        Self { scratch, rgba: vec![0.0; 4 * n], depth: vec![0.0; n] }
+    }
+
+    /// Renders a band, tile by tile.
+    fn render(
+        &mut self,
+        model: &Model<'_>,
         camera: &Camera,
-        parts: impl Iterator<Item = &'p Part> + Clone,
-    ) -> Self {
-        let (width, height) = (camera.width, camera.height);
-        let pixels = width as usize * height as usize;
-        let with_depth = parts.clone().any(|part| !part.depth.is_empty());
-        let mut picture = Self {
-            width,
-            height,
-            rgba: vec![0.0; pixels * 4],
-            depth: vec![0.0; if with_depth { pixels } else { 0 }],
-            stats: RenderStats::default(),
-        };
-        for part in parts {
-            picture.stats += part.stats;
-            let (tile, row) = (part.tile, part.tile.width as usize);
-            for y in 0..tile.height as usize {
-                let to = (tile.y as usize + y) * width as usize + tile.x as usize;
-                let from = &part.rgba[y * row * 4..][..row * 4];
-                picture.rgba[to * 4..][..row * 4].copy_from_slice(from);
-                if with_depth {
-                    picture.depth[to..][..row].copy_from_slice(&part.depth[y * row..][..row]);
-                }
+        options: &RenderOptions,
+        band: Band<'_>,
+    ) -> Result<RenderStats, Error> {
+        let (y, row) = (band.y, camera.width as usize);
+        let height = (band.rgba.len() / (4 * row)) as u32;
+        let mut stats = RenderStats::default();
+        for x in (0..camera.width).step_by(TILE[0] as usize) {
+            let tile = Tile { x, y, width: TILE[0].min(camera.width - x), height };
+            let rgba = &mut self.rgba[..4 * tile.pixels()];
+            let depth = (!band.depth.is_empty()).then_some(&mut self.depth[..tile.pixels()]);
+            stats += render_tile(model, camera, tile, options, &mut self.scratch, rgba, depth)?;
+            copy_rows(rgba, band.rgba, 4, tile, row);
+            if !band.depth.is_empty() {
+                copy_rows(&self.depth, band.depth, 1, tile, row);
             }
         }
-        picture
+        Ok(stats)
+    }
+}
+
+/// Copies a tile, `channels` values a pixel, to its columns of rows of `row` pixels.
+pub(crate) fn copy_rows(from: &[f32], to: &mut [f32], channels: usize, tile: Tile, row: usize) {
+    let n = tile.width as usize * channels;
+    for (from, to) in from.chunks_exact(n).zip(to.chunks_exact_mut(row * channels)) {
+        to[tile.x as usize * channels..][..n].copy_from_slice(from);
     }
 }
 
@@ -133,20 +137,23 @@ impl Picture {
 pub fn render(model: &Model<'_>, camera: &Camera, settings: &Settings) -> Result<Picture, Error> {
     let options = settings.options(model);
     let (width, height) = (camera.width, camera.height);
-    let starts = |n: u32| (0..n).step_by(TILE as usize);
-    let corners = starts(height).flat_map(|y| starts(width).map(move |x| (x, y)));
-    let mut parts: Vec<Part> = corners
-        .map(|(x, y)| Tile { x, y, width: TILE.min(width - x), height: TILE.min(height - y) })
-        .map(|tile| Part::new(tile, settings.depth))
-        .collect();
-    parts.par_iter_mut().try_for_each_init(
-        || vec![0.0; options.scratch_len()],
-        |scratch, part| {
-            let tile = part.tile;
-            let (rgba, depth) = part.buffers();
-            part.stats = render_tile(model, camera, tile, &options, scratch, rgba, depth)?;
-            Ok(())
-        },
-    )?;
-    Ok(Picture::assemble(camera, parts.iter()))
+    let pixels = width as usize * height as usize;
+    let mut rgba = vec![0.0; pixels * 4];
+    let mut depth = vec![0.0; if settings.depth { pixels } else { 0 }];
+    let rows = (width * TILE[1]).max(1) as usize;
+    let depths = depth.chunks_mut(rows).chain(std::iter::repeat_with(|| &mut [][..]));
+    let bands = rgba.chunks_mut(rows * 4).zip(depths).zip((0..).step_by(TILE[1] as usize));
+    let bands: Vec<Band<'_>> = bands.map(|((rgba, depth), y)| Band { y, rgba, depth }).collect();
+    let stats = bands
+        .into_par_iter()
+        .with_max_len(1)
+        .map_init(
+            || Worker::new(&options),
+            |worker, band| worker.render(model, camera, &options, band),
+        )
+        .try_reduce(RenderStats::default, |mut a, b| {
+            a += b;
+            Ok(a)
+        })?;
+    Ok(Picture { width, height, rgba, depth, stats })
 }

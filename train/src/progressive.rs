@@ -3,11 +3,14 @@
 
 use std::time::{Duration, Instant};
 
-use pocketnerf_core::render::{Refinement, Refinements, refine_tile};
-use pocketnerf_core::{Camera, Error, Model, RenderOptions};
+use pocketnerf_core::render::{Refinement, Refinements, RenderStats, refine_tile};
+use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
 use rayon::prelude::*;
 
-use crate::picture::{Part, Picture, Settings, TILE};
+use crate::picture::{Picture, Settings, copy_rows};
+
+/// Pixels along a side of a tile.
+const TILE: u32 = 64;
 
 /// Time to put tiles together, a pixel: kept back from the deadline.
 const ASSEMBLE: Duration = Duration::from_nanos(6);
@@ -20,12 +23,17 @@ pub struct Progressive<'m> {
     model: &'m Model<'m>,
     camera: Camera,
     options: RenderOptions,
-    tiles: Vec<Tile>,
+    parts: Vec<Part>,
 }
 
+/// A tile of the picture.
 #[derive(Debug)]
-struct Tile {
-    part: Part,
+struct Part {
+    tile: Tile,
+    rgba: Vec<f32>,
+    /// Empty where it was not asked for.
+    depth: Vec<f32>,
+    stats: RenderStats,
     /// Every so manieth pixel is rendered; 0: none yet.
     spacing: u32,
     /// What the last refinement took.
@@ -37,13 +45,16 @@ impl<'m> Progressive<'m> {
     #[must_use]
     pub fn new(model: &'m Model<'m>, camera: &Camera, settings: &Settings) -> Self {
         let coarsest = Refinements::new(camera.width, camera.height, TILE);
-        let tiles = coarsest.take_while(|piece| piece.known == 0).map(|piece| Tile {
-            part: Part::new(piece.tile, settings.depth),
+        let parts = coarsest.take_while(|piece| piece.known == 0).map(|piece| Part {
+            tile: piece.tile,
+            rgba: vec![0.0; piece.tile.pixels() * 4],
+            depth: vec![0.0; if settings.depth { piece.tile.pixels() } else { 0 }],
+            stats: RenderStats::default(),
             spacing: 0,
             took: Duration::ZERO,
         });
-        let (tiles, options) = (tiles.collect(), settings.options(model));
-        Self { model, camera: *camera, options, tiles }
+        let (parts, options) = (parts.collect(), settings.options(model));
+        Self { model, camera: *camera, options, parts }
     }
 
     /// Refines until `deadline`, on all threads of the current pool; says whether
@@ -58,43 +69,60 @@ impl<'m> Progressive<'m> {
         let mut level = Refinements::COARSEST;
         while level > 0 {
             let (model, camera, options) = (self.model, &self.camera, &self.options);
-            let coarser = |tile: &&mut Tile| tile.spacing == 0 || tile.spacing > level;
-            let pending: Vec<&mut Tile> = self.tiles.iter_mut().filter(coarser).collect();
-            pending.into_par_iter().try_for_each_init(
+            let coarser = |part: &&mut Part| part.spacing == 0 || part.spacing > level;
+            let pending: Vec<&mut Part> = self.parts.iter_mut().filter(coarser).collect();
+            pending.into_par_iter().with_max_len(1).try_for_each_init(
                 || vec![0.0; options.scratch_len()],
-                |scratch, tile| {
+                |scratch, part| {
                     let begun = Instant::now();
-                    if tile.spacing > 0 && begun + tile.took * GROWTH > deadline {
+                    if part.spacing > 0 && begun + part.took * GROWTH > deadline {
                         return Ok(());
                     }
-                    let piece =
-                        Refinement { tile: tile.part.tile, known: tile.spacing, spacing: level };
-                    let (rgba, depth) = tile.part.buffers();
-                    let stats = refine_tile(model, camera, &piece, options, scratch, rgba, depth)?;
-                    tile.part.stats += stats;
-                    (tile.spacing, tile.took) = (level, begun.elapsed());
+                    let piece = Refinement { tile: part.tile, known: part.spacing, spacing: level };
+                    let depth = (!part.depth.is_empty()).then_some(&mut part.depth[..]);
+                    let rgba = &mut part.rgba;
+                    part.stats +=
+                        refine_tile(model, camera, &piece, options, scratch, rgba, depth)?;
+                    (part.spacing, part.took) = (level, begun.elapsed());
                     Ok(())
                 },
             )?;
             level /= 2;
         }
-        Ok(self.tiles.iter().all(|tile| tile.spacing == 1))
+        Ok(self.parts.iter().all(|part| part.spacing == 1))
     }
 
     /// The picture as it is now.
     #[must_use]
     pub fn picture(&self) -> Picture {
-        Picture::assemble(&self.camera, self.tiles.iter().map(|tile| &tile.part))
+        let (width, height) = (self.camera.width, self.camera.height);
+        let (row, pixels) = (width as usize, width as usize * height as usize);
+        let with_depth = self.parts.iter().any(|part| !part.depth.is_empty());
+        let mut picture = Picture {
+            width,
+            height,
+            rgba: vec![0.0; pixels * 4],
+            depth: vec![0.0; if with_depth { pixels } else { 0 }],
+            stats: RenderStats::default(),
+        };
+        for part in &self.parts {
+            let above = part.tile.y as usize * row;
+            copy_rows(&part.rgba, &mut picture.rgba[4 * above..], 4, part.tile, row);
+            if with_depth {
+                copy_rows(&part.depth, &mut picture.depth[above..], 1, part.tile, row);
+            }
+            picture.stats += part.stats;
+        }
+        picture
     }
 
     /// The part of the picture's pixels, in tiles of which at least every
     /// `spacing`-th pixel along both axes is rendered.
     #[must_use]
     pub fn share(&self, spacing: u32) -> f64 {
-        let pixels = |tile: &Tile| tile.part.tile.pixels();
-        let refined = |tile: &&Tile| (1..=spacing).contains(&tile.spacing);
-        let all: usize = self.tiles.iter().map(pixels).sum();
-        let done: usize = self.tiles.iter().filter(refined).map(pixels).sum();
+        let refined = |part: &&Part| (1..=spacing).contains(&part.spacing);
+        let all: usize = self.parts.iter().map(|part| part.tile.pixels()).sum();
+        let done: usize = self.parts.iter().filter(refined).map(|part| part.tile.pixels()).sum();
         done as f64 / all.max(1) as f64
     }
 }

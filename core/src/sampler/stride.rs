@@ -9,16 +9,14 @@ use crate::sampler::bundle::LANES;
 use crate::sampler::rays::{Rays, axes};
 use crate::space::UnitMap;
 
-/// The cell or empty block around each point of a register.
+/// The occupied cell, or the empty cube, around each point of a register.
 pub(super) struct Cell<S: Simd> {
-    /// Its smallest corner, in cells.
+    /// The empty cube's smallest corner, in cells.
     corner: [S::f32s; 3],
-    /// Its side, in cells.
+    /// Its side, in cells; 0: the cell is occupied.
     side: S::f32s,
     /// Cells per unit length.
     resolution: f32,
-    /// 0: the block is empty, 1: the cell is, 2: neither.
-    kind: S::u32s,
 }
 
 impl<S: Simd> Cell<S> {
@@ -38,25 +36,22 @@ impl<S: Simd> Cell<S> {
         let block = inside.select((z * blocks + y) * blocks + x, outside);
         let [x, y, z] = axes(|a| whole[a] & (BLOCK - 1));
         let bit = (z * BLOCK + y) * BLOCK + x;
-        let (mut number, mut place, mut kind) = ([0; LANES], [0; LANES], [0; LANES]);
+        let (mut number, mut place, mut side) = ([0; LANES], [0; LANES], [0.0; LANES]);
         block.store_slice(&mut number[..n]);
         bit.store_slice(&mut place[..n]);
         for lane in 0..n {
-            kind[lane] = occupancy.look(number[lane], place[lane]);
+            side[lane] = occupancy.empty_side(number[lane], place[lane]);
         }
-        let kind = S::u32s::from_slice(simd, &kind[..n]);
-        let empty = kind.simd_eq(0);
-        let side = empty.select(splat(BLOCK as f32), splat(1.0));
-        let corner = axes(|a| {
-            let block = (cell[a] * (1.0 / BLOCK as f32)).floor() * BLOCK as f32;
-            empty.select(block, cell[a])
-        });
-        Self { corner, side, resolution, kind }
+        let side = S::f32s::from_slice(simd, &side[..n]);
+        // Sides are powers of two: nothing is rounded. What a side of 0 gives is
+        // not used.
+        let corner = axes(|a| (cell[a] / side).floor() * side);
+        Self { corner, side, resolution }
     }
 
     #[inline(always)]
     pub(super) fn is_occupied(&self) -> S::mask32s {
-        self.kind.simd_eq(2)
+        self.side.simd_eq(0.0)
     }
 }
 
