@@ -49,4 +49,5 @@ pub mod output;
 pub mod picture;
 pub mod pose;
 pub mod random;
+mod stopwatch;
 pub mod trainer;

@@ -20,6 +20,7 @@ use super::aim::Aim;
 use super::rays::{Pixel, RaySource, TrainingRay};
 use crate::field::Backward;
 use crate::random::Random;
+use crate::stopwatch::Stopwatch;
 use transpose::LANES;
 pub(crate) use worker::Worker;
 
@@ -44,6 +45,8 @@ pub(crate) struct Job<'j> {
     /// Gradients at least this large are always kept; smaller ones in
     /// proportion to their size, and enlarged accordingly. 0: all are kept.
     pub(crate) roulette: f32,
+    /// Where the time of each stage is written down.
+    pub(crate) stopwatch: Option<&'j Stopwatch>,
 }
 
 /// What the backward pass needs of a sample.
