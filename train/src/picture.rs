@@ -37,6 +37,17 @@ impl Picture {
     }
 }
 
+/// The tiles of a picture, row after row.
+pub(crate) fn tiles(width: u32, height: u32) -> Vec<Tile> {
+    let [w, h] = TILE;
+    let corners = (0..height)
+        .step_by(h as usize)
+        .flat_map(|y| (0..width).step_by(w as usize).map(move |x| (x, y)));
+    corners
+        .map(|(x, y)| Tile { x, y, width: w.min(width - x), height: h.min(height - y) })
+        .collect()
+}
+
 /// Renders the picture that `camera` takes, on all threads of the current pool.
 ///
 /// # Errors
@@ -48,14 +59,20 @@ pub fn render(
     skip: bool,
 ) -> Result<Picture, Error> {
     let options = RenderOptions { skip, ..RenderOptions::new(model, simd, Tuning::FAST) };
+    render_with(model, camera, &options)
+}
+
+/// The same with any options.
+///
+/// # Errors
+/// Whatever [`render_tile`] reports.
+pub fn render_with(
+    model: &Model<'_>,
+    camera: &Camera,
+    options: &RenderOptions,
+) -> Result<Picture, Error> {
     let (width, height) = (camera.width, camera.height);
-    let [w, h] = TILE;
-    let corners = (0..height)
-        .step_by(h as usize)
-        .flat_map(|y| (0..width).step_by(w as usize).map(move |x| (x, y)));
-    let tiles: Vec<Tile> = corners
-        .map(|(x, y)| Tile { x, y, width: w.min(width - x), height: h.min(height - y) })
-        .collect();
+    let tiles = tiles(width, height);
     let parts: Result<Vec<_>, Error> = tiles
         .par_iter()
         .map_init(
@@ -64,7 +81,7 @@ pub fn render(
                 let mut rgba = vec![0.0; tile.pixels() * 4];
                 let mut depth = vec![0.0; tile.pixels()];
                 let to = (&mut rgba, &mut depth);
-                let stats = render_tile(model, camera, *tile, &options, scratch, to.0, Some(to.1))?;
+                let stats = render_tile(model, camera, *tile, options, scratch, to.0, Some(to.1))?;
                 Ok((rgba, depth, stats))
             },
         )
