@@ -36,6 +36,7 @@
 //! ```
 
 mod aligned;
+pub mod bench;
 pub mod builtin;
 pub mod cameras;
 pub mod cli;

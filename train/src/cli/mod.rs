@@ -1,5 +1,6 @@
 //! The command line: a thin layer over the library. One file a command.
 
+mod bench;
 mod demo;
 mod eval;
 mod info;
@@ -40,6 +41,8 @@ enum Action {
     Render(render::Render),
     /// Tell what is in a model file, a checkpoint or a dataset.
     Info(info::Info),
+    /// Measure the machine, and every stage of training and rendering.
+    Bench(bench::Bench),
 }
 
 /// Options of every command.
@@ -134,6 +137,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Eval(action) => action.run(common),
         Action::Render(action) => action.run(common),
         Action::Info(action) => action.run(common),
+        Action::Bench(action) => action.run(common),
     }
 }
 
