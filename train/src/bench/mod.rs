@@ -16,7 +16,7 @@ pub mod work;
 pub use machine::Machine;
 pub use rendering::Rendering;
 pub use report::Report;
-pub use stage::Stage;
+pub use stage::StageCost;
 pub use training::Training;
 
 use crate::trainer::Diverged;

@@ -93,7 +93,7 @@ pub(super) enum Crowd {
 
 /// Time of one stage, and how near it comes to what bounds it.
 #[derive(Clone, Debug, Serialize)]
-pub struct Stage {
+pub struct StageCost {
     /// Its name.
     pub name: &'static str,
     /// What is counted: ray, sample, ...
@@ -136,7 +136,7 @@ pub(super) fn stages(
     samples: u64,
     machine: &Machine,
     crowd: Crowd,
-) -> Vec<Stage> {
+) -> Vec<StageCost> {
     let known: f64 = measured.iter().map(|m| m.seconds).sum();
     let rest = Measured {
         name: "rest",
@@ -148,7 +148,7 @@ pub(super) fn stages(
     let stage = |m: &Measured| {
         let rate = |work: f64| (m.seconds > 0.0).then(|| work * m.units as f64 / m.seconds);
         let entries: f64 = m.demand.reads.iter().map(|level| level.entries).sum();
-        Stage {
+        StageCost {
             name: m.name,
             unit: m.unit,
             units: m.units,
@@ -167,7 +167,7 @@ pub(super) fn stages(
 
 /// The part of all thread time that would remain if every stage with a bound
 /// reached it and the others took none.
-pub(super) fn fraction_of_bounds(stages: &[Stage]) -> f64 {
+pub(super) fn fraction_of_bounds(stages: &[StageCost]) -> f64 {
     stages.iter().filter_map(|stage| Some(stage.share * stage.fraction_of_peak?)).sum()
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Rendering, Report, Stage, Training};
+use super::{Rendering, Report, StageCost, Training};
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -92,7 +92,7 @@ impl fmt::Display for Rendering {
     }
 }
 
-fn table(f: &mut fmt::Formatter<'_>, stages: &[Stage]) -> fmt::Result {
+fn table(f: &mut fmt::Formatter<'_>, stages: &[StageCost]) -> fmt::Result {
     writeln!(
         f,
         "{:<20}{:>11}{:>12}  {:<12}{:>9}{:>8}{:>10}  {:<10}{:>8}{:>7}",

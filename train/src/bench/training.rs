@@ -6,7 +6,7 @@ use pocketnerf_core::{AnyField, SimdLevel};
 use serde::Serialize;
 
 use super::machine::Machine;
-use super::stage::{Crowd, Demand, Measured, Stage, fraction_of_bounds, stages};
+use super::stage::{Crowd, Demand, Measured, StageCost, fraction_of_bounds, stages};
 use super::work::{self, LevelReads};
 use super::{BenchError, update};
 use crate::dataset::Dataset;
@@ -38,7 +38,7 @@ pub struct Training {
     /// Part of all thread time that the stages' bounds account for.
     pub fraction_of_bounds: f64,
     /// Thread time, on all threads at once.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<StageCost>,
 }
 
 /// Trains for so many steps, of which the first fifth warms up, and gives the

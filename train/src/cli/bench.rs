@@ -16,11 +16,7 @@ use crate::trainer::TrainConfig;
 /// Views that are rendered.
 const VIEWS: usize = 3;
 
-/// Measure the machine, then every stage of training and of rendering beside what
-/// bounds it: multiply-adds, reads at random places, or memory bandwidth.
-///
-/// Takes about half a minute. Whatever else the machine does at the same time
-/// makes the figures worse.
+/// Measure the machine, and every stage of training and rendering.
 #[derive(Debug, clap::Args)]
 pub(super) struct Bench {
     /// Model file to render; the one that has just been trained unless told.
@@ -54,9 +50,9 @@ impl Bench {
         let dataset = self.dataset()?;
         let (name, first) = (dataset.source.clone(), default_camera(&dataset));
         let simd = common.simd();
-        self.say(common, "measuring the machine");
+        say(common, "measuring the machine");
         let machine = Machine::measure(simd, self.quick)?;
-        self.say(common, &format!("training on {name}"));
+        say(common, &format!("training on {name}"));
         let (steps, config) = self.training();
         let (trainer, training) = training::measure(dataset, config, steps, simd, &machine)?;
         let (path, bytes) = match (&self.model, given) {
@@ -68,7 +64,7 @@ impl Bench {
             }
         };
         drop(trainer);
-        self.say(common, &format!("rendering {}", path.display()));
+        say(common, &format!("rendering {}", path.display()));
         let file = open(&path, &bytes)?;
         let own = file.about.camera.map(|c| c.camera());
         let orbit =
@@ -88,13 +84,6 @@ impl Bench {
             print_line(report.to_string().trim_end());
         }
         Ok(())
-    }
-
-    /// What is going on, for people who wait.
-    fn say(&self, common: &Common, line: &str) {
-        if !common.quiet {
-            eprintln!("{line}");
-        }
     }
 
     fn dataset(&self) -> Result<Dataset, Failure> {
@@ -117,6 +106,13 @@ impl Bench {
         config.samples_per_side = 64.0;
         config.samples_per_step = 4096;
         (self.steps.min(120), config)
+    }
+}
+
+/// What is going on, for people who wait.
+fn say(common: &Common, line: &str) {
+    if !common.quiet {
+        eprintln!("{line}");
     }
 }
 

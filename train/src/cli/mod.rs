@@ -42,6 +42,10 @@ enum Action {
     /// Tell what is in a model file, a checkpoint or a dataset.
     Info(info::Info),
     /// Measure the machine, and every stage of training and rendering.
+    ///
+    /// First what the machine can do, then how near each stage comes to what bounds
+    /// it: multiply-adds, reads at random places or memory bandwidth. Takes about
+    /// half a minute; whatever else the machine does makes the figures worse.
     Bench(bench::Bench),
 }
 

@@ -35,25 +35,31 @@ impl Effort {
 
     /// The same on one thread alone.
     pub(super) fn one_thread(&self, work: f64, run: impl Fn()) -> f64 {
-        (0..self.repetitions).map(|_| self.once(work, &run)).fold(0.0, f64::max)
+        let once = || {
+            let begun = Instant::now();
+            self.calls(&run) * work / begun.elapsed().as_secs_f64()
+        };
+        (0..self.repetitions).map(|_| once()).fold(0.0, f64::max)
     }
 
-    /// The same on all threads at once.
+    /// The same on all threads at once, until the last has finished.
     pub(super) fn all(&self, work: f64, run: impl Fn(usize) + Sync) -> f64 {
-        let once = |thread: rayon::BroadcastContext<'_>| self.once(work, || run(thread.index()));
-        (0..self.repetitions).map(|_| rayon::broadcast(once).iter().sum()).fold(0.0, f64::max)
+        let once = || {
+            let begun = Instant::now();
+            let calls = rayon::broadcast(|thread| self.calls(|| run(thread.index())));
+            calls.iter().sum::<f64>() * work / begun.elapsed().as_secs_f64()
+        };
+        (0..self.repetitions).map(|_| once()).fold(0.0, f64::max)
     }
 
-    fn once(&self, work: f64, run: impl Fn()) -> f64 {
+    /// Calls `run` until the time is over; gives the number of calls.
+    fn calls(&self, run: impl Fn()) -> f64 {
         let begun = Instant::now();
         let mut calls = 0.0;
-        loop {
+        while begun.elapsed() < self.span {
             run();
             calls += 1.0;
-            let passed = begun.elapsed();
-            if passed >= self.span {
-                return calls * work / passed.as_secs_f64();
-            }
         }
+        calls
     }
 }

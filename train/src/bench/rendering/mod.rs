@@ -14,7 +14,7 @@ use serde::Serialize;
 pub use frames::Variant;
 
 use super::machine::Machine;
-use super::stage::{Crowd, Demand, Measured, Stage, fraction_of_bounds, stages};
+use super::stage::{Crowd, Demand, Measured, StageCost, fraction_of_bounds, stages};
 use super::{BenchError, work};
 use crate::stopwatch;
 use frames::{Job, Round, STAGES, medians, variants};
@@ -61,7 +61,7 @@ pub struct Rendering {
     /// Part of the time on one thread that the stages' bounds account for.
     pub fraction_of_bounds: f64,
     /// On one thread.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<StageCost>,
 }
 
 /// How many times faster all threads are than one.
