@@ -18,6 +18,14 @@ pub struct Point {
 }
 
 impl Curve {
+    /// The better of two looks at the same buffers.
+    pub(super) fn best(mut self, other: &Self) -> Self {
+        for (point, other) in self.0.iter_mut().zip(&other.0) {
+            point.rate = point.rate.best(other.rate);
+        }
+        self
+    }
+
     /// The rate of a buffer of this size: between two measured ones on a straight
     /// line over the logarithm of the size, beyond them that of the nearest.
     #[must_use]
@@ -56,5 +64,8 @@ mod tests {
         assert_eq!((at(1.0), at(1024.0), at(4096.0), at(1e9)), (8.0, 8.0, 4.0, 1.0));
         assert!((at(2048.0) - 6.0).abs() < 1e-12);
         assert!((curve.at(2048.0).all - 12.0).abs() < 1e-12);
+        let other = Curve(vec![point(1 << 10, 2.0), point(1 << 12, 6.0), point(1 << 20, 1.0)]);
+        let best: Vec<f64> = curve.best(&other).0.iter().map(|p| p.rate.one_thread).collect();
+        assert_eq!(best, [8.0, 6.0, 1.0]);
     }
 }

@@ -7,6 +7,8 @@ mod gather;
 mod rate;
 mod stream;
 
+use std::time::Duration;
+
 use fearless_simd::{Level, Simd, SimdBase, dispatch};
 use pocketnerf_core::{Error, SimdLevel};
 use rayon::prelude::*;
@@ -15,11 +17,12 @@ pub use curve::{Curve, Point};
 pub use rate::Rate;
 
 use crate::aligned::Aligned;
-use rate::Effort;
+use rate::Span;
 
 /// Buffers that are streamed: one that stays in a second-level cache, one that
 /// stays in a third-level cache, one that no cache holds.
-const STREAMS: [usize; 3] = [1 << 20, 16 << 20, 256 << 20];
+const STREAMS: [usize; 3] = [1 << 20, 16 << 20, LARGEST_STREAM];
+const LARGEST_STREAM: usize = 256 << 20;
 /// What a thread streams at least.
 const LEAST_PART: usize = 1 << 20;
 /// Tables that are read at random places.
@@ -55,31 +58,34 @@ impl Machine {
     /// When the SIMD level is not there.
     pub fn measure(simd: SimdLevel, quick: bool) -> Result<Self, Error> {
         let level = simd.token()?;
-        let effort = Effort::of(quick);
-        let clock = clock(&effort);
-        let flops = dispatch!(level, simd => registers(&effort, simd));
+        let (span, looks) = effort(quick);
+        let (values, entries) = (values(), filled(TABLES[TABLES.len() - 1] / 8, 1));
+        // Round after round: what disturbs for a while does not hit every look at one
+        // thing.
+        let look = || Look::take(level, span, &values, &entries);
+        let mut best = look();
+        for _ in 1..looks {
+            best = best.best(&look());
+        }
+        let Look { clock, flops, streams, gathers } = best;
         let lanes = dispatch!(level, simd => lanes(simd));
-        Ok(Self {
-            simd,
-            threads: rayon::current_num_threads(),
-            lanes,
-            clock,
-            flops,
-            fma_fraction: flops.one_thread / (clock * lanes as f64 * 4.0),
-            streams: streams(&effort, level),
-            gathers: gathers(&effort, level),
-        })
+        let threads = rayon::current_num_threads();
+        let fma_fraction = flops.one_thread / (clock * lanes as f64 * 4.0);
+        Ok(Self { simd, threads, lanes, clock, flops, fma_fraction, streams, gathers })
     }
+}
+
+/// How long a look takes, and how many there are.
+const fn effort(quick: bool) -> (Span, usize) {
+    let (span, looks) = if quick { (2, 2) } else { (15, 7) };
+    (Span(Duration::from_millis(span)), looks)
 }
 
 /// Cycles a second of one core, now: neighbours and heat slow it down.
 #[must_use]
 pub fn clock_now(quick: bool) -> f64 {
-    clock(&Effort::of(quick))
-}
-
-fn clock(effort: &Effort) -> f64 {
-    effort.one_thread(clock::CYCLES, clock::chain)
+    let (span, looks) = effort(quick);
+    (0..looks).map(|_| span.one_thread(clock::CYCLES, clock::chain)).fold(0.0, f64::max)
 }
 
 #[inline(always)]
@@ -87,43 +93,96 @@ fn lanes<S: Simd>(_: S) -> usize {
     S::f32s::LEN
 }
 
+/// What is streamed.
+fn values() -> Aligned<f32> {
+    filled(LARGEST_STREAM.max(rayon::current_num_threads() * LEAST_PART) / 4, 1.0)
+}
+
+/// Not zeros: the system would give the same page again and again.
+fn filled<T: Copy + Default + Send + Sync>(len: usize, value: T) -> Aligned<T> {
+    let mut memory = Aligned::new(len);
+    memory.par_chunks_mut(1 << 16).for_each(|part| part.fill(value));
+    memory
+}
+
+/// One look at everything.
+struct Look {
+    clock: f64,
+    flops: Rate,
+    streams: Curve,
+    gathers: Curve,
+}
+
+impl Look {
+    fn take(level: Level, span: Span, values: &[f32], entries: &[u64]) -> Self {
+        Self {
+            clock: span.one_thread(clock::CYCLES, clock::chain),
+            flops: dispatch!(level, simd => registers(span, simd)),
+            streams: streams(level, span, values),
+            gathers: gathers(level, span, entries),
+        }
+    }
+
+    fn best(self, other: &Self) -> Self {
+        Self {
+            clock: self.clock.max(other.clock),
+            flops: self.flops.best(other.flops),
+            streams: self.streams.best(&other.streams),
+            gathers: self.gathers.best(&other.gathers),
+        }
+    }
+}
+
 #[inline(always)]
-fn registers<S: Simd>(effort: &Effort, simd: S) -> Rate {
-    effort.rate(fma::flops::<S>(), |_| fma::multiply_add(simd))
+fn registers<S: Simd>(span: Span, simd: S) -> Rate {
+    span.rate(fma::flops::<S>(), |_| fma::multiply_add(simd))
 }
 
-fn streams(effort: &Effort, level: Level) -> Curve {
-    let threads = rayon::current_num_threads();
-    let part = |bytes: usize| (bytes / threads).max(LEAST_PART) / 1024 * 1024;
-    let largest = STREAMS[STREAMS.len() - 1].max(threads * LEAST_PART);
-    // Not zeros: the system would give the same page again and again.
-    let mut memory = Aligned::<f32>::new(largest / 4);
-    memory.par_chunks_mut(1 << 16).for_each(|values| values.fill(1.0));
-    let points = STREAMS.map(|bytes| {
-        // The lone thread reads all of it, each of many its part.
-        let sum = |thread: usize, len: usize| {
-            let values = &memory[thread * len / 4..][..len / 4];
-            dispatch!(level, simd => stream::sum(simd, values));
-        };
-        let one_thread = effort.one_thread(bytes as f64, || sum(0, bytes));
-        let part = part(bytes);
-        let all = effort.all(part as f64, |thread| sum(thread, part));
-        Point { bytes, rate: Rate { one_thread, all } }
-    });
-    Curve(points.to_vec())
+fn streams(level: Level, span: Span, values: &[f32]) -> Curve {
+    let point = |bytes| Point { bytes, rate: stream(level, span, values, bytes) };
+    Curve(STREAMS.map(point).to_vec())
 }
 
-fn gathers(effort: &Effort, level: Level) -> Curve {
-    let mut memory = Aligned::<u64>::new(TABLES[TABLES.len() - 1] / 8);
-    memory.par_chunks_mut(1 << 16).for_each(|values| values.fill(1));
+/// The lone thread reads all of it, each of many its part.
+fn stream(level: Level, span: Span, values: &[f32], bytes: usize) -> Rate {
+    let part = (bytes / rayon::current_num_threads()).max(LEAST_PART) / 1024 * 1024;
+    let sum = |thread: usize, bytes: usize| {
+        let values = &values[thread * bytes / 4..][..bytes / 4];
+        dispatch!(level, simd => stream::sum(simd, values));
+    };
+    let one_thread = span.one_thread(bytes as f64, || sum(0, bytes));
+    Rate { one_thread, all: span.all(part as f64, |thread| sum(thread, part)) }
+}
+
+fn gathers(level: Level, span: Span, entries: &[u64]) -> Curve {
     let points = TABLES.map(|bytes| {
-        let table = &memory[..bytes / 8];
-        let rate = effort.rate(gather::READS, |thread| {
+        let table = &entries[..bytes / 8];
+        let rate = span.rate(gather::READS, |thread| {
             dispatch!(level, simd => gather::read(simd, table, thread as u32));
         });
         Point { bytes, rate }
     });
     Curve(points.to_vec())
+}
+
+/// Looks at the machine again while something else is measured.
+pub(super) struct Probe {
+    level: Level,
+    span: Span,
+    values: Aligned<f32>,
+}
+
+impl Probe {
+    pub(super) fn new(simd: SimdLevel, quick: bool) -> Result<Self, Error> {
+        Ok(Self { level: simd.token()?, span: effort(quick).0, values: values() })
+    }
+
+    /// Floating-point operations a second in registers, and bytes a second that no
+    /// cache holds.
+    pub(super) fn look(&self) -> [Rate; 2] {
+        let flops = dispatch!(self.level, simd => registers(self.span, simd));
+        [flops, stream(self.level, self.span, &self.values, LARGEST_STREAM)]
+    }
 }
 
 #[cfg(test)]

@@ -4,15 +4,6 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-/// How thoroughly something is measured.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Effort {
-    /// How long one repetition takes.
-    span: Duration,
-    /// Repetitions; the best counts: whatever disturbs makes slower.
-    repetitions: usize,
-}
-
 /// Work a second, of whatever kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rate {
@@ -22,41 +13,41 @@ pub struct Rate {
     pub all: f64,
 }
 
-impl Effort {
-    pub(super) const fn of(quick: bool) -> Self {
-        let (span, repetitions) = if quick { (2, 2) } else { (20, 5) };
-        Self { span: Duration::from_millis(span), repetitions }
+impl Rate {
+    /// The better of two looks at the same: whatever disturbs makes slower.
+    pub(super) const fn best(self, other: Self) -> Self {
+        Self { one_thread: self.one_thread.max(other.one_thread), all: self.all.max(other.all) }
     }
+}
 
+/// How long one look takes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span(pub(super) Duration);
+
+impl Span {
     /// Calls `run` with the thread's number over and over; each call does `work`.
-    pub(super) fn rate(&self, work: f64, run: impl Fn(usize) + Sync) -> Rate {
+    pub(super) fn rate(self, work: f64, run: impl Fn(usize) + Sync) -> Rate {
         Rate { one_thread: self.one_thread(work, || run(0)), all: self.all(work, run) }
     }
 
     /// The same on one thread alone.
-    pub(super) fn one_thread(&self, work: f64, run: impl Fn()) -> f64 {
-        let once = || {
-            let begun = Instant::now();
-            self.calls(&run) * work / begun.elapsed().as_secs_f64()
-        };
-        (0..self.repetitions).map(|_| once()).fold(0.0, f64::max)
+    pub(super) fn one_thread(self, work: f64, run: impl Fn()) -> f64 {
+        let begun = Instant::now();
+        self.calls(run) * work / begun.elapsed().as_secs_f64()
     }
 
     /// The same on all threads at once, until the last has finished.
-    pub(super) fn all(&self, work: f64, run: impl Fn(usize) + Sync) -> f64 {
-        let once = || {
-            let begun = Instant::now();
-            let calls = rayon::broadcast(|thread| self.calls(|| run(thread.index())));
-            calls.iter().sum::<f64>() * work / begun.elapsed().as_secs_f64()
-        };
-        (0..self.repetitions).map(|_| once()).fold(0.0, f64::max)
+    pub(super) fn all(self, work: f64, run: impl Fn(usize) + Sync) -> f64 {
+        let begun = Instant::now();
+        let calls = rayon::broadcast(|thread| self.calls(|| run(thread.index())));
+        calls.iter().sum::<f64>() * work / begun.elapsed().as_secs_f64()
     }
 
     /// Calls `run` until the time is over; gives the number of calls.
-    fn calls(&self, run: impl Fn()) -> f64 {
+    fn calls(self, run: impl Fn()) -> f64 {
         let begun = Instant::now();
         let mut calls = 0.0;
-        while begun.elapsed() < self.span {
+        while begun.elapsed() < self.0 {
             run();
             calls += 1.0;
         }

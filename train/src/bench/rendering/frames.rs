@@ -9,6 +9,7 @@ use rayon::ThreadPool;
 use serde::Serialize;
 
 use super::replay::{Counts, replay};
+use crate::bench::machine::Probe;
 use crate::picture::render_with;
 use crate::stopwatch::{Stage, Stopwatch};
 
@@ -26,6 +27,8 @@ pub(super) struct Job<'j> {
     pub(super) options: RenderOptions,
     /// A pool of one thread.
     pub(super) alone: &'j ThreadPool,
+    /// What the machine gives meanwhile.
+    pub(super) probe: &'j Probe,
 }
 
 /// Seconds of the pictures of one round, or their medians over the rounds.
@@ -40,6 +43,9 @@ pub(super) struct Round {
     pub(super) outside: f64,
     /// Of the rays through empty cells alone, on one thread.
     pub(super) empty: f64,
+    /// How many times faster all threads are than one at multiplications and
+    /// additions, and at reading memory.
+    pub(super) scaling: [f64; 2],
 }
 
 /// A way to render: vector instructions, and memory.
@@ -84,6 +90,7 @@ impl Job<'_> {
             variants: variants?,
             outside: self.alone.install(|| self.pictures(&self.options, true))?,
             empty: self.rays(&counts.empty)?,
+            scaling: self.probe.look().map(|rate| rate.all / rate.one_thread),
         };
         Ok((round, counts))
     }
@@ -134,6 +141,7 @@ pub(super) fn medians(rounds: &[Round]) -> Round {
         variants: (0..rounds[0].variants.len()).map(|i| of(&|round| round.variants[i])).collect(),
         outside: of(&|round| round.outside),
         empty: of(&|round| round.empty),
+        scaling: [0, 1].map(|i| of(&|round| round.scaling[i])),
     }
 }
 

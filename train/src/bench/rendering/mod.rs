@@ -13,7 +13,7 @@ use serde::Serialize;
 
 pub use frames::Variant;
 
-use super::machine::Machine;
+use super::machine::{Machine, Probe};
 use super::stage::{Crowd, Demand, Measured, StageCost, fraction_of_bounds, stages};
 use super::{BenchError, work};
 use crate::stopwatch;
@@ -64,7 +64,7 @@ pub struct Rendering {
     pub stages: Vec<StageCost>,
 }
 
-/// How many times faster all threads are than one.
+/// How many times faster all threads are than one, in the same rounds.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Scaling {
     /// Threads.
@@ -90,7 +90,8 @@ pub fn measure(
     quick: bool,
 ) -> Result<Rendering, BenchError> {
     let alone = ThreadPoolBuilder::new().num_threads(1).build()?;
-    let job = Job { model, cameras, options: *options, alone: &alone };
+    let probe = Probe::new(machine.simd, quick)?;
+    let job = Job { model, cameras, options: *options, alone: &alone, probe: &probe };
     let begun = Instant::now();
     // The first pictures find cold caches.
     let samples = job.samples()?;
@@ -130,7 +131,6 @@ fn summary(
         relative: all_threads / seconds,
     };
     let n_empty = counts.empty.len();
-    let memory = machine.streams.at(f64::INFINITY);
     Rendering {
         views: job.cameras.len(),
         width: job.cameras.first().map_or(0, |camera| camera.width),
@@ -148,8 +148,8 @@ fn summary(
         scaling: Scaling {
             threads: machine.threads,
             frame: median.one_thread / all_threads,
-            fma: machine.flops.all / machine.flops.one_thread,
-            bandwidth: memory.all / memory.one_thread,
+            fma: median.scaling[0],
+            bandwidth: median.scaling[1],
         },
         variants: ways.map(variant).collect(),
         fraction_of_bounds: fraction_of_bounds(&stages),
@@ -207,7 +207,8 @@ mod tests {
         let (model, cameras) = (&file.model, orbit.cameras());
         let options = RenderOptions::new(model, SimdLevel::detect(), Tuning::FAST);
         let alone = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        let job = Job { model, cameras: &cameras, options, alone: &alone };
+        let probe = Probe::new(options.simd, true).unwrap();
+        let job = Job { model, cameras: &cameras, options, alone: &alone, probe: &probe };
         let (_, counts) = job.round().unwrap();
         let samples = job.samples().unwrap();
         assert_eq!(counts.rays, 2 * 60 * 50);
