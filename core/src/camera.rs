@@ -3,6 +3,7 @@
 //! Camera axes are OpenGL's and Blender's: x right, y up, looking along −z.
 //! The centre of pixel (0, 0) is at (0.5, 0.5).
 
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use glam::Vec3;
 
 /// A pinhole camera with its pose.
@@ -100,6 +101,23 @@ impl Camera {
         Ray { origin: self.position(), direction: d.normalize_or(-Vec3::Z).to_array() }
     }
 
+    /// The directions of the rays through a register of image points, each equal
+    /// to that of [`Camera::ray`].
+    #[inline(always)]
+    #[must_use]
+    pub fn directions<S: Simd>(&self, simd: S, x: S::f32s, y: S::f32s) -> [S::f32s; 3] {
+        let m = &self.camera_to_world;
+        let cx = (x - self.center[0]) / self.focal[0];
+        let cy = -((y - self.center[1]) / self.focal[1]);
+        let along = |row: usize| cx * m[row] + cy * m[row + 1] - m[row + 2];
+        let d = [along(0), along(4), along(8)];
+        let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        let inverse = S::f32s::splat(simd, 1.0) / length;
+        let sound = inverse.is_finite() & inverse.simd_gt(S::f32s::splat(simd, 0.0));
+        let or = |value: S::f32s, other: f32| sound.select(value, S::f32s::splat(simd, other));
+        [or(d[0] * inverse, -0.0), or(d[1] * inverse, -0.0), or(d[2] * inverse, -1.0)]
+    }
+
     /// The same view with `factor` times fewer pixels along each side.
     #[must_use]
     pub fn downscaled(&self, factor: u32) -> Self {
@@ -119,6 +137,28 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn directions_in_lanes_are_those_of_single_rays() {
+        let eye = [1.0, -2.5, 3.0];
+        let pose = Camera::look_at(eye, [0.1, 0.2, 0.0], [0.0, 0.0, 1.0]);
+        let mut camera = Camera::from_fov_x(37, 23, 0.9, pose);
+        for scale in [1.0, 1e-30, 0.0, f32::NAN] {
+            camera.camera_to_world = pose.map(|v| v * scale);
+            for level in crate::SimdLevel::ALL.into_iter().filter_map(|l| l.token().ok()) {
+                fearless_simd::dispatch!(level, simd => same_directions(simd, &camera));
+            }
+        }
+    }
+
+    fn same_directions<S: Simd>(simd: S, camera: &Camera) {
+        for i in 0..37 {
+            let (x, y) = (i as f32 + 0.5, 22.5 - 0.5 * i as f32);
+            let splat = |v: f32| S::f32s::splat(simd, v);
+            let lanes = camera.directions(simd, splat(x), splat(y)).map(|d| d.as_slice()[0]);
+            assert_eq!(lanes, camera.ray(x, y).direction);
+        }
+    }
 
     #[test]
     fn rays_of_a_hand_made_camera() {

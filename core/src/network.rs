@@ -146,15 +146,19 @@ pub fn dense<S: Simd, T: Store>(
 #[inline(always)]
 fn load_panel<T: Store>(weight: &TensorView<'_>, first: usize, width: usize, panel: &mut [f32]) {
     let scale = weight.scale();
+    // Without branches, so that the loop becomes vector instructions.
+    let decode = |bits: T::Bits| T::decode_divided(bits) * (T::FACTOR * scale);
     let rows = T::values(weight.bytes()).chunks_exact(weight.cols());
     for (row, to) in rows.zip(panel.as_chunks_mut::<PANEL>().0) {
         let from = &row[first..first + width];
         if let Ok(from) = <&[T::Bits; PANEL]>::try_from(from) {
-            *to = from.map(|bits| T::decode(bits) * scale);
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = decode(*from);
+            }
         } else {
             *to = [0.0; PANEL];
             for (to, from) in to.iter_mut().zip(from) {
-                *to = T::decode(*from) * scale;
+                *to = decode(*from);
             }
         }
     }

@@ -3,16 +3,31 @@
 //! A tile's rays travel together. In every round each living ray adds its next
 //! few occupied samples to a batch, the field answers for the whole batch, and
 //! each ray composites its own part, so that a ray which has become opaque
-//! asks for nothing more.
+//! asks for nothing more. Where a picture need not be the finest, a pixel whose
+//! neighbours agree is their mean.
 
+mod detail;
+mod finish;
+mod flight;
 mod group;
+mod passes;
+mod source;
+mod target;
 
-use fearless_simd::dispatch;
+pub use detail::Detail;
 
+use fearless_simd::{Simd, dispatch};
+
+use crate::field::{AnyField, Field};
 use crate::sampler::{LANES, Marcher};
 use crate::scratch::{Limits, Scratch, Tuning, scratch_len};
+use crate::store::{F16, F32, Store};
+use crate::tensor::DType;
 use crate::{Camera, Error, Model, Ray, SimdLevel};
 use group::Group;
+use passes::Pass;
+use source::{Pixels, Source};
+use target::Target;
 
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,19 +41,22 @@ pub struct RenderOptions {
     /// Cross empty space in strides. Without it every step is tested on its
     /// own: the same picture, slower.
     pub skip: bool,
+    /// What may be left out.
+    pub detail: Detail,
 }
 
 impl RenderOptions {
     /// The usual way to render `model`: all it needs and no more.
     #[must_use]
     pub fn new(model: &Model<'_>, simd: SimdLevel, tuning: Tuning) -> Self {
-        Self { simd, limits: model.field.limits(), tuning, skip: true }
+        Self { simd, limits: model.field.limits(), tuning, skip: true, detail: Detail::default() }
     }
 
     fn check(&self, model: &Model<'_>) -> Result<(), Error> {
         // Cheap beside a tile's work, and kernels rely on it.
         model.validate()?;
         model.fits(&self.limits)?;
+        self.detail.validate()?;
         let Tuning { samples, rays } = self.tuning;
         let multiples = samples.is_multiple_of(32) && rays.is_multiple_of(LANES);
         if !multiples || rays == 0 || rays > samples {
@@ -107,13 +125,15 @@ pub fn render_tile(
     rgba: &mut [f32],
     depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
-    let pixel = |i: usize| {
-        let width = tile.width as usize;
-        let (x, y) = ((i % width) as u32, (i / width) as u32);
-        let (x, y) = (tile.x.saturating_add(x), tile.y.saturating_add(y));
-        camera.ray(x as f32 + 0.5, y as f32 + 0.5)
-    };
-    render(model, tile.pixels(), pixel, options, scratch, rgba, depth)
+    render(
+        model,
+        [tile.width, tile.height],
+        &Pixels { camera, tile },
+        options,
+        scratch,
+        rgba,
+        depth,
+    )
 }
 
 /// Renders any rays: the same as [`render_tile`], one pixel a ray.
@@ -128,23 +148,26 @@ pub fn render_rays(
     rgba: &mut [f32],
     depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
-    render(model, rays.len(), |i| rays[i], options, scratch, rgba, depth)
+    let n = u32::try_from(rays.len()).map_err(|_| Error::Range("number of rays"))?;
+    let options = &RenderOptions { detail: Detail { spacing: 1, ..options.detail }, ..*options };
+    render(model, [n, 1], rays, options, scratch, rgba, depth)
 }
 
 fn render(
     model: &Model<'_>,
-    n: usize,
-    ray: impl Fn(usize) -> Ray,
+    [width, height]: [u32; 2],
+    source: &(impl Source + ?Sized),
     options: &RenderOptions,
     scratch: &mut [f32],
     rgba: &mut [f32],
-    mut depth: Option<&mut [f32]>,
+    depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
     options.check(model)?;
     if scratch.len() < options.scratch_len() {
         let (needed, given) = (options.scratch_len(), scratch.len());
         return Err(Error::ScratchTooSmall { needed, given });
     }
+    let n = (width as usize).saturating_mul(height as usize);
     let depth_len = depth.as_ref().map_or(usize::MAX, |d| d.len());
     for (needed, given) in [(n.saturating_mul(4), rgba.len()), (n, depth_len)] {
         if given < needed {
@@ -152,18 +175,83 @@ fn render(
         }
     }
     let level = options.simd.token()?;
-    let RenderOptions { limits, tuning, skip, .. } = *options;
-    let mut scratch = Scratch::cut(scratch, limits, tuning);
-    let marcher = Marcher::new(model, skip);
-    let mut stats = RenderStats { rays: n as u64, samples: 0 };
-    for first in (0..n).step_by(tuning.rays) {
-        let count = tuning.rays.min(n - first);
-        let group = Group { model, marcher, most_samples: tuning.samples, count };
-        let rgba = rgba[first * 4..].as_chunks_mut::<4>().0;
-        let depth = depth.as_mut().map(|d| &mut d[first..]);
-        let rays = |i: usize| ray(first + i);
-        stats.samples +=
-            dispatch!(level, simd => group.render(simd, rays, &mut scratch, rgba, depth));
+    let RenderOptions { limits, tuning, skip, detail, .. } = *options;
+    let mut group = Group {
+        model,
+        marcher: Marcher::new(model, skip),
+        tuning,
+        min_transmittance: detail.min_transmittance.max(model.sampling.min_transmittance),
+        scratch: Scratch::cut(scratch, limits, tuning),
+        count: 0,
+        samples: 0,
+    };
+    let mut target =
+        Target { rgba: rgba.as_chunks_mut().0, depth, width, cell: source.cell(model) };
+    let passes = passes::passes(width, height, detail.spacing);
+    dispatch!(level, simd => match &model.field {
+        #[cfg(feature = "hash-grid")]
+        AnyField::HashGrid(field) => {
+            each_pass(simd, field, &mut group, source, passes, detail, &mut target);
+        }
+        #[cfg(feature = "frequency")]
+        AnyField::Frequency(field) => {
+            each_pass(simd, field, &mut group, source, passes, detail, &mut target);
+        }
+    });
+    Ok(RenderStats { rays: n as u64, samples: group.samples })
+}
+
+/// Opens the stored type: from here on it and the kind of field are types.
+#[inline(always)]
+fn each_pass<S: Simd, F: Field>(
+    simd: S,
+    field: &F,
+    group: &mut Group<'_, '_>,
+    source: &(impl Source + ?Sized),
+    passes: impl Iterator<Item = Pass>,
+    detail: Detail,
+    target: &mut Target<'_>,
+) {
+    for pass in passes {
+        match field.decoder().density.layers()[0].weight.dtype() {
+            DType::F32 => one_pass::<S, F32, F>(simd, field, group, source, pass, detail, target),
+            DType::F16 => one_pass::<S, F16, F>(simd, field, group, source, pass, detail, target),
+        }
     }
-    Ok(stats)
+}
+
+#[inline(always)]
+fn one_pass<S: Simd, T: Store, F: Field>(
+    simd: S,
+    field: &F,
+    group: &mut Group<'_, '_>,
+    source: &(impl Source + ?Sized),
+    pass: Pass,
+    detail: Detail,
+    target: &mut Target<'_>,
+) {
+    let tolerance = detail.tolerance / pass.half().max(1) as f32;
+    let mut pixels = pass.pixels();
+    loop {
+        let (mut numbers, mut n) = ([0; LANES], 0);
+        for [x, y] in pixels.by_ref() {
+            if pass.half() > 0 && target.interpolate(pass, [x, y], tolerance) {
+                continue;
+            }
+            numbers[n] = y * target.width + x;
+            n += 1;
+            if n == LANES {
+                break;
+            }
+        }
+        group.add(simd, source, &numbers[..n], |pixel| target.clear(pixel));
+        // What is left of a pass goes before the next begins, which reads it.
+        if group.is_full() || (n < LANES && group.count > 0) {
+            group.march::<S, T, F>(simd, field);
+            group.finish::<S, T>(simd, field.decoder(), target);
+        }
+        if n < LANES {
+            return;
+        }
+    }
 }

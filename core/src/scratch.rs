@@ -46,7 +46,7 @@ impl Tuning {
 /// the cache.
 const ALIGNMENT: usize = 15;
 /// Numbers kept for a ray in flight, beside its channels.
-pub(crate) const RAY_ROWS: usize = 12;
+pub(crate) const RAY_ROWS: usize = 14;
 /// Rows kept for a sample: position, direction, distance, whose it is.
 const SAMPLE_ROWS: usize = 8;
 

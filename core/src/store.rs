@@ -1,7 +1,7 @@
 //! How kernels read stored values: one implementation a data type, chosen once
 //! a tile, so that no kernel asks for the type of each value.
 
-use fearless_simd::{Bytes, Simd, SimdBase, SimdWiden, f32x4, i16x8, i32x4, u64x2};
+use fearless_simd::{Bytes, Simd, SimdBase};
 
 mod sealed {
     pub trait Sealed {}
@@ -20,12 +20,23 @@ pub trait Store: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stati
     /// One value, unscaled.
     fn decode(bits: Self::Bits) -> f32;
 
-    /// What [`Store::decode4`]'s values are still to be multiplied by. Kernels
-    /// fold it into a factor that they multiply by anyway.
+    /// Four neighbouring values as they are stored.
+    type Quad: Copy + Default + core::fmt::Debug;
+
+    /// Reads four values without decoding them.
+    fn quad(bits: &[Self::Bits; 4]) -> Self::Quad;
+
+    /// What [`Store::decode_divided`]'s and [`Store::decode_quads`]'s values are
+    /// still to be multiplied by. Kernels fold it into a factor that they
+    /// multiply by anyway.
     const FACTOR: f32;
 
-    /// Four neighbouring values, each divided by [`Store::FACTOR`].
-    fn decode4<S: Simd>(simd: S, bits: &[Self::Bits; 4]) -> f32x4<S>;
+    /// One finite value, divided by [`Store::FACTOR`].
+    fn decode_divided(bits: Self::Bits) -> f32;
+
+    /// Decodes a register's length of quads: the first value of each, the second,
+    /// the third, the fourth, all divided by [`Store::FACTOR`].
+    fn decode_quads<S: Simd>(simd: S, quads: &[Self::Quad]) -> [S::f32s; 4];
 }
 
 /// Little-endian IEEE binary32.
@@ -51,8 +62,26 @@ impl Store for F32 {
     }
 
     #[inline(always)]
-    fn decode4<S: Simd>(simd: S, bits: &[[u8; 4]; 4]) -> f32x4<S> {
-        f32x4::load_array(simd, bits.map(f32::from_le_bytes))
+    fn decode_divided(bits: [u8; 4]) -> f32 {
+        f32::from_le_bytes(bits)
+    }
+
+    type Quad = [f32; 4];
+
+    #[inline(always)]
+    fn quad(bits: &[[u8; 4]; 4]) -> [f32; 4] {
+        bits.map(f32::from_le_bytes)
+    }
+
+    #[inline(always)]
+    fn decode_quads<S: Simd>(simd: S, quads: &[[f32; 4]]) -> [S::f32s; 4] {
+        let n = S::f32s::LEN;
+        let flat = quads.as_flattened();
+        let load = |i: usize| S::f32s::from_slice(simd, &flat[i * n..(i + 1) * n]);
+        let (even_a, odd_a) = load(0).deinterleave(load(1));
+        let (even_b, odd_b) = load(2).deinterleave(load(3));
+        let ((a, c), (b, d)) = (even_a.deinterleave(even_b), odd_a.deinterleave(odd_b));
+        [a, b, c, d]
     }
 }
 
@@ -71,42 +100,71 @@ impl Store for F16 {
         crate::tensor::f16_to_f32(u16::from_le_bytes(bits))
     }
 
-    /// Sign and magnitude moved to f32's places; the exponent keeps f16's bias.
     #[inline(always)]
-    fn decode4<S: Simd>(simd: S, bits: &[[u8; 2]; 4]) -> f32x4<S> {
+    fn decode_divided(bits: [u8; 2]) -> f32 {
+        let pair = u32::from(u16::from_le_bytes(bits)) << 16;
+        f32::from_bits((pair.cast_signed() >> 3).cast_unsigned() & UPPER)
+    }
+
+    type Quad = u64;
+
+    #[inline(always)]
+    fn quad(bits: &[[u8; 2]; 4]) -> u64 {
         let [[a, b], [c, d], [e, f], [g, h]] = *bits;
-        let quad = u64::from_le_bytes([a, b, c, d, e, f, g, h]);
-        let halves: i16x8<S> = u64x2::splat(simd, quad).bitcast();
-        // The sign is extended, so that it survives the shift.
-        let (wide, _) = halves.widen();
-        ((wide << 13) & splat_i32(simd, 0x8fff_e000)).bitcast()
+        u64::from_le_bytes([a, b, c, d, e, f, g, h])
+    }
+
+    #[inline(always)]
+    fn decode_quads<S: Simd>(simd: S, quads: &[u64]) -> [S::f32s; 4] {
+        let n = S::f32s::LEN;
+        let load =
+            |at: usize| -> S::i32s { S::u64s::from_slice(simd, &quads[at..at + n / 2]).bitcast() };
+        let (ab, cd) = load(0).deinterleave(load(n / 2));
+        [upper::<S>(ab << 16), upper::<S>(ab), upper::<S>(cd << 16), upper::<S>(cd)]
     }
 }
 
+/// Where f32 has an f16's sign (repeated), magnitude and the exponent's low bits.
+const UPPER: u32 = 0x8fff_e000;
+
+/// The f16 in the upper half of each lane: sign and magnitude moved to f32's
+/// places (the sign is extended, so that it survives the shift); the exponent
+/// keeps f16's bias.
 #[inline(always)]
-fn splat_i32<S: Simd>(simd: S, bits: u32) -> i32x4<S> {
-    i32x4::splat(simd, bits.cast_signed())
+fn upper<S: Simd>(pair: S::i32s) -> S::f32s {
+    ((pair >> 3) & UPPER.cast_signed()).bitcast()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::dispatch;
 
     #[test]
     fn lanes_decode_every_finite_f16_exactly() {
         for level in crate::SimdLevel::ALL.into_iter().filter_map(|l| l.token().ok()) {
             for bits in (0..=u16::MAX).filter(|b| b & 0x7c00 != 0x7c00) {
                 let values = [bits, bits ^ 0x8000, 0, bits].map(u16::to_le_bytes);
-                let lanes = decode4_at(level, &values);
+                let lanes = dispatch!(level, simd => same_in_every_lane::<_, F16>(simd, &values));
                 for (lane, value) in lanes.iter().zip(values) {
                     assert_eq!((lane * F16::FACTOR).to_bits(), F16::decode(value).to_bits());
+                    assert_eq!(F16::decode_divided(value).to_bits(), lane.to_bits());
                 }
             }
+            let values = [1.0f32, -2.5, 0.0, 1e-30].map(f32::to_le_bytes);
+            let lanes = dispatch!(level, simd => same_in_every_lane::<_, F32>(simd, &values));
+            assert_eq!(lanes, [1.0, -2.5, 0.0, 1e-30]);
         }
     }
 
-    fn decode4_at(level: Level, values: &[[u8; 2]; 4]) -> [f32; 4] {
-        dispatch!(level, simd => F16::decode4(simd, values).to_array())
+    #[inline(always)]
+    fn same_in_every_lane<S: Simd, T: Store>(simd: S, values: &[T::Bits; 4]) -> [f32; 4] {
+        let quads = [T::quad(values); 16];
+        T::decode_quads(simd, &quads[..S::f32s::LEN]).map(|register| {
+            let mut lanes = [0.0; 16];
+            register.store_slice(&mut lanes[..S::f32s::LEN]);
+            assert!(lanes[..S::f32s::LEN].iter().all(|lane| *lane == lanes[0]));
+            lanes[0]
+        })
     }
 }

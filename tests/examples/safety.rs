@@ -12,9 +12,11 @@ use std::error::Error;
 use std::path::Path;
 
 use pocketnerf_core::reference::render_ray;
-use pocketnerf_core::{Model, Occupancy, SimdLevel};
+use pocketnerf_core::render::Detail;
+use pocketnerf_core::{Model, Occupancy};
 use pocketnerf_train::dataset::{self, Dataset, Split};
 use pocketnerf_train::evaluate::evaluate;
+use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{dilated, pack};
 use pocketnerf_train::{metrics, picture};
 use rayon::prelude::*;
@@ -31,20 +33,23 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{model}: {e}"))?;
     let dataset = dataset::load(Path::new(data), Split::Test, 1)?;
     let background = file.model.display.background;
-    let simd = SimdLevel::detect();
-    let psnr = |model: &Model<'_>, skip| {
-        evaluate(model, &dataset, background, simd, skip, |_, _, _| ()).map(|result| result.psnr)
+    let finest = Settings { detail: Detail::FINEST, ..Settings::default() };
+    let score = |model: &Model<'_>, settings: Settings| {
+        evaluate(model, &dataset, background, &settings, |_, _, _| ()).map(|result| result.psnr)
     };
-    let fast = psnr(&file.model, true)?;
-    println!("as it is         {fast:.4} dB");
-    println!("without skipping {:+.4} dB", psnr(&file.model, false)? - fast);
+    let fast = score(&file.model, finest)?;
+    println!("every pixel      {fast:.4} dB");
+    let usual = score(&file.model, Settings::default())?;
+    println!("usual quality    {:+.4} dB", usual - fast);
+    let unskipped = score(&file.model, Settings { skip: false, ..finest })?;
+    println!("without skipping {:+.4} dB", unskipped - fast);
     if let Some(occupancy) = file.model.occupancy {
         let (coarse, fine) = pack(occupancy.resolution(), dilated(&occupancy).into_iter());
         let grown = Occupancy::new(occupancy.resolution(), 1, &coarse, &fine)?;
-        let grown = psnr(&Model { occupancy: Some(grown), ..file.model }, true)?;
+        let grown = score(&Model { occupancy: Some(grown), ..file.model }, finest)?;
         println!("grown by a cell  {:+.4} dB", grown - fast);
     }
-    let [fast, reference, largest] = against_reference(&file.model, &dataset, background)?;
+    let [fast, reference, largest] = against_reference(&file.model, &dataset, background, &finest)?;
     println!(
         "reference        {:+.4} dB on every {PIXELS_APART}th pixel, largest difference {largest:.2e}",
         reference - fast
@@ -57,10 +62,11 @@ fn against_reference(
     model: &Model<'_>,
     dataset: &Dataset,
     background: [f32; 3],
+    finest: &Settings,
 ) -> Result<[f64; 3], Box<dyn Error>> {
     let (mut fast, mut slow, mut truth) = (Vec::new(), Vec::new(), Vec::new());
     for view in &dataset.views {
-        let rendered = picture::render(model, &view.camera, SimdLevel::detect(), true)?;
+        let rendered = picture::render(model, &view.camera, finest)?;
         let rendered = rendered.over(background);
         let target = metrics::composite_on(&view.rgba, background);
         let width = view.camera.width as usize;

@@ -2,10 +2,12 @@
 //! rendered for ever.
 
 use pocketnerf_core::reference::render_ray;
+use pocketnerf_core::render::Detail;
 use pocketnerf_core::{RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::Split;
 use pocketnerf_train::evaluate::evaluate;
+use pocketnerf_train::picture::Settings;
 
 const BYTES: &[u8] = include_bytes!("../../embed-demo/still-life.pnerf");
 
@@ -14,8 +16,8 @@ fn shows_the_built_in_scene() {
     assert!(BYTES.len() < 500_000, "{} bytes", BYTES.len());
     let file = pocketnerf_formats::open_verified(BYTES).unwrap();
     let held_out = builtin::dataset(Split::Test, 1);
-    let simd = SimdLevel::detect();
-    let seen = evaluate(&file.model, &held_out, [1.0; 3], simd, true, |_, _, _| ()).unwrap();
+    let seen =
+        evaluate(&file.model, &held_out, [1.0; 3], &Settings::default(), |_, _, _| ()).unwrap();
     println!("{:.2} dB", seen.psnr);
     assert!(seen.psnr > 33.0, "{} dB", seen.psnr);
 }
@@ -33,8 +35,11 @@ fn every_level_and_scratch_agrees_with_the_oracle() {
     for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
         for tuning in [Tuning::SMALL, Tuning::FAST] {
             for skip in [false, true] {
-                let options =
-                    RenderOptions { skip, ..RenderOptions::new(&file.model, simd, tuning) };
+                let options = RenderOptions {
+                    skip,
+                    detail: Detail::FINEST,
+                    ..RenderOptions::new(&file.model, simd, tuning)
+                };
                 let mut scratch = vec![f32::NAN; options.scratch_len()];
                 let mut rgba = vec![f32::NAN; truth.len() * 4];
                 render_tile(&file.model, &camera, tile, &options, &mut scratch, &mut rgba, None)

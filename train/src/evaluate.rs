@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use pocketnerf_core::{Error, Model, SimdLevel};
+use pocketnerf_core::{Error, Model};
 use serde::Serialize;
 
 use crate::dataset::Dataset;
@@ -59,14 +59,13 @@ pub fn evaluate(
     model: &Model<'_>,
     dataset: &Dataset,
     background: [f32; 3],
-    simd: SimdLevel,
-    skip: bool,
+    settings: &picture::Settings,
     mut each: impl FnMut(usize, &[u8], &[u8]),
 ) -> Result<Evaluation, Error> {
     let (mut times, mut per_view, mut rays, mut samples) = (Vec::new(), Vec::new(), 0, 0);
     for (i, view) in dataset.views.iter().enumerate() {
         let begun = Instant::now();
-        let rendered = picture::render(model, &view.camera, simd, skip)?;
+        let rendered = picture::render(model, &view.camera, settings)?;
         times.push(begun.elapsed().as_secs_f64());
         rays += rendered.stats.rays;
         samples += rendered.stats.samples;

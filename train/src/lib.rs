@@ -28,9 +28,10 @@
 //! // Any program: from the bytes to new views.
 //! let file = pocketnerf_formats::open_verified(&bytes)?;
 //! let held_out = builtin::dataset(Split::Test, 16);
-//! let rendered = picture::render(&file.model, &held_out.views[0].camera, simd, true)?;
+//! let settings = picture::Settings::default();
+//! let rendered = picture::render(&file.model, &held_out.views[0].camera, &settings)?;
 //! assert_eq!(rendered.over([1.0; 3]).len(), 3 * 25 * 25);
-//! let score = evaluate::evaluate(&file.model, &held_out, [1.0; 3], simd, true, |_, _, _| ())?;
+//! let score = evaluate::evaluate(&file.model, &held_out, [1.0; 3], &settings, |_, _, _| ())?;
 //! assert!(score.psnr > 17.0, "{} dB", score.psnr);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

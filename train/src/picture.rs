@@ -1,12 +1,34 @@
 //! Whole pictures of a model, tiles in parallel.
 
+use pocketnerf_core::render::Detail;
 use pocketnerf_core::render::RenderStats;
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use rayon::prelude::*;
 
-/// Width and height of a tile: as many pixels as rays travel together, and so
-/// narrow that sixteen that march side by side are a square of the picture.
-const TILE: [u32; 2] = [4, 64];
+/// Pixels along a side of a tile: so many that its passes fill batches, so few
+/// that threads end together.
+const TILE: u32 = 128;
+
+/// How to render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Vector instructions.
+    pub simd: SimdLevel,
+    /// Cross empty space in strides.
+    pub skip: bool,
+    /// What may be left out.
+    pub detail: Detail,
+    /// Whether depth is wanted.
+    pub depth: bool,
+}
+
+impl Default for Settings {
+    /// As fast as this machine can, in the usual quality, without depth.
+    fn default() -> Self {
+        let (simd, detail) = (SimdLevel::detect(), Detail::default());
+        Self { simd, skip: true, detail, depth: false }
+    }
+}
 
 /// A rendered picture.
 #[derive(Clone, Debug)]
@@ -18,6 +40,7 @@ pub struct Picture {
     /// Premultiplied RGBA, four values a pixel, without background.
     pub rgba: Vec<f32>,
     /// Expected Euclidean distance, scene units; infinite where nothing is.
+    /// Empty where it was not asked for.
     pub depth: Vec<f32>,
     /// What it took.
     pub stats: RenderStats,
@@ -39,12 +62,10 @@ impl Picture {
 
 /// The tiles of a picture, row after row.
 pub(crate) fn tiles(width: u32, height: u32) -> Vec<Tile> {
-    let [w, h] = TILE;
-    let corners = (0..height)
-        .step_by(h as usize)
-        .flat_map(|y| (0..width).step_by(w as usize).map(move |x| (x, y)));
+    let starts = |n: u32| (0..n).step_by(TILE as usize);
+    let corners = starts(height).flat_map(|y| starts(width).map(move |x| (x, y)));
     corners
-        .map(|(x, y)| Tile { x, y, width: w.min(width - x), height: h.min(height - y) })
+        .map(|(x, y)| Tile { x, y, width: TILE.min(width - x), height: TILE.min(height - y) })
         .collect()
 }
 
@@ -52,17 +73,13 @@ pub(crate) fn tiles(width: u32, height: u32) -> Vec<Tile> {
 ///
 /// # Errors
 /// Whatever [`render_tile`] reports.
-pub fn render(
-    model: &Model<'_>,
-    camera: &Camera,
-    simd: SimdLevel,
-    skip: bool,
-) -> Result<Picture, Error> {
-    let options = RenderOptions { skip, ..RenderOptions::new(model, simd, Tuning::FAST) };
-    render_with(model, camera, &options)
+pub fn render(model: &Model<'_>, camera: &Camera, settings: &Settings) -> Result<Picture, Error> {
+    let Settings { simd, skip, detail, depth } = *settings;
+    let options = RenderOptions { skip, detail, ..RenderOptions::new(model, simd, Tuning::FAST) };
+    render_with(model, camera, &options, depth)
 }
 
-/// The same with any options.
+/// The same with any options, and with `depth` where wanted.
 ///
 /// # Errors
 /// Whatever [`render_tile`] reports.
@@ -70,19 +87,21 @@ pub fn render_with(
     model: &Model<'_>,
     camera: &Camera,
     options: &RenderOptions,
+    depth: bool,
 ) -> Result<Picture, Error> {
     let (width, height) = (camera.width, camera.height);
     let tiles = tiles(width, height);
+    let depth_len = |pixels: usize| if depth { pixels } else { 0 };
     let parts: Result<Vec<_>, Error> = tiles
         .par_iter()
         .map_init(
             || vec![0.0; options.scratch_len()],
             |scratch, tile| {
                 let mut rgba = vec![0.0; tile.pixels() * 4];
-                let mut depth = vec![0.0; tile.pixels()];
-                let to = (&mut rgba, &mut depth);
-                let stats = render_tile(model, camera, *tile, options, scratch, to.0, Some(to.1))?;
-                Ok((rgba, depth, stats))
+                let mut depths = vec![0.0; depth_len(tile.pixels())];
+                let to = (&mut rgba, depth.then_some(&mut depths[..]));
+                let stats = render_tile(model, camera, *tile, options, scratch, to.0, to.1)?;
+                Ok((rgba, depths, stats))
             },
         )
         .collect();
@@ -91,7 +110,7 @@ pub fn render_with(
         width,
         height,
         rgba: vec![0.0; pixels * 4],
-        depth: vec![0.0; pixels],
+        depth: vec![0.0; depth_len(pixels)],
         stats: RenderStats::default(),
     };
     for (tile, (rgba, depth, stats)) in tiles.iter().zip(parts?) {
@@ -101,7 +120,9 @@ pub fn render_with(
         for y in 0..tile.height as usize {
             let to = (tile.y as usize + y) * width as usize + tile.x as usize;
             picture.rgba[to * 4..][..row * 4].copy_from_slice(&rgba[y * row * 4..][..row * 4]);
-            picture.depth[to..][..row].copy_from_slice(&depth[y * row..][..row]);
+            if !depth.is_empty() {
+                picture.depth[to..][..row].copy_from_slice(&depth[y * row..][..row]);
+            }
         }
     }
     Ok(picture)

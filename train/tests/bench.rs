@@ -69,6 +69,8 @@ fn everything_is_there() {
         "frames_per_second",
         "samples_per_ray",
         "samples_per_hit_ray",
+        "samples_per_ray_every_pixel",
+        "seconds_per_frame_every_pixel",
         "rows_per_pixel",
         "ns_per_pixel_outside",
         "ns_per_pixel_empty",

@@ -5,7 +5,7 @@
 //! per_level_scale^l - 1` cells along a unit length; a point u lies at grid
 //! position `u * scale_l + 0.5`, between the corners `floor` and `floor + 1`.
 
-use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, SimdInt, f32x4};
+use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, SimdInt};
 
 use crate::store::Store;
 use crate::{Error, TensorView};
@@ -288,7 +288,9 @@ fn encode_level<S: Simd, T: Store, const F: usize>(
     }
 }
 
-/// Sums a group's corners, four features of a point in one register.
+/// Sums a group's corners where entries have four or eight features. Entries
+/// are first copied together as they are, so that many reads are on their way
+/// at a time, and then decoded with a point in every lane.
 #[inline(always)]
 fn interpolate_quads<S: Simd, T: Store, const F: usize>(
     simd: S,
@@ -297,24 +299,25 @@ fn interpolate_quads<S: Simd, T: Store, const F: usize>(
 ) -> [[f32; GROUP]; F] {
     let mut rows = [[0.0f32; GROUP]; F];
     for (quad, rows) in rows.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let mut sums = [0.0f32; 4 * GROUP];
-        for (s, sum) in sums.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-            let mut acc = f32x4::splat(simd, 0.0);
-            for c in 0..8 {
-                let entry = &entries[corners.entry[c][s] as usize];
-                let weight = f32x4::splat(simd, corners.weight[c][s]);
-                acc = T::decode4(simd, &entry.as_chunks::<4>().0[quad]).mul_add(weight, acc);
+        let mut quads = [[T::Quad::default(); GROUP]; 8];
+        for (quads, numbers) in quads.iter_mut().zip(&corners.entry) {
+            for (to, number) in quads.iter_mut().zip(numbers) {
+                *to = T::quad(&entries[*number as usize].as_chunks::<4>().0[quad]);
             }
-            acc.store_array(sum);
         }
         let n = S::f32s::LEN;
         for lane in (0..GROUP).step_by(n) {
-            let load = |i: usize| S::f32s::from_slice(simd, &sums[lane * 4 + i * n..][..n]);
-            let (even_a, odd_a) = load(0).deinterleave(load(1));
-            let (even_b, odd_b) = load(2).deinterleave(load(3));
-            let ((f0, f2), (f1, f3)) = (even_a.deinterleave(even_b), odd_a.deinterleave(odd_b));
-            for (row, values) in rows.iter_mut().zip([f0, f1, f2, f3]) {
-                values.store_slice(&mut row[lane..lane + n]);
+            let lanes = lane..lane + n;
+            let mut sums = [S::f32s::splat(simd, 0.0); 4];
+            for (quads, weights) in quads.iter().zip(&corners.weight) {
+                let weight = S::f32s::from_slice(simd, &weights[lanes.clone()]);
+                let values = T::decode_quads(simd, &quads[lanes.clone()]);
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum = value.mul_add(weight, *sum);
+                }
+            }
+            for (row, sum) in rows.iter_mut().zip(sums) {
+                sum.store_slice(&mut row[lanes.clone()]);
             }
         }
     }

@@ -93,15 +93,15 @@ impl<'a> Marcher<'a> {
         end.store_slice(&mut bundle.end[first..first + S::f32s::LEN]);
     }
 
-    /// Takes up to `most` occupied samples from every ray of the bundle, nearest
-    /// first: calls `emit(lane, t, u)` with the distance and the unit coordinates
+    /// Takes up to `most[lane]` occupied samples (a whole number) from each ray of
+    /// the bundle, nearest first: calls `emit(lane, t, u)` with the distance and the unit coordinates
     /// of each. Samples of one ray come in order, those of different rays mixed.
     #[inline(always)]
     pub fn advance<S: Simd>(
         &self,
         simd: S,
         bundle: &mut Bundle,
-        most: usize,
+        most: &[f32; LANES],
         mut emit: impl FnMut(usize, f32, [f32; 3]),
     ) {
         simd.vectorize(
@@ -120,15 +120,15 @@ impl<'a> Marcher<'a> {
         simd: S,
         bundle: &mut Bundle,
         first: usize,
-        most: usize,
+        most: &[f32; LANES],
         emit: &mut impl FnMut(usize, f32, [f32; 3]),
     ) {
         let n = S::f32s::LEN;
-        let splat = |v: f32| S::f32s::splat(simd, v);
-        let [zero, one] = [splat(0.0), splat(1.0)];
+        let [zero, one] = [0.0, 1.0].map(|v| S::f32s::splat(simd, v));
         let end = S::f32s::from_slice(simd, &bundle.end[first..first + n]);
         let mut k = S::f32s::from_slice(simd, &bundle.next[first..first + n]);
-        let mut left = k.simd_lt(end).select(splat(most as f32), zero);
+        let most = S::f32s::from_slice(simd, &most[first..first + n]);
+        let mut left = k.simd_lt(end).select(most, zero);
         if !left.simd_gt(zero).any_true() {
             return;
         }
@@ -141,21 +141,9 @@ impl<'a> Marcher<'a> {
                 break;
             }
             let t = rays.distance(k, &self.sampling);
-            let p = rays.at(t);
-            let u = axes(|a| (p[a] - self.map.min[a]) * self.map.scale);
-            let (found, ahead) = match &self.occupancy {
-                None => (alive, one),
-                Some(occupancy) => {
-                    let cell = Cell::around(simd, occupancy, u);
-                    let found = cell.is_occupied() & alive;
-                    let ahead = if self.skip {
-                        found.select(one, stride.steps_to_leave(simd, u, &cell, t))
-                    } else {
-                        one
-                    };
-                    (found, ahead)
-                }
-            };
+            let u = self.unit(&rays, t);
+            let (occupied, ahead) = self.look(simd, &stride, u, t);
+            let found = occupied & alive;
             let mut bits = found.to_bitmask();
             if bits != 0 {
                 t.store_slice(&mut lanes.t[..n]);
@@ -168,11 +156,75 @@ impl<'a> Marcher<'a> {
                     bits &= bits - 1;
                 }
             }
-            left = found.select(left - 1.0, left);
+            left = found.select(left - one, left);
             k = alive.select(k + ahead, k);
             left = k.simd_lt(end).select(left, zero);
         }
         k.min(end).store_slice(&mut bundle.next[first..first + n]);
+    }
+
+    /// Unit coordinates at distances `t`.
+    #[inline(always)]
+    fn unit<S: Simd>(&self, rays: &Rays<S>, t: S::f32s) -> [S::f32s; 3] {
+        let p = rays.at(t);
+        axes(|a| (p[a] - self.map.min[a]) * self.map.scale)
+    }
+
+    /// Whether there may be something at `u`, at distances `t`, and how many
+    /// steps it is to what may be different.
+    #[inline(always)]
+    fn look<S: Simd>(
+        &self,
+        simd: S,
+        stride: &Stride<S>,
+        u: [S::f32s; 3],
+        t: S::f32s,
+    ) -> (S::mask32s, S::f32s) {
+        let one = S::f32s::splat(simd, 1.0);
+        let Some(occupancy) = &self.occupancy else {
+            return (one.simd_eq(one), one);
+        };
+        let cell = Cell::around(simd, occupancy, u);
+        let occupied = cell.is_occupied();
+        if !self.skip {
+            return (occupied, one);
+        }
+        (occupied, occupied.select(one, stride.steps_to_leave(simd, u, &cell, t)))
+    }
+
+    /// Moves the bundle's rays on to their next occupied samples, without taking
+    /// them; rays that meet none end.
+    #[inline(always)]
+    pub fn seek<S: Simd>(&self, simd: S, bundle: &mut Bundle) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for first in (0..LANES).step_by(S::f32s::LEN) {
+                    self.seek_register(simd, bundle, first);
+                }
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn seek_register<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize) {
+        let lanes = first..first + S::f32s::LEN;
+        let end = S::f32s::from_slice(simd, &bundle.end[lanes.clone()]);
+        let mut k = S::f32s::from_slice(simd, &bundle.next[lanes.clone()]);
+        let mut seeking = k.simd_lt(end);
+        if !seeking.any_true() {
+            return;
+        }
+        let rays = Rays::load(simd, bundle, first);
+        let stride = Stride::new(simd, &rays, &self.map, &self.sampling);
+        while seeking.any_true() {
+            let t = rays.distance(k, &self.sampling);
+            let (occupied, ahead) = self.look(simd, &stride, self.unit(&rays, t), t);
+            seeking &= !occupied;
+            k = seeking.select(k + ahead, k);
+            seeking &= k.simd_lt(end);
+        }
+        k.min(end).store_slice(&mut bundle.next[lanes]);
     }
 }
 

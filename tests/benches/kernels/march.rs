@@ -47,6 +47,7 @@ fn hollow_ball(bencher: Bencher<'_, '_>, most: usize) {
     let sampling = Sampling { step: 2.0 / 350.0, near: 0.0, far: 10.0, min_transmittance: 1e-3 };
     let marcher = Marcher::from_parts(Some(occupancy), space, sampling, true);
     let bundles = bundles();
+    let most = [most as f32; LANES];
     let level = level();
     bencher.counter(ItemsCount::new(SIDE * SIDE)).bench_local(|| {
         let mut sum = 0.0;
@@ -55,7 +56,7 @@ fn hollow_ball(bencher: Bencher<'_, '_>, most: usize) {
             dispatch!(level, simd => {
                 marcher.enter(simd, &mut bundle);
                 while bundle.alive() > 0 {
-                    marcher.advance(simd, &mut bundle, most, |_, t, u| sum += t + u[0]);
+                    marcher.advance(simd, &mut bundle, &most, |_, t, u| sum += t + u[0]);
                 }
             });
         }

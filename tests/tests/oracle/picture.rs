@@ -1,6 +1,6 @@
 //! Pictures by the renderer under test.
 
-use pocketnerf_core::render::{RenderStats, render_rays};
+use pocketnerf_core::render::{Detail, RenderStats, render_rays};
 use pocketnerf_core::render_tile;
 use pocketnerf_core::{Camera, Error, Model, Ray, RenderOptions, SimdLevel, Tile, Tuning};
 
@@ -69,7 +69,7 @@ pub(crate) fn whole(camera: &Camera) -> Tile {
     Tile { x: 0, y: 0, width: camera.width, height: camera.height }
 }
 
-/// The usual options.
+/// The usual options, and every pixel.
 pub(crate) fn options(model: &Model<'_>, level: SimdLevel, tuning: Tuning) -> RenderOptions {
-    RenderOptions::new(model, level, tuning)
+    RenderOptions { detail: Detail::FINEST, ..RenderOptions::new(model, level, tuning) }
 }

@@ -60,8 +60,10 @@ impl fmt::Display for Rendering {
         )?;
         writeln!(
             f,
-            "{:.2} samples a pixel ({:.2} rows), {:.1} a ray that meets something ({:.0} %)",
+            "{:.2} samples a pixel; where every pixel is rendered {:.2} ({:.2} rows), \
+             {:.1} a ray that meets something ({:.0} %):",
             self.samples_per_ray,
+            self.samples_per_ray_every_pixel,
             self.rows_per_pixel,
             self.samples_per_hit_ray,
             100.0 * self.hit_share,

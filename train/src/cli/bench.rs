@@ -11,6 +11,7 @@ use crate::builtin;
 use crate::cameras::Orbit;
 use crate::dataset::{self, Dataset, Split};
 use crate::field::EncodingConfig;
+use crate::picture::Settings;
 use crate::trainer::TrainConfig;
 
 /// Views that are rendered.
@@ -72,8 +73,9 @@ impl Bench {
         let [width, height] = if self.quick { [48; 2] } else { orbit.size };
         let size = [self.width.unwrap_or(width), self.height.unwrap_or(height)];
         let cameras = Orbit { size, ..orbit }.cameras();
-        let skip = !common.no_skip;
-        let options = RenderOptions { skip, ..RenderOptions::new(&file.model, simd, Tuning::FAST) };
+        let Settings { skip, detail, .. } = common.picture();
+        let usual = RenderOptions::new(&file.model, simd, Tuning::FAST);
+        let options = RenderOptions { skip, detail, ..usual };
         let rendering = rendering::measure(&file.model, &cameras, &options, &machine, self.quick)?;
         let model = path.display().to_string();
         let clock = machine::clock_now(self.quick);

@@ -47,15 +47,14 @@ impl Demo {
         let file = open(&path, &bytes)?;
         let background = file.model.display.background;
         let mut failure = None;
-        let skip = !common.no_skip;
-        let result =
-            evaluate(&file.model, &held_out, background, common.simd(), skip, |i, a, b| {
-                let camera = &held_out.views[i].camera;
-                let (width, pixels) = image_file::side_by_side(camera.width, &[a, b]);
-                let to = folder.join(format!("view_{i:02}.png"));
-                let written = image_file::write_rgb(&to, width, camera.height, &pixels);
-                failure = written.err().or(failure.take());
-            })?;
+        let settings = common.picture();
+        let result = evaluate(&file.model, &held_out, background, &settings, |i, a, b| {
+            let camera = &held_out.views[i].camera;
+            let (width, pixels) = image_file::side_by_side(camera.width, &[a, b]);
+            let to = folder.join(format!("view_{i:02}.png"));
+            let written = image_file::write_rgb(&to, width, camera.height, &pixels);
+            failure = written.err().or(failure.take());
+        })?;
         if let Some(failure) = failure {
             return Err(failure.into());
         }

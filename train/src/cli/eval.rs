@@ -38,18 +38,16 @@ impl Eval {
         let folder = self.out.as_deref().map(make_folder).transpose()?;
         let mut failure = None;
         let views = &dataset.views;
-        let skip = !common.no_skip;
-        let result =
-            evaluate(&file.model, &dataset, background, common.simd(), skip, |i, a, b| {
-                let Some(folder) = &folder else { return };
-                let path = folder.join(format!("{i:03}.png"));
-                let difference = image_file::difference(a, b, 4);
-                let (width, pixels) =
-                    image_file::side_by_side(views[i].camera.width, &[a, b, &difference]);
-                let height = views[i].camera.height;
-                failure =
-                    image_file::write_rgb(&path, width, height, &pixels).err().or(failure.take());
-            })?;
+        let settings = common.picture();
+        let result = evaluate(&file.model, &dataset, background, &settings, |i, a, b| {
+            let Some(folder) = &folder else { return };
+            let path = folder.join(format!("{i:03}.png"));
+            let difference = image_file::difference(a, b, 4);
+            let (width, pixels) =
+                image_file::side_by_side(views[i].camera.width, &[a, b, &difference]);
+            let height = views[i].camera.height;
+            failure = image_file::write_rgb(&path, width, height, &pixels).err().or(failure.take());
+        })?;
         if let Some(failure) = failure {
             return Err(failure.into());
         }

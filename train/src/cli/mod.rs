@@ -14,6 +14,9 @@ use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use pocketnerf_core::SimdLevel;
+use pocketnerf_core::render::Detail;
+
+use crate::picture;
 
 /// Whatever stops a command: its text is one line.
 type Failure = Box<dyn std::error::Error>;
@@ -63,6 +66,10 @@ struct Common {
     /// Visit every step of a ray instead of crossing empty space in strides.
     #[arg(long, global = true)]
     no_skip: bool,
+    /// Speed against accuracy of pictures, from 0, the fastest, to 1, where every
+    /// pixel is rendered as the model says.
+    #[arg(long, global = true, value_name = "Q", default_value_t = 0.5, value_parser = parse_quality)]
+    quality: f32,
     /// Print one JSON object on standard output and nothing else there.
     #[arg(long, global = true)]
     json: bool,
@@ -79,6 +86,12 @@ impl Common {
         self.simd.unwrap_or_else(SimdLevel::detect)
     }
 
+    /// How pictures are rendered.
+    fn picture(&self) -> picture::Settings {
+        let detail = Detail::quality(self.quality);
+        picture::Settings { simd: self.simd(), skip: !self.no_skip, detail, depth: false }
+    }
+
     /// A line for people: on standard error when standard output is JSON's.
     fn say(&self, text: &str) {
         if self.json {
@@ -92,6 +105,11 @@ impl Common {
 /// A line on standard output. Who reads it may have gone: that is no fault.
 fn print_line(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+fn parse_quality(text: &str) -> Result<f32, String> {
+    let quality = text.parse().ok().filter(|q| (0.0..=1.0).contains(q));
+    quality.ok_or_else(|| "expected a number from 0 to 1".to_owned())
 }
 
 fn parse_simd(name: &str) -> Result<SimdLevel, String> {

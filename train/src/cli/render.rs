@@ -53,12 +53,13 @@ impl Render {
         if folder.is_none() {
             output::check_output(&self.out)?;
         }
+        let settings = picture::Settings { depth: self.depth, ..common.picture() };
         for (i, camera) in cameras.iter().enumerate() {
             let path = match &folder {
                 Some(folder) => folder.join(format!("{i:03}.png")),
                 None => self.out.clone(),
             };
-            let rendered = picture::render(&file.model, camera, common.simd(), !common.no_skip)?;
+            let rendered = picture::render(&file.model, camera, &settings)?;
             let rgb = metrics::quantize_all(&rendered.over(background));
             image_file::write_rgb(&path, camera.width, camera.height, &rgb)?;
             if self.depth {

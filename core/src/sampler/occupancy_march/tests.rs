@@ -18,7 +18,7 @@ fn samples(marcher: &Marcher<'_>, rays: &[Ray], most: usize, simd: SimdLevel) ->
         marcher.enter(simd, &mut bundle);
         while bundle.alive() > 0 {
             let mut counts = [0; LANES];
-            marcher.advance(simd, &mut bundle, most, |lane, t, _| {
+            marcher.advance(simd, &mut bundle, &[most as f32; LANES], |lane, t, _| {
                 counts[lane] += 1;
                 all[lane].push(t.to_bits());
             });

@@ -1,17 +1,17 @@
-//! Rays of a tile on their way, and the batch that they fill.
+//! Rays on their way, and the batch that they fill.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, SimdBase};
 use pocketnerf_core::composite::Gathered;
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::network::panel_len;
 use pocketnerf_core::sampler::{Bundle, LANES, Marcher};
 use pocketnerf_core::scratch::{Limits, Workspace};
-use pocketnerf_core::{Ray, Tuning};
+use pocketnerf_core::{Camera, Tile, Tuning};
 
 use crate::aligned::Aligned;
 
-/// Fewest and most samples that a ray adds to a batch, as in the renderer.
-const RUN: std::ops::RangeInclusive<usize> = 4..=16;
+/// Most samples that a ray adds to a batch, as in the renderer.
+const RUN: usize = 4;
 
 /// A batch of samples; rows are `stride` values apart.
 pub(super) struct Batch {
@@ -56,57 +56,94 @@ fn first(rows: &[Aligned<f32>; 3], n: usize) -> [&[f32]; 3] {
     [0, 1, 2].map(|axis| &rows[axis][..n])
 }
 
-/// Rays that travel together.
+/// The rays of up to sixteen pixels of a tile, from number `first` on.
+#[inline(always)]
+pub(super) fn rays<S: Simd>(simd: S, camera: &Camera, tile: Tile, first: usize) -> Bundle {
+    let mut bundle = Bundle { origin: camera.position().map(|o| [o; LANES]), ..Bundle::EMPTY };
+    let [mut columns, mut rows] = [[0.5; LANES]; 2];
+    for (i, (column, row)) in (first as u32..).zip(columns.iter_mut().zip(&mut rows)) {
+        *column = (tile.x + i % tile.width) as f32 + 0.5;
+        *row = (tile.y + i / tile.width) as f32 + 0.5;
+    }
+    let n = S::f32s::LEN;
+    for lane in (0..LANES).step_by(n) {
+        let at = |row: &[f32; LANES]| S::f32s::from_slice(simd, &row[lane..lane + n]);
+        let directions = camera.directions(simd, at(&columns), at(&rows));
+        for (to, direction) in bundle.direction.iter_mut().zip(directions) {
+            direction.store_slice(&mut to[lane..lane + n]);
+        }
+    }
+    bundle
+}
+
+/// Sixteen rays with what they have gathered.
+struct Sixteen {
+    bundle: Bundle,
+    gathered: [Gathered; LANES],
+    /// Light that still passes.
+    left: [f32; LANES],
+    /// Part of the light that passed the last sample.
+    passed: [f32; LANES],
+}
+
+impl Sixteen {
+    const EMPTY: Self = Self {
+        bundle: Bundle::EMPTY,
+        gathered: [Gathered::NOTHING; LANES],
+        left: [1.0; LANES],
+        passed: [1.0; LANES],
+    };
+
+    /// Samples that rays will still need, at most `most`, as in the renderer: as
+    /// many as would make them opaque if all were like the last.
+    #[inline(always)]
+    fn likely(&self, min_transmittance: f32, most: usize) -> [f32; LANES] {
+        let (mut left, mut needed) = (self.left, [1.0; LANES]);
+        for _ in 1..most {
+            for ((left, passed), needed) in left.iter_mut().zip(&self.passed).zip(&mut needed) {
+                *left *= passed;
+                *needed += if *left < min_transmittance { 0.0 } else { 1.0 };
+            }
+        }
+        needed
+    }
+}
+
+/// Rays that travel together: those that meet an occupied cell.
 #[derive(Default)]
 pub(super) struct Flight {
-    rays: Vec<Ray>,
-    bundles: Vec<Bundle>,
-    pub(super) gathered: Vec<Gathered>,
+    rays: Vec<Sixteen>,
+    pub(super) count: usize,
     /// `[ray][channels]`.
     pub(super) sums: Vec<f32>,
-    /// Samples that each ray has taken.
-    taken: Vec<u32>,
-    /// Whether each ray had steps inside the box.
-    entered: Vec<bool>,
 }
 
 impl Flight {
-    /// Puts rays on their way.
-    #[inline(always)]
-    pub(super) fn start<S: Simd>(
-        &mut self,
-        simd: S,
-        rays: impl Iterator<Item = Ray>,
-        channels: usize,
-        marcher: &Marcher<'_>,
-    ) {
+    /// Forgets all rays.
+    pub(super) fn clear(&mut self) {
         self.rays.clear();
-        self.rays.extend(rays);
-        self.bundles.clear();
-        for rays in self.rays.chunks(LANES) {
-            let mut bundle = Bundle::EMPTY;
-            for (lane, ray) in rays.iter().enumerate() {
-                bundle.set(lane, ray, 0.5);
-            }
-            marcher.enter(simd, &mut bundle);
-            (rays.len()..LANES).for_each(|lane| bundle.stop(lane));
-            self.bundles.push(bundle);
-        }
-        let n = self.rays.len();
-        self.gathered.clear();
-        self.gathered.resize(n, Gathered::NOTHING);
-        self.sums.clear();
-        self.sums.resize(n * channels, 0.0);
+        self.count = 0;
     }
 
-    /// Remembers which rays have entered the box; apart, for it is not the
-    /// renderer's work.
-    pub(super) fn remember(&mut self) {
-        self.taken.clear();
-        self.taken.resize(self.rays.len(), 0);
-        self.entered.clear();
-        let lanes = self.bundles.iter().flat_map(|b| b.next.iter().zip(&b.end));
-        self.entered.extend(lanes.take(self.rays.len()).map(|(next, end)| next < end));
+    /// Adds those of the bundle's rays, which have entered the box, that meet an
+    /// occupied cell.
+    #[inline(always)]
+    pub(super) fn add<S: Simd>(&mut self, simd: S, marcher: &Marcher<'_>, bundle: &Bundle) {
+        let mut bundle = *bundle;
+        marcher.seek(simd, &mut bundle);
+        for lane in (0..LANES).filter(|lane| bundle.next[*lane] < bundle.end[*lane]) {
+            if self.count.is_multiple_of(LANES) {
+                self.rays.push(Sixteen::EMPTY);
+            }
+            let to = &mut self.rays[self.count / LANES].bundle;
+            let at = self.count % LANES;
+            for axis in 0..3 {
+                to.origin[axis][at] = bundle.origin[axis][lane];
+                to.direction[axis][at] = bundle.direction[axis][lane];
+            }
+            (to.next[at], to.end[at]) = (bundle.next[lane], bundle.end[lane]);
+            self.count += 1;
+        }
     }
 
     /// Fills a batch with the next samples of the living rays; gives their number.
@@ -118,22 +155,22 @@ impl Flight {
         shading: Shading,
         batch: &mut Batch,
         most_samples: usize,
+        min_transmittance: f32,
     ) -> usize {
-        let alive: usize = self.bundles.iter().map(Bundle::alive).sum();
-        let most = (most_samples / alive.max(1)).clamp(*RUN.start(), *RUN.end());
         let Batch { points: [x, y, z], directions, t, owners, .. } = batch;
         let mut n = 0;
-        for (number, bundle) in self.bundles.iter_mut().enumerate() {
+        for (number, rays) in self.rays.iter_mut().enumerate() {
             // Every lane may take all it is allowed.
-            let room = most.min((most_samples - n) / LANES);
+            let room = RUN.min((most_samples - n) / LANES);
             if room == 0 {
                 break;
             }
-            if bundle.alive() == 0 {
+            if rays.bundle.alive() == 0 {
                 continue;
             }
-            let direction = bundle.direction;
-            marcher.advance(simd, bundle, room, |lane, distance, u| {
+            let most = rays.likely(min_transmittance, room);
+            let direction = rays.bundle.direction;
+            marcher.advance(simd, &mut rays.bundle, &most, |lane, distance, u| {
                 [x[n], y[n], z[n]] = u;
                 t[n] = distance;
                 owners[n] = number * LANES + lane;
@@ -159,7 +196,8 @@ impl Flight {
         let (alphas, features) = batch.output.split_at(batch.stride);
         for s in 0..n {
             let owner = batch.owners[s];
-            let gathered = &mut self.gathered[owner];
+            let (rays, lane) = (&mut self.rays[owner / LANES], owner % LANES);
+            let gathered = &mut rays.gathered[lane];
             if gathered.transmittance < min_transmittance {
                 continue;
             }
@@ -170,24 +208,19 @@ impl Flight {
                     *sum += weight * row[s];
                 }
             }
+            (rays.left[lane], rays.passed[lane]) = (gathered.transmittance, 1.0 - alphas[s]);
             if gathered.transmittance < min_transmittance {
-                self.bundles[owner / LANES].stop(owner % LANES);
+                rays.bundle.stop(lane);
             }
         }
     }
 
-    /// Writes down which rays the batch belongs to; apart, like
-    /// [`Flight::remember`].
-    pub(super) fn count(&mut self, batch: &Batch, n: usize) {
-        for owner in &batch.owners[..n] {
-            self.taken[*owner] += 1;
-        }
-    }
-
-    /// The rays with the samples that each has taken, none where it has missed
-    /// the box.
-    pub(super) fn taken(&self) -> impl Iterator<Item = (&Ray, Option<u32>)> {
-        let counts = self.taken.iter().zip(&self.entered).map(|(n, in_box)| in_box.then_some(*n));
-        self.rays.iter().zip(counts)
+    /// What each ray has gathered, and its direction.
+    pub(super) fn gathered(&self) -> impl Iterator<Item = (Gathered, [f32; 3])> + '_ {
+        let lanes = self.rays.iter().flat_map(|rays| {
+            let direction = |lane: usize| [0, 1, 2].map(|axis| rays.bundle.direction[axis][lane]);
+            (0..LANES).map(move |lane| (rays.gathered[lane], direction(lane)))
+        });
+        lanes.take(self.count)
     }
 }

@@ -3,12 +3,12 @@
 
 use std::time::Instant;
 
-use pocketnerf_core::render::render_rays;
+use pocketnerf_core::render::{Detail, render_rays};
 use pocketnerf_core::{Camera, Error, Model, Ray, RenderOptions, SimdLevel, Tuning};
 use rayon::ThreadPool;
 use serde::Serialize;
 
-use super::replay::{Counts, replay};
+use super::replay::{Counts, empty, replay};
 use crate::bench::machine::Probe;
 use crate::picture::render_with;
 use crate::stopwatch::{Stage, Stopwatch};
@@ -17,8 +17,8 @@ use crate::stopwatch::{Stage, Stopwatch};
 pub(super) const STAGES: [Stage; 6] =
     [Stage::Camera, Stage::March, Stage::Encode, Stage::Density, Stage::Composite, Stage::Color];
 
-/// Rays through empty cells that are rendered at most.
-const MOST_EMPTY: usize = 1 << 16;
+/// Rays of a view through empty cells that are rendered at most.
+const MOST_EMPTY: usize = 1 << 14;
 
 /// The pictures, and how they are rendered.
 pub(super) struct Job<'j> {
@@ -27,6 +27,8 @@ pub(super) struct Job<'j> {
     pub(super) options: RenderOptions,
     /// A pool of one thread.
     pub(super) alone: &'j ThreadPool,
+    /// Rays through empty cells alone.
+    pub(super) empty: &'j [Ray],
     /// What the machine gives meanwhile.
     pub(super) probe: &'j Probe,
 }
@@ -34,8 +36,10 @@ pub(super) struct Job<'j> {
 /// Seconds of the pictures of one round, or their medians over the rounds.
 #[derive(Clone, Debug)]
 pub(super) struct Round {
-    /// Of each of [`STAGES`], on one thread.
+    /// Of each of [`STAGES`], every pixel rendered, on one thread.
     pub(super) stages: [f64; STAGES.len()],
+    /// Every pixel rendered, on one thread.
+    pub(super) every_pixel: f64,
     pub(super) one_thread: f64,
     /// Of each of [`variants`], on all threads.
     pub(super) variants: Vec<f64>,
@@ -73,23 +77,19 @@ impl Job<'_> {
     pub(super) fn round(&self) -> Result<(Round, Counts), Error> {
         let stopwatch = Stopwatch::default();
         let mut counts = Counts::default();
+        let every = every_pixel(&self.options);
         for camera in self.cameras {
-            let found = replay(self.model, camera, &self.options, &stopwatch)?;
-            counts.rays += found.rays;
-            counts.samples += found.samples;
-            counts.rows += found.rows;
-            counts.hits += found.hits;
-            counts.empty.extend(found.empty);
+            replay(self.model, camera, &every, &stopwatch, &mut counts)?;
         }
-        counts.empty.truncate(MOST_EMPTY);
         let variants: Result<_, Error> =
             variants(&self.options).iter().map(|options| self.pictures(options, false)).collect();
         let round = Round {
             stages: STAGES.map(|stage| stopwatch.seconds(stage)),
+            every_pixel: self.alone.install(|| self.pictures(&every, false))?,
             one_thread: self.alone.install(|| self.pictures(&self.options, false))?,
             variants: variants?,
             outside: self.alone.install(|| self.pictures(&self.options, true))?,
-            empty: self.rays(&counts.empty)?,
+            empty: self.rays()?,
             scaling: self.probe.look().map(|rate| rate.all / rate.one_thread),
         };
         Ok((round, counts))
@@ -100,26 +100,44 @@ impl Job<'_> {
         let begun = Instant::now();
         for camera in self.cameras {
             let camera = if behind { turned(camera) } else { *camera };
-            std::hint::black_box(render_with(self.model, &camera, options)?);
+            std::hint::black_box(render_with(self.model, &camera, options, false)?);
         }
         Ok(begun.elapsed().as_secs_f64())
     }
 
     /// Samples that the renderer itself asks for.
-    pub(super) fn samples(&self) -> Result<u64, Error> {
+    pub(super) fn samples(&self, options: &RenderOptions) -> Result<u64, Error> {
         let samples = |camera: &Camera| {
-            render_with(self.model, camera, &self.options).map(|picture| picture.stats.samples)
+            render_with(self.model, camera, options, false).map(|picture| picture.stats.samples)
         };
         self.cameras.iter().map(samples).sum()
     }
 
-    fn rays(&self, rays: &[Ray]) -> Result<f64, Error> {
+    /// Seconds of the rays through empty cells.
+    fn rays(&self) -> Result<f64, Error> {
+        let rays = self.empty;
         let mut scratch = vec![0.0; self.options.scratch_len()];
         let mut rgba = vec![0.0; 4 * rays.len()];
         let begun = Instant::now();
         render_rays(self.model, rays, &self.options, &mut scratch, &mut rgba, None)?;
         Ok(begun.elapsed().as_secs_f64())
     }
+}
+
+/// The same way to render, with every pixel.
+pub(super) fn every_pixel(options: &RenderOptions) -> RenderOptions {
+    RenderOptions { detail: Detail { spacing: 1, ..options.detail }, ..*options }
+}
+
+/// Rays of all views that cross the box through empty cells alone.
+pub(super) fn empty_rays(
+    model: &Model<'_>,
+    cameras: &[Camera],
+    options: &RenderOptions,
+) -> Result<Vec<Ray>, Error> {
+    let views: Result<Vec<_>, Error> =
+        cameras.iter().map(|camera| empty(model, camera, options, MOST_EMPTY)).collect();
+    Ok(views?.concat())
 }
 
 /// The camera, looking the other way.
@@ -137,6 +155,7 @@ pub(super) fn medians(rounds: &[Round]) -> Round {
     let of = |number: &dyn Fn(&Round) -> f64| median(rounds.iter().map(number).collect());
     Round {
         stages: std::array::from_fn(|stage| of(&|round| round.stages[stage])),
+        every_pixel: of(&|round| round.every_pixel),
         one_thread: of(&|round| round.one_thread),
         variants: (0..rounds[0].variants.len()).map(|i| of(&|round| round.variants[i])).collect(),
         outside: of(&|round| round.outside),

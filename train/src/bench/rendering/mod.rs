@@ -17,7 +17,7 @@ use super::machine::{Machine, Probe};
 use super::stage::{Crowd, Demand, Measured, StageCost, fraction_of_bounds, stages};
 use super::{BenchError, work};
 use crate::stopwatch;
-use frames::{Job, Round, STAGES, medians, variants};
+use frames::{Job, Round, STAGES, empty_rays, every_pixel, medians, variants};
 use replay::Counts;
 
 /// How long rounds are repeated, and how often at least.
@@ -43,6 +43,10 @@ pub struct Rendering {
     pub seconds_per_frame_one_thread: f64,
     /// Samples that the renderer asked the field for, by pixels.
     pub samples_per_ray: f64,
+    /// One thread, where no pixel is interpolated.
+    pub seconds_per_frame_every_pixel: f64,
+    /// Samples by pixels where none is interpolated.
+    pub samples_per_ray_every_pixel: f64,
     /// The same by the rays that met something.
     pub samples_per_hit_ray: f64,
     /// The same with what fills up the batches, by pixels: what the kernels work on.
@@ -58,9 +62,9 @@ pub struct Rendering {
     pub scaling: Scaling,
     /// Other vector instructions and less memory.
     pub variants: Vec<Variant>,
-    /// Part of the time on one thread that the stages' bounds account for.
+    /// Part of the time of every pixel that the stages' bounds account for.
     pub fraction_of_bounds: f64,
-    /// On one thread.
+    /// On one thread, every pixel rendered.
     pub stages: Vec<StageCost>,
 }
 
@@ -91,10 +95,12 @@ pub fn measure(
 ) -> Result<Rendering, BenchError> {
     let alone = ThreadPoolBuilder::new().num_threads(1).build()?;
     let probe = Probe::new(machine.simd, quick)?;
-    let job = Job { model, cameras, options: *options, alone: &alone, probe: &probe };
+    let empty = empty_rays(model, cameras, options)?;
+    let job =
+        Job { model, cameras, options: *options, alone: &alone, empty: &empty, probe: &probe };
     let begun = Instant::now();
     // The first pictures find cold caches.
-    let samples = job.samples()?;
+    let samples = [job.samples(options)?, job.samples(&every_pixel(options))?];
     let (mut rounds, mut counts) = (Vec::new(), Counts::default());
     while rounds.is_empty() || !quick && (rounds.len() < LEAST_ROUNDS || begun.elapsed() < TIME) {
         let (round, found) = job.round()?;
@@ -109,15 +115,15 @@ fn summary(
     machine: &Machine,
     median: &Round,
     rounds: usize,
-    samples: u64,
+    [samples, every]: [u64; 2],
     counts: &Counts,
 ) -> Rendering {
     let views = job.cameras.len() as f64;
     let pixels = counts.rays as f64;
     let stages = stages(
-        &measured(job.model, median, samples, counts),
-        median.one_thread,
-        samples,
+        &measured(job.model, median, every, counts),
+        median.every_pixel,
+        every,
         machine,
         Crowd::OneThread,
     );
@@ -130,7 +136,7 @@ fn summary(
         frames_per_second: views / seconds,
         relative: all_threads / seconds,
     };
-    let n_empty = counts.empty.len();
+    let n_empty = job.empty.len();
     Rendering {
         views: job.cameras.len(),
         width: job.cameras.first().map_or(0, |camera| camera.width),
@@ -140,7 +146,9 @@ fn summary(
         seconds_per_frame: all_threads / views,
         seconds_per_frame_one_thread: median.one_thread / views,
         samples_per_ray: samples as f64 / pixels,
-        samples_per_hit_ray: samples as f64 / counts.hits.max(1) as f64,
+        seconds_per_frame_every_pixel: median.every_pixel / views,
+        samples_per_ray_every_pixel: every as f64 / pixels,
+        samples_per_hit_ray: every as f64 / counts.hits.max(1) as f64,
         rows_per_pixel: counts.rows as f64 / pixels,
         hit_share: counts.hits as f64 / pixels,
         ns_per_pixel_outside: median.outside * 1e9 / pixels,
@@ -208,11 +216,14 @@ mod tests {
         let options = RenderOptions::new(model, SimdLevel::detect(), Tuning::FAST);
         let alone = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let probe = Probe::new(options.simd, true).unwrap();
-        let job = Job { model, cameras: &cameras, options, alone: &alone, probe: &probe };
+        let empty = empty_rays(model, &cameras, &options).unwrap();
+        let cameras = &cameras;
+        let job = Job { model, cameras, options, alone: &alone, empty: &empty, probe: &probe };
         let (_, counts) = job.round().unwrap();
-        let samples = job.samples().unwrap();
+        let samples = job.samples(&every_pixel(&options)).unwrap();
+        assert!(samples > job.samples(&options).unwrap());
         assert_eq!(counts.rays, 2 * 60 * 50);
-        assert!(counts.hits > 100 && counts.hits < counts.rays && !counts.empty.is_empty());
+        assert!(counts.hits > 100 && counts.hits < counts.rays && !empty.is_empty());
         // The order in which rays fill batches may change; what they need hardly.
         let ratio = counts.samples as f64 / samples as f64;
         assert!((0.9..1.1).contains(&ratio), "{} {samples}", counts.samples);

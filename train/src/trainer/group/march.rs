@@ -97,7 +97,7 @@ impl Group {
                 break;
             }
             let start = n;
-            job.marcher.advance(simd, bundle, room, |lane, _, u| {
+            job.marcher.advance(simd, bundle, &[room as f32; LANES], |lane, _, u| {
                 [x[n], y[n], z[n]] = u;
                 owners[n] = (number * LANES + lane) as u32;
                 n += 1;

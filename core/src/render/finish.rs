@@ -1,0 +1,101 @@
+//! From what rays have gathered to pixels.
+
+use fearless_simd::Simd;
+
+use crate::composite::Gathered;
+use crate::field::{Decoder, Shading};
+use crate::render::flight;
+use crate::render::group::Group;
+use crate::render::target::Target;
+use crate::sampler::LANES;
+use crate::store::Store;
+
+impl Group<'_, '_> {
+    /// Writes the pixels of all rays, which then are forgotten.
+    #[inline(always)]
+    pub(super) fn finish<S: Simd, T: Store>(
+        &mut self,
+        simd: S,
+        decoder: &Decoder<'_>,
+        target: &mut Target<'_>,
+    ) {
+        match decoder.shading {
+            Shading::PerSample => self.write_sums(target),
+            Shading::PerRay => self.shade::<S, T>(simd, decoder, target),
+        }
+        if let Some(depth) = &mut target.depth {
+            for (pixel, gathered) in self.finished() {
+                depth[pixel] = gathered.expected_depth();
+            }
+        }
+        self.count = 0;
+    }
+
+    /// Each ray's pixel and what it has gathered.
+    fn finished(&self) -> impl Iterator<Item = (usize, Gathered)> + Clone {
+        let lanes = self.rows().iter().flat_map(|rows| {
+            (0..LANES).map(|lane| (flight::pixel(rows, lane), flight::gathered(rows, lane)))
+        });
+        lanes.take(self.count)
+    }
+
+    /// Per-sample shading: the sums are the colour.
+    fn write_sums(&self, target: &mut Target<'_>) {
+        let sums = self.scratch.channels.as_chunks::<3>().0;
+        for ((pixel, gathered), sum) in self.finished().zip(sums) {
+            let alpha = gathered.alpha(self.min_transmittance);
+            let scale = if gathered.opacity > 0.0 { alpha / gathered.opacity } else { 0.0 };
+            target.rgba[pixel] = [scale * sum[0], scale * sum[1], scale * sum[2], alpha];
+        }
+    }
+
+    /// Deferred shading: the colour network reads each hit ray's average
+    /// features, `rgb = alpha * logistic(net(sum / opacity, direction))`.
+    #[inline(always)]
+    fn shade<S: Simd, T: Store>(
+        &mut self,
+        simd: S,
+        decoder: &Decoder<'_>,
+        target: &mut Target<'_>,
+    ) {
+        let channels = decoder.channels();
+        let mut n = 0;
+        for ray in 0..self.count {
+            let rows = &self.scratch.rays[ray / LANES];
+            let gathered = flight::gathered(rows, ray % LANES);
+            if gathered.opacity > 0.0 {
+                let work = &mut self.scratch.work;
+                let sums = &self.scratch.channels[ray * channels..][..channels];
+                for (row, sum) in work.a.chunks_mut(work.stride).zip(sums) {
+                    row[n] = sum / gathered.opacity;
+                }
+                let directions = self.scratch.directions.iter_mut();
+                for (row, d) in directions.zip(&rows[flight::DIRECTION]) {
+                    row[n] = d[ray % LANES];
+                }
+                n += 1;
+            }
+        }
+        let padded = n.next_multiple_of(32);
+        let work = &mut self.scratch.work;
+        for row in work.a.chunks_mut(work.stride).take(channels) {
+            row[n..padded].fill(0.0);
+        }
+        for row in &mut self.scratch.directions {
+            row[n..padded].fill(0.0);
+        }
+        let directions = [0, 1, 2].map(|axis| &*self.scratch.directions[axis]);
+        decoder.colors::<S, T>(simd, directions, padded, work);
+        let mut column = 0;
+        for (pixel, gathered) in self.finished() {
+            target.rgba[pixel] = [0.0; 4];
+            if gathered.opacity > 0.0 {
+                let alpha = gathered.alpha(self.min_transmittance);
+                let work = &self.scratch.work;
+                let color = |row: usize| alpha * work.output[row * work.stride + column];
+                target.rgba[pixel] = [color(1), color(2), color(3), alpha];
+                column += 1;
+            }
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Rays on their way, as they lie in the caller's scratch: sixteen together.
+
+use crate::composite::Gathered;
+use crate::sampler::{Bundle, LANES};
+use crate::scratch::RAY_ROWS;
+
+/// Sixteen rays in flight, a row a number.
+pub(super) type Rows = [[f32; LANES]; RAY_ROWS];
+
+/// The direction; a [`Bundle`]'s rows come first.
+pub(super) const DIRECTION: core::ops::Range<usize> = 3..6;
+const NEXT: usize = 7;
+const END: usize = 8;
+const TRANSMITTANCE: usize = 9;
+const OPACITY: usize = 10;
+const DEPTH: usize = 11;
+/// Part of the light that passed the ray's last sample.
+const PASSED: usize = 12;
+/// The bits of the number of the ray's pixel.
+const PIXEL: usize = 13;
+
+/// The bundle in the first rows.
+#[inline(always)]
+pub(super) fn bundle(rows: &Rows) -> Bundle {
+    let [ox, oy, oz, dx, dy, dz, phase, next, end, ..] = *rows;
+    Bundle { origin: [ox, oy, oz], direction: [dx, dy, dz], phase, next, end }
+}
+
+/// Puts a lane of a bundle, which has gathered nothing, into a lane of the rows.
+#[inline(always)]
+pub(super) fn start(rows: &mut Rows, to: usize, bundle: &Bundle, from: usize, pixel: u32) {
+    let Bundle { origin: [ox, oy, oz], direction: [dx, dy, dz], phase, next, end } = bundle;
+    let rays = [ox, oy, oz, dx, dy, dz, phase, next, end];
+    let (first, rest) = rows.split_at_mut(rays.len());
+    for (row, value) in first.iter_mut().zip(rays) {
+        row[to] = value[from];
+    }
+    let fresh = [1.0, 0.0, 0.0, 1.0, f32::from_bits(pixel)];
+    for (row, value) in rest.iter_mut().zip(fresh) {
+        row[to] = value;
+    }
+}
+
+/// Ends a ray.
+#[inline(always)]
+pub(super) fn stop(rows: &mut Rows, lane: usize) {
+    rows[NEXT][lane] = rows[END][lane];
+}
+
+/// Whether any of the rays has steps left.
+#[inline(always)]
+pub(super) fn any_alive(rows: &Rows) -> bool {
+    rows[NEXT].iter().zip(&rows[END]).any(|(next, end)| next < end)
+}
+
+/// Notes how far the rays have come.
+#[inline(always)]
+pub(super) fn moved(rows: &mut Rows, bundle: &Bundle) {
+    rows[NEXT] = bundle.next;
+}
+
+/// The number of a ray's pixel.
+#[inline(always)]
+pub(super) fn pixel(rows: &Rows, lane: usize) -> usize {
+    rows[PIXEL][lane].to_bits() as usize
+}
+
+/// What a ray has gathered.
+#[inline(always)]
+pub(super) fn gathered(rows: &Rows, lane: usize) -> Gathered {
+    Gathered {
+        transmittance: rows[TRANSMITTANCE][lane],
+        opacity: rows[OPACITY][lane],
+        depth: rows[DEPTH][lane],
+    }
+}
+
+/// Notes what a ray has gathered, and the opacity of its last sample.
+#[inline(always)]
+pub(super) fn gather(rows: &mut Rows, lane: usize, gathered: &Gathered, alpha: f32) {
+    rows[TRANSMITTANCE][lane] = gathered.transmittance;
+    rows[OPACITY][lane] = gathered.opacity;
+    rows[DEPTH][lane] = gathered.depth;
+    rows[PASSED][lane] = 1.0 - alpha;
+}
+
+/// Samples that rays will still need, at most `most`: as many as would make
+/// them opaque if all were like the last.
+#[inline(always)]
+pub(super) fn likely(rows: &Rows, min_transmittance: f32, most: usize) -> [f32; LANES] {
+    let (mut left, mut needed) = (rows[TRANSMITTANCE], [1.0; LANES]);
+    for _ in 1..most {
+        for ((left, passed), needed) in left.iter_mut().zip(&rows[PASSED]).zip(&mut needed) {
+            *left *= passed;
+            *needed += if *left < min_transmittance { 0.0 } else { 1.0 };
+        }
+    }
+    needed
+}

@@ -1,0 +1,77 @@
+//! Where the rays of a picture come from.
+
+use fearless_simd::{Simd, SimdBase};
+
+use crate::camera::{Camera, Ray};
+use crate::render::Tile;
+use crate::sampler::{Bundle, LANES};
+use crate::{Model, Space};
+
+/// Rays by their number.
+pub(super) trait Source {
+    /// Puts the rays of these numbers, at most sixteen, into the bundle's first
+    /// lanes, to be sampled in the middle of their steps.
+    fn fill<S: Simd>(&self, simd: S, numbers: &[u32], bundle: &mut Bundle);
+
+    /// Rays that lie side by side and meet the narrowest of the model's cells.
+    fn cell(&self, model: &Model<'_>) -> f32;
+}
+
+impl Source for [Ray] {
+    #[inline(always)]
+    fn fill<S: Simd>(&self, _: S, numbers: &[u32], bundle: &mut Bundle) {
+        for (lane, number) in numbers.iter().enumerate() {
+            bundle.set(lane, &self[*number as usize], 0.5);
+        }
+    }
+
+    /// Nothing is known of how they lie.
+    fn cell(&self, _: &Model<'_>) -> f32 {
+        0.0
+    }
+}
+
+/// The pixels of a tile, row after row.
+pub(super) struct Pixels<'c> {
+    pub(super) camera: &'c Camera,
+    pub(super) tile: Tile,
+}
+
+impl Source for Pixels<'_> {
+    #[inline(always)]
+    fn fill<S: Simd>(&self, simd: S, numbers: &[u32], bundle: &mut Bundle) {
+        let Tile { x, y, width, .. } = self.tile;
+        let [mut columns, mut rows] = [[0.5; LANES]; 2];
+        for ((column, row), number) in columns.iter_mut().zip(&mut rows).zip(numbers) {
+            *column = x.saturating_add(number % width) as f32 + 0.5;
+            *row = y.saturating_add(number / width) as f32 + 0.5;
+        }
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let n = S::f32s::LEN;
+                for lane in (0..LANES).step_by(n) {
+                    let at = |row: &[f32; LANES]| S::f32s::from_slice(simd, &row[lane..lane + n]);
+                    let directions = self.camera.directions(simd, at(&columns), at(&rows));
+                    for (to, direction) in bundle.direction.iter_mut().zip(directions) {
+                        direction.store_slice(&mut to[lane..lane + n]);
+                    }
+                }
+            },
+        );
+        bundle.origin = self.camera.position().map(|o| [o; LANES]);
+        bundle.phase = [0.5; LANES];
+    }
+
+    /// Pixels that a cell spans at the far end of the space.
+    fn cell(&self, model: &Model<'_>) -> f32 {
+        let Some(occupancy) = model.occupancy else { return 0.0 };
+        let Space::Box { min, max } = model.space;
+        let eye = self.camera.position();
+        let farthest = |a: usize| (eye[a] - min[a]).abs().max((max[a] - eye[a]).abs());
+        let [x, y, z] = [farthest(0), farthest(1), farthest(2)];
+        let distance = crate::math::sqrt(x * x + y * y + z * z);
+        let side = 1.0 / (model.space.unit_map().scale * occupancy.resolution() as f32);
+        side * self.camera.focal[0].abs().min(self.camera.focal[1].abs()) / distance
+    }
+}

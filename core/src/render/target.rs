@@ -1,0 +1,104 @@
+//! The pixels of a tile: where pictures are written, and read again where a
+//! pixel is the mean of others.
+
+use crate::render::passes::Pass;
+
+/// The caller's buffers.
+pub(super) struct Target<'p> {
+    /// Premultiplied, a pixel each.
+    pub(super) rgba: &'p mut [[f32; 4]],
+    /// Expected distance, infinite where nothing is.
+    pub(super) depth: Option<&'p mut [f32]>,
+    /// Pixels in a row.
+    pub(super) width: u32,
+    /// Pixels that the narrowest occupied cell is wide.
+    pub(super) cell: f32,
+}
+
+impl Target<'_> {
+    /// Writes a pixel whose ray meets nothing.
+    #[inline(always)]
+    pub(super) fn clear(&mut self, pixel: u32) {
+        self.rgba[pixel as usize] = [0.0; 4];
+        if let Some(depth) = &mut self.depth {
+            depth[pixel as usize] = f32::INFINITY;
+        }
+    }
+
+    /// Writes the mean of a pixel's neighbours, if they differ by less than
+    /// `tolerance`, and says whether. Where none of them sees anything, that is
+    /// certain only if no occupied cell can hide between them: thin things are
+    /// easily lost, and to look costs little.
+    #[inline(always)]
+    pub(super) fn interpolate(&mut self, pass: Pass, [x, y]: [u32; 2], tolerance: f32) -> bool {
+        let mut around = Around::NONE;
+        pass.neighbours([x, y], |[x, y]| {
+            around.add(self.rgba[(y * self.width + x) as usize]);
+        });
+        if !around.agree(tolerance) {
+            return false;
+        }
+        let pixel = (y * self.width + x) as usize;
+        if around.most[3] == 0.0 {
+            let certain = self.cell >= 2.5 * pass.half() as f32;
+            if certain {
+                self.clear(pixel as u32);
+            }
+            return certain;
+        }
+        if self.depth.is_some() {
+            let Some(depth) = self.mean_depth(pass, [x, y], tolerance) else { return false };
+            if let Some(depths) = &mut self.depth {
+                depths[pixel] = depth;
+            }
+        }
+        self.rgba[pixel] = around.sum.map(|sum| sum / around.n);
+        true
+    }
+
+    /// The mean depth of a pixel's neighbours, weighted by opacity, if they
+    /// differ by less than this part of it.
+    fn mean_depth(&self, pass: Pass, pixel: [u32; 2], tolerance: f32) -> Option<f32> {
+        let depths = self.depth.as_ref()?;
+        let (mut weight, mut sum, mut least, mut most) = (0.0, 0.0, f32::INFINITY, 0.0f32);
+        pass.neighbours(pixel, |[x, y]| {
+            let i = (y * self.width + x) as usize;
+            let (alpha, depth) = (self.rgba[i][3], depths[i]);
+            if alpha > 0.0 {
+                weight += alpha;
+                sum += alpha * depth;
+                least = least.min(depth);
+                most = most.max(depth);
+            }
+        });
+        (most - least <= tolerance * least).then_some(sum / weight)
+    }
+}
+
+/// What the neighbours of a pixel have in common.
+struct Around {
+    n: f32,
+    sum: [f32; 4],
+    least: [f32; 4],
+    most: [f32; 4],
+}
+
+impl Around {
+    const NONE: Self =
+        Self { n: 0.0, sum: [0.0; 4], least: [f32::INFINITY; 4], most: [f32::NEG_INFINITY; 4] };
+
+    #[inline(always)]
+    fn add(&mut self, rgba: [f32; 4]) {
+        self.n += 1.0;
+        for c in 0..4 {
+            self.sum[c] += rgba[c];
+            self.least[c] = self.least[c].min(rgba[c]);
+            self.most[c] = self.most[c].max(rgba[c]);
+        }
+    }
+
+    #[inline(always)]
+    fn agree(&self, tolerance: f32) -> bool {
+        self.most.iter().zip(&self.least).all(|(most, least)| most - least < tolerance)
+    }
+}
