@@ -56,9 +56,38 @@ impl Gathered {
     }
 }
 
+/// Samples that rays will still need, at most `most` and at least 1: as many as
+/// would make them opaque if all were like the last. `transmittance` is what
+/// passes each ray so far, `passed` the part that passed its last sample.
+#[inline(always)]
+#[must_use]
+pub fn samples_needed<const N: usize>(
+    transmittance: &[f32; N],
+    passed: &[f32; N],
+    min_transmittance: f32,
+    most: usize,
+) -> [f32; N] {
+    let (mut left, mut needed) = (*transmittance, [1.0; N]);
+    for _ in 1..most {
+        for ((left, passed), needed) in left.iter_mut().zip(passed).zip(&mut needed) {
+            *left *= passed;
+            *needed += if *left < min_transmittance { 0.0 } else { 1.0 };
+        }
+    }
+    needed
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn samples_needed_by_hand() {
+        // Half of what is left passes each sample: 0.1, 0.05, 0.025, 0.0125.
+        assert_eq!(samples_needed(&[0.1; 2], &[0.5, 1.0], 0.02, 4), [3.0, 4.0]);
+        assert_eq!(samples_needed(&[0.1, 1.0], &[0.0, 0.01], 0.02, 4), [1.0, 1.0]);
+        assert_eq!(samples_needed(&[1.0], &[f32::NAN], 0.02, 3), [3.0]);
+    }
 
     #[test]
     fn five_samples_by_hand() {

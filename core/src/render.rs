@@ -149,7 +149,8 @@ pub fn render_rays(
     depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
     let n = u32::try_from(rays.len()).map_err(|_| Error::Range("number of rays"))?;
-    let options = &RenderOptions { detail: Detail { spacing: 1, ..options.detail }, ..*options };
+    let options =
+        &RenderOptions { detail: Detail { tolerances: [0.0; 4], ..options.detail }, ..*options };
     render(model, [n, 1], rays, options, scratch, rgba, depth)
 }
 
@@ -187,7 +188,7 @@ fn render(
     };
     let mut target =
         Target { rgba: rgba.as_chunks_mut().0, depth, width, cell: source.cell(model) };
-    let passes = passes::passes(width, height, detail.spacing);
+    let passes = passes::passes(width, height, detail.spacing());
     dispatch!(level, simd => match &model.field {
         #[cfg(feature = "hash-grid")]
         AnyField::HashGrid(field) => {
@@ -230,7 +231,7 @@ fn one_pass<S: Simd, T: Store, F: Field>(
     detail: Detail,
     target: &mut Target<'_>,
 ) {
-    let tolerance = detail.tolerance / pass.half().max(1) as f32;
+    let tolerance = detail.tolerance(pass.half());
     let mut pixels = pass.pixels();
     loop {
         let (mut numbers, mut n) = ([0; LANES], 0);

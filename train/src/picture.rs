@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 /// Pixels along a side of a tile: so many that its passes fill batches, so few
 /// that threads end together.
-const TILE: u32 = 128;
+const TILE: u32 = 64;
 
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Rays on their way, as they lie in the caller's scratch: sixteen together.
 
-use crate::composite::Gathered;
+use crate::composite::{self, Gathered};
 use crate::sampler::{Bundle, LANES};
 use crate::scratch::RAY_ROWS;
 
@@ -84,16 +84,8 @@ pub(super) fn gather(rows: &mut Rows, lane: usize, gathered: &Gathered, alpha: f
     rows[PASSED][lane] = 1.0 - alpha;
 }
 
-/// Samples that rays will still need, at most `most`: as many as would make
-/// them opaque if all were like the last.
+/// Samples that rays will still need, at most `most`.
 #[inline(always)]
-pub(super) fn likely(rows: &Rows, min_transmittance: f32, most: usize) -> [f32; LANES] {
-    let (mut left, mut needed) = (rows[TRANSMITTANCE], [1.0; LANES]);
-    for _ in 1..most {
-        for ((left, passed), needed) in left.iter_mut().zip(&rows[PASSED]).zip(&mut needed) {
-            *left *= passed;
-            *needed += if *left < min_transmittance { 0.0 } else { 1.0 };
-        }
-    }
-    needed
+pub(super) fn samples_needed(rows: &Rows, min_transmittance: f32, most: usize) -> [f32; LANES] {
+    composite::samples_needed(&rows[TRANSMITTANCE], &rows[PASSED], min_transmittance, most)
 }

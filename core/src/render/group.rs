@@ -111,7 +111,7 @@ impl Group<'_, '_> {
             if !flight::any_alive(rows) {
                 continue;
             }
-            let most = flight::likely(rows, self.min_transmittance, room);
+            let most = flight::samples_needed(rows, self.min_transmittance, room);
             let mut bundle = flight::bundle(rows);
             self.marcher.advance(simd, &mut bundle, &most, |lane, distance, u| {
                 [x[n], y[n], z[n]] = u;

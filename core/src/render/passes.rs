@@ -78,23 +78,27 @@ impl Pass {
 
     /// Calls `each` for the neighbours of a pixel that earlier passes have found:
     /// the corners or the ends of what it is the middle of, and for the middle of
-    /// a side also those of the two squares beside it.
+    /// a side also those of the two squares beside it. The first argument is 0 for
+    /// two neighbours that face each other, 1 for the other two.
     #[inline(always)]
-    pub(super) fn neighbours(self, [x, y]: [u32; 2], mut each: impl FnMut([u32; 2])) {
+    pub(super) fn neighbours(self, [x, y]: [u32; 2], mut each: impl FnMut(usize, [u32; 2])) {
         let around = |lines: Lines, c: u32| [c - self.half, (c + self.half).min(lines.n - 1)];
         match (self.columns.last, self.rows.last) {
             (false, false) => {
-                for y in around(self.rows, y) {
-                    around(self.columns, x).into_iter().for_each(|x| each([x, y]));
-                }
+                let ([left, right], [top, bottom]) =
+                    (around(self.columns, x), around(self.rows, y));
+                each(0, [left, top]);
+                each(0, [right, bottom]);
+                each(1, [right, top]);
+                each(1, [left, bottom]);
             }
             (false, true) => {
-                around(self.columns, x).into_iter().for_each(|x| each([x, y]));
-                self.beside(self.rows, y).for_each(|y| each([x, y]));
+                around(self.columns, x).into_iter().for_each(|x| each(0, [x, y]));
+                self.beside(self.rows, y).for_each(|y| each(1, [x, y]));
             }
             (true, _) => {
-                around(self.rows, y).into_iter().for_each(|y| each([x, y]));
-                self.beside(self.columns, x).for_each(|x| each([x, y]));
+                around(self.rows, y).into_iter().for_each(|y| each(0, [x, y]));
+                self.beside(self.columns, x).for_each(|x| each(1, [x, y]));
             }
         }
     }
@@ -124,7 +128,7 @@ mod tests {
                     for [x, y] in pass.pixels() {
                         if pass.half() > 0 {
                             let mut n = 0;
-                            pass.neighbours([x, y], |[a, b]| {
+                            pass.neighbours([x, y], |_, [a, b]| {
                                 let theirs = pass_of[(b * width + a) as usize];
                                 assert!(theirs > 0 && theirs < number + 1, "{x} {y}: {a} {b}");
                                 assert!(

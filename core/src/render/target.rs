@@ -32,8 +32,8 @@ impl Target<'_> {
     #[inline(always)]
     pub(super) fn interpolate(&mut self, pass: Pass, [x, y]: [u32; 2], tolerance: f32) -> bool {
         let mut around = Around::NONE;
-        pass.neighbours([x, y], |[x, y]| {
-            around.add(self.rgba[(y * self.width + x) as usize]);
+        pass.neighbours([x, y], |pair, [x, y]| {
+            around.add(pair, self.rgba[(y * self.width + x) as usize]);
         });
         if !around.agree(tolerance) {
             return false;
@@ -52,7 +52,7 @@ impl Target<'_> {
                 depths[pixel] = depth;
             }
         }
-        self.rgba[pixel] = around.sum.map(|sum| sum / around.n);
+        self.rgba[pixel] = around.mean();
         true
     }
 
@@ -61,7 +61,7 @@ impl Target<'_> {
     fn mean_depth(&self, pass: Pass, pixel: [u32; 2], tolerance: f32) -> Option<f32> {
         let depths = self.depth.as_ref()?;
         let (mut weight, mut sum, mut least, mut most) = (0.0, 0.0, f32::INFINITY, 0.0f32);
-        pass.neighbours(pixel, |[x, y]| {
+        pass.neighbours(pixel, |_, [x, y]| {
             let i = (y * self.width + x) as usize;
             let (alpha, depth) = (self.rgba[i][3], depths[i]);
             if alpha > 0.0 {
@@ -77,28 +77,48 @@ impl Target<'_> {
 
 /// What the neighbours of a pixel have in common.
 struct Around {
-    n: f32,
-    sum: [f32; 4],
+    /// Neighbours of both pairs.
+    n: [f32; 2],
+    /// Their sums.
+    sums: [[f32; 4]; 2],
     least: [f32; 4],
     most: [f32; 4],
 }
 
 impl Around {
-    const NONE: Self =
-        Self { n: 0.0, sum: [0.0; 4], least: [f32::INFINITY; 4], most: [f32::NEG_INFINITY; 4] };
+    const NONE: Self = Self {
+        n: [0.0; 2],
+        sums: [[0.0; 4]; 2],
+        least: [f32::INFINITY; 4],
+        most: [f32::NEG_INFINITY; 4],
+    };
 
     #[inline(always)]
-    fn add(&mut self, rgba: [f32; 4]) {
-        self.n += 1.0;
+    fn add(&mut self, pair: usize, rgba: [f32; 4]) {
+        self.n[pair] += 1.0;
         for c in 0..4 {
-            self.sum[c] += rgba[c];
+            self.sums[pair][c] += rgba[c];
             self.least[c] = self.least[c].min(rgba[c]);
             self.most[c] = self.most[c].max(rgba[c]);
         }
     }
 
     #[inline(always)]
+    fn mean(&self) -> [f32; 4] {
+        let [a, b] = self.sums;
+        core::array::from_fn(|c| (a[c] + b[c]) / (self.n[0] + self.n[1]))
+    }
+
+    /// Whether the neighbours differ by less than the tolerance, and the means of
+    /// the two pairs by less than a third of it: slopes are interpolated well,
+    /// bends are not.
+    #[inline(always)]
     fn agree(&self, tolerance: f32) -> bool {
-        self.most.iter().zip(&self.least).all(|(most, least)| most - least < tolerance)
+        let [a, b] = self.sums;
+        let whole = self.n == [2.0; 2];
+        (0..4).all(|c| {
+            let bend = if whole { 0.5 * (a[c] - b[c]).abs() } else { 0.0 };
+            (self.most[c] - self.least[c]).max(3.0 * bend) < tolerance
+        })
     }
 }

@@ -31,6 +31,8 @@ impl Group {
         self.gathered.clear();
         self.gathered.resize(self.rays.len(), Gathered::NOTHING);
         self.bundles.clear();
+        self.passed.clear();
+        self.passed.resize(self.rays.len().div_ceil(LANES), [1.0; LANES]);
         for rays in self.rays.chunks(LANES) {
             let mut bundle = Bundle::EMPTY;
             for (lane, r) in rays.iter().enumerate() {
@@ -97,7 +99,17 @@ impl Group {
                 break;
             }
             let start = n;
-            job.marcher.advance(simd, bundle, &[room as f32; LANES], |lane, _, u| {
+            let transmittance = |lane: usize| {
+                self.gathered.get(number * LANES + lane).map_or(0.0, |g| g.transmittance)
+            };
+            let transmittance = std::array::from_fn(transmittance);
+            let most = composite::samples_needed(
+                &transmittance,
+                &self.passed[number],
+                MIN_TRANSMITTANCE,
+                room,
+            );
+            job.marcher.advance(simd, bundle, &most, |lane, _, u| {
                 [x[n], y[n], z[n]] = u;
                 owners[n] = (number * LANES + lane) as u32;
                 n += 1;
@@ -140,6 +152,7 @@ impl Group {
                 weight,
                 transmittance: gathered.transmittance,
             });
+            self.passed[ray as usize / LANES][ray as usize % LANES] = 1.0 - worker.a[s];
             if gathered.transmittance < MIN_TRANSMITTANCE {
                 self.bundles[ray as usize / LANES].stop(ray as usize % LANES);
             }

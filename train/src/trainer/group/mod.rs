@@ -106,6 +106,8 @@ pub(crate) struct Group {
     bundles: Vec<Bundle>,
     /// What each ray has gathered.
     gathered: Vec<Gathered>,
+    /// Part of the light that passed each ray's last sample, sixteen together.
+    passed: Vec<[f32; LANES]>,
     /// `[ray][row_len]`: what each ray gathered of the values; later its
     /// gradient, with 0 in sigma's place.
     sums: Vec<f32>,
