@@ -1,7 +1,7 @@
 //! Rays on their way, and the batch that they fill.
 
 use fearless_simd::{Simd, SimdBase};
-use pocketnerf_core::composite::Gathered;
+use pocketnerf_core::composite::{Gathered, samples_needed};
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::network::panel_len;
 use pocketnerf_core::sampler::{Bundle, LANES, Marcher};
@@ -93,20 +93,6 @@ impl Sixteen {
         left: [1.0; LANES],
         passed: [1.0; LANES],
     };
-
-    /// Samples that rays will still need, at most `most`, as in the renderer: as
-    /// many as would make them opaque if all were like the last.
-    #[inline(always)]
-    fn likely(&self, min_transmittance: f32, most: usize) -> [f32; LANES] {
-        let (mut left, mut needed) = (self.left, [1.0; LANES]);
-        for _ in 1..most {
-            for ((left, passed), needed) in left.iter_mut().zip(&self.passed).zip(&mut needed) {
-                *left *= passed;
-                *needed += if *left < min_transmittance { 0.0 } else { 1.0 };
-            }
-        }
-        needed
-    }
 }
 
 /// Rays that travel together: those that meet an occupied cell.
@@ -168,7 +154,7 @@ impl Flight {
             if rays.bundle.alive() == 0 {
                 continue;
             }
-            let most = rays.likely(min_transmittance, room);
+            let most = samples_needed(&rays.left, &rays.passed, min_transmittance, room);
             let direction = rays.bundle.direction;
             marcher.advance(simd, &mut rays.bundle, &most, |lane, distance, u| {
                 [x[n], y[n], z[n]] = u;

@@ -126,7 +126,7 @@ impl Job<'_> {
 
 /// The same way to render, with every pixel.
 pub(super) fn every_pixel(options: &RenderOptions) -> RenderOptions {
-    RenderOptions { detail: Detail { spacing: 1, ..options.detail }, ..*options }
+    RenderOptions { detail: Detail { tolerances: [0.0; 4], ..options.detail }, ..*options }
 }
 
 /// Rays of all views that cross the box through empty cells alone.
