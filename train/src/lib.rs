@@ -37,6 +37,7 @@
 //! ```
 
 mod aligned;
+pub mod bench;
 pub mod builtin;
 pub mod cameras;
 pub mod cli;
@@ -51,4 +52,5 @@ pub mod picture;
 pub mod pose;
 pub mod progressive;
 pub mod random;
+mod stopwatch;
 pub mod trainer;

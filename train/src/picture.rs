@@ -130,16 +130,38 @@ pub(crate) fn copy_rows(from: &[f32], to: &mut [f32], channels: usize, tile: Til
     }
 }
 
+/// The tiles of a picture, row after row.
+pub(crate) fn tiles(width: u32, height: u32) -> Vec<Tile> {
+    let starts = |n: u32, side: u32| (0..n).step_by(side as usize);
+    let [w, h] = TILE;
+    let corners = starts(height, h).flat_map(|y| starts(width, w).map(move |x| (x, y)));
+    corners
+        .map(|(x, y)| Tile { x, y, width: w.min(width - x), height: h.min(height - y) })
+        .collect()
+}
+
 /// Renders the picture that `camera` takes, on all threads of the current pool.
 ///
 /// # Errors
 /// Whatever [`render_tile`] reports.
 pub fn render(model: &Model<'_>, camera: &Camera, settings: &Settings) -> Result<Picture, Error> {
-    let options = settings.options(model);
+    render_with(model, camera, &settings.options(model), settings.depth)
+}
+
+/// The same with any options, and with `depth` where wanted.
+///
+/// # Errors
+/// Whatever [`render_tile`] reports.
+pub fn render_with(
+    model: &Model<'_>,
+    camera: &Camera,
+    options: &RenderOptions,
+    depth: bool,
+) -> Result<Picture, Error> {
     let (width, height) = (camera.width, camera.height);
     let pixels = width as usize * height as usize;
     let mut rgba = vec![0.0; pixels * 4];
-    let mut depth = vec![0.0; if settings.depth { pixels } else { 0 }];
+    let mut depth = vec![0.0; if depth { pixels } else { 0 }];
     let rows = (width * TILE[1]).max(1) as usize;
     let depths = depth.chunks_mut(rows).chain(std::iter::repeat_with(|| &mut [][..]));
     let bands = rgba.chunks_mut(rows * 4).zip(depths).zip((0..).step_by(TILE[1] as usize));
@@ -148,8 +170,8 @@ pub fn render(model: &Model<'_>, camera: &Camera, settings: &Settings) -> Result
         .into_par_iter()
         .with_max_len(1)
         .map_init(
-            || Worker::new(&options),
-            |worker, band| worker.render(model, camera, &options, band),
+            || Worker::new(options),
+            |worker, band| worker.render(model, camera, options, band),
         )
         .try_reduce(RenderStats::default, |mut a, b| {
             a += b;

@@ -6,7 +6,7 @@ use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
-use pocketnerf_core::{Camera, math};
+use pocketnerf_core::{Camera, Space, math};
 
 pub use path::camera_path;
 
@@ -89,6 +89,30 @@ pub struct Orbit {
 }
 
 impl Orbit {
+    /// Around the middle of a space, as far from it as the model's own camera, or
+    /// at twice the longest side.
+    #[must_use]
+    pub fn around(space: &Space, own: Option<&Camera>, views: usize, fov_x: f32) -> Self {
+        let target = space.center();
+        let distance =
+            |c: &Camera| (0..3).map(|a| (c.position()[a] - target[a]).powi(2)).sum::<f32>().sqrt();
+        Self {
+            views,
+            target,
+            radius: own.map_or(2.0 / space.unit_map().scale, distance),
+            elevation: 0.5,
+            up: [0.0, 0.0, 1.0],
+            fov_x,
+            size: own.map_or([400; 2], |c| [c.width, c.height]),
+        }
+    }
+
+    /// The horizontal field of view of a model's own camera, radians.
+    #[must_use]
+    pub fn fov_x(own: Option<&Camera>) -> f32 {
+        own.map_or(0.7, |c| 2.0 * (0.5 * c.width as f32 / c.focal[0]).atan())
+    }
+
     /// The cameras, counter-clockwise seen from above. The first stands where
     /// the x axis points (the y axis if x is up).
     #[must_use]

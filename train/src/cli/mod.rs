@@ -1,5 +1,6 @@
 //! The command line: a thin layer over the library. One file a command.
 
+mod bench;
 mod demo;
 mod eval;
 mod info;
@@ -43,6 +44,12 @@ enum Action {
     Render(render::Render),
     /// Tell what is in a model file, a checkpoint or a dataset.
     Info(info::Info),
+    /// Measure the machine, and every stage of training and rendering.
+    ///
+    /// First what the machine can do, then how near each stage comes to what bounds
+    /// it: multiply-adds, reads at random places or memory bandwidth. Takes about
+    /// half a minute; whatever else the machine does makes the figures worse.
+    Bench(bench::Bench),
 }
 
 /// Options of every command.
@@ -157,6 +164,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Eval(action) => action.run(common),
         Action::Render(action) => action.run(common),
         Action::Info(action) => action.run(common),
+        Action::Bench(action) => action.run(common),
     }
 }
 

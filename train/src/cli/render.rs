@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use pocketnerf_core::{Camera, Model, Space};
+use pocketnerf_core::{Camera, Model};
 use pocketnerf_formats::ModelFile;
 
 use super::{Common, Failure, make_folder, open, read_model};
@@ -96,8 +96,7 @@ impl Render {
         if size.iter().any(|side| !(1..=16_384).contains(side)) {
             return Err(format!("picture size {size:?}: expected 1 to 16384 a side").into());
         }
-        let own_fov = own.map(|c| 2.0 * (0.5 * c.width as f32 / c.focal[0]).atan());
-        let fov_x = self.fov.map(f32::to_radians).or(own_fov).unwrap_or(0.7);
+        let fov_x = self.fov.map_or_else(|| Orbit::fov_x(own.as_ref()), f32::to_radians);
         if !(0.01..3.1).contains(&fov_x) {
             return Err(format!(
                 "field of view {:.1}: expected 1 to 177 degrees",
@@ -113,22 +112,16 @@ impl Render {
             let pose = cameras::pose(pose)?;
             return Ok(vec![Camera::from_fov_x(size[0], size[1], fov_x, pose)]);
         }
-        let target = file.model.space.center();
         if let (None, Some(own)) = (self.orbit, own) {
             let pose = own.camera_to_world;
             return Ok(vec![Camera::from_fov_x(size[0], size[1], fov_x, pose)]);
         }
-        let radius = own.map_or_else(
-            || 2.0 * longest_side(&file.model.space),
-            |c| (0..3).map(|a| (c.position()[a] - target[a]).powi(2)).sum::<f32>().sqrt(),
-        );
         let views = self.orbit.unwrap_or(1);
         if !(1..=10_000).contains(&views) {
             return Err(format!("--orbit {views}: expected 1 to 10000 views").into());
         }
-        let orbit =
-            Orbit { views, target, radius, elevation: 0.5, up: [0.0, 0.0, 1.0], fov_x, size };
-        Ok(orbit.cameras())
+        let orbit = Orbit::around(&file.model.space, own.as_ref(), views, fov_x);
+        Ok(Orbit { size, ..orbit }.cameras())
     }
 }
 
@@ -155,10 +148,6 @@ fn in_time(
         ));
     }
     Ok(picture)
-}
-
-fn longest_side(space: &Space) -> f32 {
-    1.0 / space.unit_map().scale
 }
 
 /// `view.png` → `view.depth.png`.

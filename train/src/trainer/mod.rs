@@ -19,6 +19,8 @@ mod schedule;
 mod scout;
 mod update;
 
+use std::time::Instant;
+
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::field::Field;
 use pocketnerf_core::sampler::Marcher;
@@ -44,12 +46,13 @@ use crate::dataset::Dataset;
 use crate::field::half::round_all;
 use crate::field::{Backward, EncodingConfig, Layout, initialize};
 use crate::random::Random;
+use crate::stopwatch::{Laps, Stage, Stopwatch};
 use aim::Aim;
 use group::{Group, GroupStats, Job, MIN_TRANSMITTANCE, Worker};
 use pool::Pool;
 
 /// Shares that a step is cut into, at any number of threads.
-const GROUPS: usize = 16;
+pub(crate) const GROUPS: usize = 16;
 /// Steps between two updates of the occupancy.
 const OCCUPANCY_EVERY: u32 = 16;
 /// The neighbours of occupied cells are looked at in one of so many steps.
@@ -134,6 +137,8 @@ pub struct Trainer {
     restarts: u32,
     /// Where this attempt's random numbers begin.
     seed: u64,
+    /// Where the time of the steps is written down.
+    stopwatch: Option<Stopwatch>,
 }
 
 impl Trainer {
@@ -223,6 +228,7 @@ impl Trainer {
             roulette: 0.0,
             restarts: 0,
             seed: config.seed,
+            stopwatch: None,
             parameters,
             layout,
             config,
@@ -271,10 +277,26 @@ impl Trainer {
         &self.grid
     }
 
+    /// From now on the time of each stage is written down.
+    pub(crate) fn watch(&mut self) {
+        self.stopwatch = Some(Stopwatch::default());
+    }
+
+    /// What has been written down since then.
+    pub(crate) fn stopwatch(&self) -> Option<&Stopwatch> {
+        self.stopwatch.as_ref()
+    }
+
     /// Takes one step.
     pub fn step(&mut self, settings: &StepSettings) -> StepStats {
         if settings.update_occupancy && self.step.is_multiple_of(OCCUPANCY_EVERY) {
+            let begun = Instant::now();
             self.update_occupancy();
+            if let Some(stopwatch) = &self.stopwatch {
+                // Threads that wait for the others count too.
+                let time = begun.elapsed() * rayon::current_num_threads() as u32;
+                stopwatch.add(Stage::Occupancy, time, 1);
+            }
         }
         self.backward.update(&self.parameters[self.layout.networks_start()..]);
         self.run_groups(settings);
@@ -341,6 +363,7 @@ impl Trainer {
             backward: &self.backward,
             step: sampling.step,
             roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
+            stopwatch: self.stopwatch.as_ref(),
         };
         let field = self.layout.view_half(&self.config.field, &self.half);
         let field = field.expect("checked when training began");
@@ -350,7 +373,9 @@ impl Trainer {
         self.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
             let mut worker = self.workers.take(|| Worker::new(limits, &self.backward));
             let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
+            let mut laps = Laps::begin(job.stopwatch);
             group.draw(source, aim, n, Random::new(seed, [1, step, g as u64]));
+            laps.end(Stage::Aim, n);
             run_group::<F16>(level, group, &field, &job, &mut worker);
             self.workers.put(worker);
         });

@@ -9,6 +9,7 @@ use super::optimizer::{Adam, Slices};
 use super::{StepSettings, Trainer};
 use crate::aligned::Aligned;
 use crate::field::{EncodingConfig, scatter_level};
+use crate::stopwatch::{Laps, Stage};
 
 impl Trainer {
     /// Scatter to the grid, sum the networks' gradients, and Adam.
@@ -26,7 +27,8 @@ impl Trainer {
             level,
             ..
         } = self;
-        let level_gradients = &self.level_gradients;
+        let (level_gradients, stopwatch) = (&self.level_gradients, self.stopwatch.as_ref());
+        let mut laps = Laps::begin(stopwatch);
         let start = layout.networks_start();
         let (grid_p, network_p) = parameters.split_at_mut(start);
         let (grid_v, network_v) = square.split_at_mut(start);
@@ -36,10 +38,12 @@ impl Trainer {
                 *sum += g;
             }
         }
+        laps.end(Stage::Reduce, 1);
         let network =
             Slices { parameters: network_p, gradient, mean, square: network_v, half: network_h };
         let rate = adam.corrected(config.network_rate * settings.rate, self.step);
         dispatch!(*level, simd => adam.update(simd, rate, network));
+        laps.end(Stage::Adam, 0);
         let EncodingConfig::HashGrid(grid) = config.field.encoding else { return };
         let features = grid.n_features_per_level as usize;
         let n_encoded = grid.n_output();
@@ -62,14 +66,17 @@ impl Trainer {
         let groups = &*groups;
         let largest_level = layout.levels().iter().map(|l| l.len()).max().unwrap_or(0);
         tasks.into_par_iter().with_max_len(1).for_each(|(l, grid_level, parts, half)| {
+            let mut laps = Laps::begin(stopwatch);
             let [parameters, square] = parts;
             // Adam leaves the buffer zeroed.
             let mut buffer = level_gradients.take(|| Aligned::new(largest_level));
             let gradient = &mut buffer[..parameters.len()];
             dispatch!(*level, simd => {
                 scatter_groups(simd, groups, &grid_level, l, features, n_encoded, gradient);
+                laps.end(Stage::Scatter, 0);
                 let mean = &mut [];
                 grid_adam.update(simd, rate, Slices { parameters, gradient, mean, square, half });
+                laps.end(Stage::Adam, 0);
             });
             level_gradients.put(buffer);
         });

@@ -151,7 +151,7 @@ impl Origin {
 }
 
 /// The first training camera: where a viewer may begin.
-fn default_camera(camera: &Camera) -> DefaultCamera {
+pub(super) fn default_camera(camera: &Camera) -> DefaultCamera {
     DefaultCamera {
         camera_to_world: camera.camera_to_world,
         fov_x: 2.0 * (0.5 * camera.width as f32 / camera.focal[0]).atan(),

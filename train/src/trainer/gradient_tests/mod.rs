@@ -162,6 +162,7 @@ impl Step {
             backward,
             step: sampling.step,
             roulette,
+            stopwatch: None,
         };
         let (mut loss, mut kept) = (0.0, 0);
         for ((g, group), n) in (0..).zip(groups).zip(self.rays) {

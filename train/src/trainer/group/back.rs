@@ -9,6 +9,7 @@ use pocketnerf_core::sampler::LANES;
 use pocketnerf_core::store::Store;
 
 use super::{BATCH, Group, Job, Kept, STRIDE, Worker, row_len};
+use crate::stopwatch::{Laps, Stage};
 
 impl Group {
     /// From rays to samples, back to front: the derivative of the volume
@@ -17,6 +18,7 @@ impl Group {
     #[inline(always)]
     pub(super) fn sample_gradients(&mut self, job: &Job<'_>, row_len: usize) {
         let Self { records, values, sums, ray_gradients, suffix, kept, stats, random, .. } = self;
+        let mut laps = Laps::begin(job.stopwatch);
         suffix.clear();
         suffix.resize(ray_gradients.len(), 0.0);
         kept.clear();
@@ -45,6 +47,7 @@ impl Group {
             });
         }
         stats.kept = kept.len();
+        laps.end(Stage::Shade, 0);
     }
 
     /// From samples to network weights and encoded points.
@@ -56,6 +59,7 @@ impl Group {
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
+        let mut laps = Laps::begin(job.stopwatch);
         let decoder = field.decoder();
         let row_len = row_len(decoder);
         let n_encoded = field.n_encoded();
@@ -82,6 +86,7 @@ impl Group {
             }
             let points = [0, 1, 2].map(|axis| &axes[axis][..padded]);
             field.encode(simd, points, &mut worker.a, STRIDE);
+            laps.end(Stage::EncodeAgain, kept.len());
             let d_values = &mut worker.d_values[..padded * row_len];
             d_values[kept.len() * row_len..].fill(0.0);
             for (k, row) in kept.iter().zip(d_values.chunks_exact_mut(row_len)) {
@@ -108,6 +113,7 @@ impl Group {
             let wanted = (n_encoded > 0).then_some(&mut *d_encoded);
             let weights = &mut self.network_gradient;
             job.backward.density(simd, &worker.a, &mut worker.gradients, padded, weights, wanted);
+            laps.end(Stage::Backward, kept.len());
         }
         (self.kept, self.blocks) = (all_kept, blocks);
     }

@@ -9,6 +9,7 @@ use pocketnerf_core::scratch::Workspace;
 use pocketnerf_core::store::Store;
 
 use super::{BATCH, Group, Job, MIN_TRANSMITTANCE, RUN, Record, STRIDE, Worker, row_len};
+use crate::stopwatch::{Laps, Stage};
 
 impl Group {
     /// Density and features along every ray until it is opaque.
@@ -20,6 +21,7 @@ impl Group {
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
+        let mut laps = Laps::begin(job.stopwatch);
         let per_sample = field.decoder().shading == Shading::PerSample;
         let row_len = row_len(field.decoder());
         self.records.clear();
@@ -42,6 +44,7 @@ impl Group {
         }
         loop {
             let n = self.gather(simd, job, per_sample, worker);
+            laps.end(Stage::March, n);
             if n == 0 {
                 return;
             }
@@ -56,7 +59,10 @@ impl Group {
                 points: [0, 1, 2].map(|axis| &points[axis][..padded]),
                 directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
             };
-            field.density_features::<S, T>(simd, samples, &mut work);
+            field.encode(simd, samples.points, work.a, STRIDE);
+            laps.end(Stage::Encode, n);
+            field.decoder().density_features::<S, T>(simd, samples, &mut work);
+            laps.end(Stage::Density, n);
             // The first row of `a` is free now: opacities go there, sigma stays.
             worker.a[..padded].copy_from_slice(&worker.output[..padded]);
             composite::opacities(simd, &mut worker.a[..padded], job.step);
@@ -69,6 +75,7 @@ impl Group {
                 transpose(simd, (from, STRIDE, LANES), (&mut values[part..], row_len), padded);
             }
             self.composite(worker, n, first / row_len, row_len);
+            laps.end(Stage::Composite, n);
         }
     }
 

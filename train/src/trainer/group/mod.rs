@@ -19,6 +19,7 @@ use super::aim::Aim;
 use super::rays::{Pixel, RaySource, TrainingRay};
 use crate::field::Backward;
 use crate::random::Random;
+use crate::stopwatch::Stopwatch;
 pub(crate) use worker::Worker;
 
 /// Samples a batch; rows lie [`STRIDE`] values apart.
@@ -42,6 +43,8 @@ pub(crate) struct Job<'j> {
     /// Gradients at least this large are always kept; smaller ones in
     /// proportion to their size, and enlarged accordingly. 0: all are kept.
     pub(crate) roulette: f32,
+    /// Where the time of each stage is written down.
+    pub(crate) stopwatch: Option<&'j Stopwatch>,
 }
 
 /// What the backward pass needs of a sample.

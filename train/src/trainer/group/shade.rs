@@ -8,6 +8,7 @@ use super::{
     BATCH, Group, GroupStats, Job, MIN_TRANSMITTANCE, RayGradient, STRIDE, TrainingRay, Worker,
     row_len,
 };
+use crate::stopwatch::{Laps, Stage};
 
 impl Group {
     /// The squared error of a ray's colour: adds to the statistics and gives
@@ -57,6 +58,7 @@ impl Group {
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
+        let mut laps = Laps::begin(job.stopwatch);
         let decoder = field.decoder();
         let channels = decoder.channels();
         let row_len = row_len(decoder);
@@ -76,6 +78,7 @@ impl Group {
                 next += 1;
             }
             if hits.is_empty() {
+                laps.end(Stage::Shade, 0);
                 return;
             }
             let padded = hits.len().next_multiple_of(32);
@@ -144,6 +147,7 @@ impl Group {
                     gradient.size += d_sum.abs();
                 }
             }
+            laps.end(Stage::Shade, hits.len());
         }
     }
 }

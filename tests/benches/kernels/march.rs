@@ -1,0 +1,65 @@
+//! Rays through a hollow ball in a cube of 128 cells a side.
+
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use fearless_simd::dispatch;
+use pocketnerf_core::sampler::{Bundle, LANES, Marcher};
+use pocketnerf_core::{Camera, Occupancy, Sampling, Space};
+use pocketnerf_train::trainer::pack;
+
+use crate::synthetic::level;
+
+const CELLS: u32 = 128;
+/// Pixels along a side of the picture.
+const SIDE: u32 = 64;
+
+fn shell() -> (Vec<u8>, Vec<u8>) {
+    let radius = |cell: u32| {
+        let at = [cell % CELLS, cell / CELLS % CELLS, cell / (CELLS * CELLS)];
+        let squares = at.map(|c| ((c as f32 + 0.5) * 2.0 / CELLS as f32 - 1.0).powi(2));
+        squares.iter().sum::<f32>().sqrt()
+    };
+    pack(CELLS, (0..CELLS * CELLS * CELLS).filter(|cell| (0.6..0.63).contains(&radius(*cell))))
+}
+
+/// Sixteen neighbours each, a square of the picture.
+fn bundles() -> Vec<Bundle> {
+    let pose = Camera::look_at([2.5, 1.5, 1.0], [0.0; 3], [0.0, 0.0, 1.0]);
+    let camera = Camera::from_fov_x(SIDE, SIDE, 0.7, pose);
+    let corner = |i: u32| [i % (SIDE / 4) * 4, i / (SIDE / 4) * 4];
+    let bundle = |[x, y]: [u32; 2]| {
+        let mut bundle = Bundle::EMPTY;
+        for lane in 0..LANES as u32 {
+            let ray = camera.ray((x + lane % 4) as f32 + 0.5, (y + lane / 4) as f32 + 0.5);
+            bundle.set(lane as usize, &ray, 0.5);
+        }
+        bundle
+    };
+    (0..SIDE * SIDE / LANES as u32).map(|i| bundle(corner(i))).collect()
+}
+
+/// Items are rays; `most`: samples that a ray takes at a time.
+#[divan::bench(args = [4, 16, 1024])]
+fn hollow_ball(bencher: Bencher<'_, '_>, most: usize) {
+    let (coarse, fine) = shell();
+    let occupancy = Occupancy::new(CELLS, 1, &coarse, &fine).expect("made for it");
+    let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
+    let sampling = Sampling { step: 2.0 / 350.0, near: 0.0, far: 10.0, min_transmittance: 1e-3 };
+    let marcher = Marcher::from_parts(Some(occupancy), space, sampling, true);
+    let bundles = bundles();
+    let most = [most as f32; LANES];
+    let level = level();
+    bencher.counter(ItemsCount::new(SIDE * SIDE)).bench_local(|| {
+        let mut sum = 0.0;
+        for bundle in &bundles {
+            let mut bundle = *bundle;
+            dispatch!(level, simd => {
+                marcher.enter(simd, &mut bundle);
+                while bundle.alive() > 0 {
+                    marcher.advance(simd, &mut bundle, &most, |_, t, u| sum += t + u[0]);
+                }
+            });
+        }
+        sum
+    });
+}

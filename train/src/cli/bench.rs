@@ -1,0 +1,124 @@
+//! `pocketnerf bench`.
+
+use std::path::PathBuf;
+
+use pocketnerf_core::{RenderOptions, Tuning};
+use pocketnerf_formats::{About, DefaultCamera, Precision};
+
+use super::{Common, Failure, open, print_line, read_model};
+use crate::bench::{Machine, Report, machine, rendering, training};
+use crate::builtin;
+use crate::cameras::Orbit;
+use crate::dataset::{self, Dataset, Split};
+use crate::field::EncodingConfig;
+use crate::picture::Settings;
+use crate::trainer::TrainConfig;
+
+/// Views that are rendered.
+const VIEWS: usize = 3;
+
+/// Measure the machine, and every stage of training and rendering.
+#[derive(Debug, clap::Args)]
+pub(super) struct Bench {
+    /// Model file to render; the one that has just been trained unless told.
+    model: Option<PathBuf>,
+    /// Dataset folder to train on; the built-in scene unless told.
+    #[arg(long, value_name = "DATA")]
+    data: Option<PathBuf>,
+    /// Training steps, the first fifth of which warms up.
+    #[arg(long, value_name = "N", default_value_t = 1000,
+        value_parser = clap::value_parser!(u32).range(10..))]
+    steps: u32,
+    /// Picture width; the model's own unless told.
+    #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..=16_384))]
+    width: Option<u32>,
+    /// Picture height; the model's own unless told.
+    #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..=16_384))]
+    height: Option<u32>,
+    /// A few seconds, a small field, small pictures: rough figures, to see whether
+    /// everything works.
+    #[arg(long)]
+    quick: bool,
+}
+
+impl Bench {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let given = self.model.as_deref().map(read_model).transpose()?;
+        if let (Some(path), Some(bytes)) = (&self.model, &given) {
+            // Refused before long work.
+            open(path, bytes)?;
+        }
+        let dataset = self.dataset()?;
+        let (name, first) = (dataset.source.clone(), default_camera(&dataset));
+        let simd = common.simd();
+        say(common, "measuring the machine");
+        let machine = Machine::measure(simd, self.quick)?;
+        say(common, &format!("training on {name}"));
+        let (steps, config) = self.training();
+        let (trainer, training) = training::measure(dataset, config, steps, simd, &machine)?;
+        let (path, bytes) = match (&self.model, given) {
+            (Some(path), Some(bytes)) => (path.clone(), bytes),
+            _ => {
+                let about = About { camera: first, ..About::default() };
+                let bytes = pocketnerf_formats::write(&trainer.model(), &about, Precision::F16)?;
+                (PathBuf::from("the trained model"), bytes)
+            }
+        };
+        drop(trainer);
+        say(common, &format!("rendering {}", path.display()));
+        let file = open(&path, &bytes)?;
+        let own = file.about.camera.map(|c| c.camera());
+        let orbit =
+            Orbit::around(&file.model.space, own.as_ref(), VIEWS, Orbit::fov_x(own.as_ref()));
+        let [width, height] = if self.quick { [48; 2] } else { orbit.size };
+        let size = [self.width.unwrap_or(width), self.height.unwrap_or(height)];
+        let cameras = Orbit { size, ..orbit }.cameras();
+        let Settings { skip, detail, .. } = common.picture();
+        let usual = RenderOptions::new(&file.model, simd, Tuning::FAST);
+        let options = RenderOptions { skip, detail, ..usual };
+        let rendering = rendering::measure(&file.model, &cameras, &options, &machine, self.quick)?;
+        let model = path.display().to_string();
+        let clock = machine::clock_now(self.quick);
+        let report = Report::new(&machine, (name, training), (model, rendering), clock);
+        if common.json {
+            print_line(serde_json::to_string(&report)?);
+        } else {
+            print_line(report.to_string().trim_end());
+        }
+        Ok(())
+    }
+
+    fn dataset(&self) -> Result<Dataset, Failure> {
+        Ok(match &self.data {
+            Some(folder) => dataset::load(folder, Split::Train, 1)?,
+            None => builtin::dataset(Split::Train, if self.quick { 16 } else { 1 }),
+        })
+    }
+
+    /// Steps and settings of the run that is timed.
+    fn training(&self) -> (u32, TrainConfig) {
+        let mut config = TrainConfig::hash_grid();
+        if !self.quick {
+            return (self.steps, config);
+        }
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            (grid.n_levels, grid.log2_hashmap_size) = (4, 12);
+        }
+        config.occupancy_resolution = 32;
+        config.samples_per_side = 64.0;
+        config.samples_per_step = 4096;
+        (self.steps.min(120), config)
+    }
+}
+
+/// What is going on, for people who wait.
+fn say(common: &Common, line: &str) {
+    if !common.quiet {
+        eprintln!("{line}");
+    }
+}
+
+/// The first training camera.
+fn default_camera(dataset: &Dataset) -> Option<DefaultCamera> {
+    dataset.views.first().map(|view| super::train::default_camera(&view.camera))
+}
