@@ -11,12 +11,14 @@ mod driver;
 mod finish;
 mod flight;
 mod group;
+mod observe;
 mod passes;
 mod progressive;
 mod source;
 mod target;
 
 pub use detail::Detail;
+pub use observe::{Observer, Stage, observe_tile};
 pub use progressive::{Refinement, Refinements, refine_tile};
 
 use crate::sampler::LANES;
@@ -131,7 +133,7 @@ pub fn render_tile(
 ) -> Result<RenderStats, Error> {
     let (source, size) = (&Pixels { camera, tile }, [tile.width, tile.height]);
     let span = Span::all(options.detail.spacing());
-    driver::render(&Job { model, source, options, size, span }, scratch, rgba, depth)
+    driver::render(&Job { model, source, options, size, span }, scratch, rgba, depth, None)
 }
 
 /// Renders any rays: the same as [`render_tile`], one pixel a ray.
@@ -148,5 +150,5 @@ pub fn render_rays(
 ) -> Result<RenderStats, Error> {
     let n = u32::try_from(rays.len()).map_err(|_| Error::Range("number of rays"))?;
     let job = Job { model, source: rays, options, size: [n, 1], span: Span::all(1) };
-    driver::render(&job, scratch, rgba, depth)
+    driver::render(&job, scratch, rgba, depth, None)
 }

@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 /// A stage of rendering or training.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
-    /// Rendering: rays, and where they enter the box.
+    /// Rendering: pixels that are the mean of their neighbours.
+    Interpolate,
+    /// Rendering: rays, and their way to the first occupied cell.
     Camera,
     /// Training: random pixels, their colours and rays.
     Aim,

@@ -4,6 +4,7 @@ use fearless_simd::{Simd, dispatch};
 
 use crate::field::{AnyField, Field};
 use crate::render::group::Group;
+use crate::render::observe::{Observer, Stage};
 use crate::render::passes::{Pass, Span};
 use crate::render::source::Source;
 use crate::render::target::Target;
@@ -31,6 +32,7 @@ pub(super) fn render(
     scratch: &mut [f32],
     rgba: &mut [f32],
     depth: Option<&mut [f32]>,
+    observer: Option<&mut Observer<'_>>,
 ) -> Result<RenderStats, Error> {
     let Job { model, source, options, size: [width, height], span } = *job;
     options.check(model)?;
@@ -59,6 +61,7 @@ pub(super) fn render(
         count: 0,
         rays: 0,
         samples: 0,
+        observer,
     };
     let rgba = rgba.as_chunks_mut().0;
     let mut target = Target { rgba, depth, size: [width, height], cell: source.cell(model) };
@@ -77,7 +80,7 @@ pub(super) fn render(
 fn each_pass<S: Simd, F: Field>(
     simd: S,
     field: &F,
-    group: &mut Group<'_, '_>,
+    group: &mut Group<'_, '_, '_, '_>,
     job: &Job<'_, impl Source + ?Sized>,
     target: &mut Target<'_>,
 ) {
@@ -87,7 +90,7 @@ fn each_pass<S: Simd, F: Field>(
             DType::F32 => one_pass::<S, F32, F>(simd, field, group, source, pass, detail, target),
             // Networks are of no other type.
             DType::F16 | DType::I8 => {
-                one_pass::<S, F16, F>(simd, field, group, source, pass, detail, target)
+                one_pass::<S, F16, F>(simd, field, group, source, pass, detail, target);
             }
         }
     }
@@ -97,7 +100,7 @@ fn each_pass<S: Simd, F: Field>(
 fn one_pass<S: Simd, T: Store, F: Field>(
     simd: S,
     field: &F,
-    group: &mut Group<'_, '_>,
+    group: &mut Group<'_, '_, '_, '_>,
     source: &(impl Source + ?Sized),
     pass: Pass,
     detail: Detail,
@@ -106,8 +109,9 @@ fn one_pass<S: Simd, T: Store, F: Field>(
     let tolerance = detail.tolerance(pass.half());
     let mut pixels = pass.pixels();
     loop {
-        let (mut numbers, mut n) = ([0; LANES], 0);
+        let (mut numbers, mut n, mut seen) = ([0; LANES], 0, 0);
         for [x, y] in pixels.by_ref() {
+            seen += 1;
             if pass.half() > 0 && target.interpolate(pass, [x, y], tolerance) {
                 continue;
             }
@@ -117,12 +121,16 @@ fn one_pass<S: Simd, T: Store, F: Field>(
                 break;
             }
         }
+        group.ended(Stage::Interpolate, seen);
         group.rays += n as u64;
         group.add(simd, source, &numbers[..n], |pixel| target.clear(pixel));
+        group.ended(Stage::Aim, n);
         // What is left of a pass goes before the next begins, which reads it.
         if group.is_full() || (n < LANES && group.count > 0) {
             group.march::<S, T, F>(simd, field);
+            let rays = group.count;
             group.finish::<S, T>(simd, field.decoder(), target);
+            group.ended(Stage::Shade, rays);
         }
         if n < LANES {
             return;

@@ -11,7 +11,7 @@ use crate::sampler::LANES;
 use crate::scratch::sums_len;
 use crate::store::Store;
 
-impl Group<'_, '_> {
+impl Group<'_, '_, '_, '_> {
     /// Writes the pixels of all rays, which then are forgotten.
     #[inline(always)]
     pub(super) fn finish<S: Simd, T: Store>(

@@ -9,6 +9,7 @@ use crate::composite;
 use crate::field::{Field, Samples, Shading};
 use crate::lanes::{self, ROWS};
 use crate::render::flight::{self, Rows};
+use crate::render::observe::{Observer, Stage};
 use crate::render::source::Source;
 use crate::sampler::{Bundle, LANES, Marcher};
 use crate::scratch::{Scratch, Tuning, sums_len};
@@ -19,7 +20,7 @@ use crate::store::Store;
 const RUN: usize = 4;
 
 /// Rays that travel together.
-pub(super) struct Group<'m, 's> {
+pub(super) struct Group<'m, 's, 'o, 'f> {
     pub(super) model: &'m Model<'m>,
     pub(super) marcher: Marcher<'m>,
     pub(super) tuning: Tuning,
@@ -31,13 +32,22 @@ pub(super) struct Group<'m, 's> {
     pub(super) rays: u64,
     /// Samples at which the field was asked.
     pub(super) samples: u64,
+    pub(super) observer: Option<&'o mut Observer<'f>>,
 }
 
-impl Group<'_, '_> {
+impl Group<'_, '_, '_, '_> {
     /// Whether sixteen more rays might not find room.
     #[inline(always)]
     pub(super) const fn is_full(&self) -> bool {
         self.count + LANES > self.tuning.rays
+    }
+
+    /// Tells the observer.
+    #[inline(always)]
+    pub(super) fn ended(&mut self, stage: Stage, n: usize) {
+        if let Some(observer) = &mut self.observer {
+            observer(stage, n);
+        }
     }
 
     /// Adds the rays of these numbers, at most sixteen, that meet an occupied
@@ -77,6 +87,7 @@ impl Group<'_, '_> {
         }
         loop {
             let n = self.gather(simd, field.decoder().shading);
+            self.ended(Stage::March, n);
             if n == 0 {
                 break;
             }
@@ -86,14 +97,20 @@ impl Group<'_, '_> {
             for row in points.iter_mut().chain(directions.iter_mut()) {
                 row[n..padded].fill(0.0);
             }
+            let points = [0, 1, 2].map(|axis| &points[axis][..padded]);
+            field.encode(simd, points, work.a, work.stride);
+            self.ended(Stage::Encode, n);
+            let Scratch { work, points, directions, .. } = &mut self.scratch;
             let samples = Samples {
                 points: [0, 1, 2].map(|axis| &points[axis][..padded]),
                 directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
             };
-            field.density_features::<S, T>(simd, samples, work);
+            field.decoder().density_features::<S, T>(simd, samples, work);
+            self.ended(Stage::Density, n);
             let step = self.model.sampling.step;
-            composite::opacities(simd, &mut work.output[..padded], step);
+            composite::opacities(simd, &mut self.scratch.work.output[..padded], step);
             self.composite(simd, channels, n);
+            self.ended(Stage::Composite, n);
         }
     }
 

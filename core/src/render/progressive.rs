@@ -104,5 +104,5 @@ pub fn refine_tile(
     }
     let (source, size) = (&Pixels { camera, tile }, [tile.width, tile.height]);
     let span = Span { known, grid: spacing, to: spacing };
-    driver::render(&Job { model, source, options, size, span }, scratch, rgba, depth)
+    driver::render(&Job { model, source, options, size, span }, scratch, rgba, depth, None)
 }

@@ -133,10 +133,10 @@ impl Around {
     #[inline(always)]
     fn add(&mut self, pair: usize, rgba: [f32; 4]) {
         self.n[pair] += 1.0;
-        for c in 0..4 {
-            self.sums[pair][c] += rgba[c];
-            self.least[c] = self.least[c].min(rgba[c]);
-            self.most[c] = self.most[c].max(rgba[c]);
+        for (c, value) in rgba.into_iter().enumerate() {
+            self.sums[pair][c] += value;
+            self.least[c] = self.least[c].min(value);
+            self.most[c] = self.most[c].max(value);
         }
     }
 

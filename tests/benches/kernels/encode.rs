@@ -5,12 +5,12 @@ use divan::{Bencher, black_box};
 use fearless_simd::dispatch;
 use pocketnerf_core::encoding::hash_grid::encode;
 use pocketnerf_core::encoding::{GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
-use pocketnerf_core::store::{F16, F32};
+use pocketnerf_core::store::{F16, F32, I8};
 use pocketnerf_core::{Layout, TensorView};
 
 use crate::synthetic::{POINTS, Stored, level, numbers, stored};
 
-#[divan::bench(types = [F16, F32], consts = [2, 4])]
+#[divan::bench(types = [I8, F16, F32], consts = [2, 4])]
 fn random_points<T: Stored, const FEATURES: u32>(bencher: Bencher<'_, '_>) {
     let config = HashGridConfig {
         n_levels: 9,
@@ -40,7 +40,7 @@ fn random_points<T: Stored, const FEATURES: u32>(bencher: Bencher<'_, '_>) {
     bencher.counter(ItemsCount::new(POINTS)).bench_local(|| {
         batch = (batch + 1) % 16;
         let points = points.each_ref().map(|axis| &axis[batch * POINTS..][..POINTS]);
-        dispatch!(level, simd => encode::<_, T>(simd, &grid, points, &mut out, POINTS));
+        dispatch!(level, simd => encode(simd, &grid, points, &mut out, POINTS));
         black_box(&mut out);
     });
 }

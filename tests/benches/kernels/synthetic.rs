@@ -23,6 +23,7 @@ pub(crate) fn numbers(place: u64, n: usize, low: f32, high: f32) -> Vec<f32> {
 pub(crate) fn stored(dtype: DType, numbers: &[f32]) -> Vec<u8> {
     let bytes = |v: &f32| match dtype {
         DType::F16 => f16::from_f32(*v).to_le_bytes().to_vec(),
+        DType::I8 => vec![((127.0 * v) as i8).cast_unsigned()],
         _ => v.to_le_bytes().to_vec(),
     };
     numbers.iter().flat_map(bytes).collect()
@@ -39,4 +40,8 @@ impl Stored for pocketnerf_core::store::F32 {
 
 impl Stored for pocketnerf_core::store::F16 {
     const DTYPE: DType = DType::F16;
+}
+
+impl Stored for pocketnerf_core::store::I8 {
+    const DTYPE: DType = DType::I8;
 }

@@ -8,14 +8,21 @@ use pocketnerf_core::{Camera, Error, Model, Ray, RenderOptions, SimdLevel, Tunin
 use rayon::ThreadPool;
 use serde::Serialize;
 
-use super::replay::{Counts, empty, replay};
+use super::watch::{Counts, empty, watch};
 use crate::bench::machine::Probe;
 use crate::picture::render_with;
 use crate::stopwatch::{Stage, Stopwatch};
 
 /// Stages of rendering, in their order.
-pub(super) const STAGES: [Stage; 6] =
-    [Stage::Camera, Stage::March, Stage::Encode, Stage::Density, Stage::Composite, Stage::Color];
+pub(super) const STAGES: [Stage; 7] = [
+    Stage::Interpolate,
+    Stage::Camera,
+    Stage::March,
+    Stage::Encode,
+    Stage::Density,
+    Stage::Composite,
+    Stage::Color,
+];
 
 /// Rays of a view through empty cells that are rendered at most.
 const MOST_EMPTY: usize = 1 << 14;
@@ -36,10 +43,11 @@ pub(super) struct Job<'j> {
 /// Seconds of the pictures of one round, or their medians over the rounds.
 #[derive(Clone, Debug)]
 pub(super) struct Round {
-    /// Of each of [`STAGES`], every pixel rendered, on one thread.
+    /// Of each of [`STAGES`], on one thread.
     pub(super) stages: [f64; STAGES.len()],
     /// Every pixel rendered, on one thread.
     pub(super) every_pixel: f64,
+    /// On one thread.
     pub(super) one_thread: f64,
     /// Of each of [`variants`], on all threads.
     pub(super) variants: Vec<f64>,
@@ -79,7 +87,7 @@ impl Job<'_> {
         let mut counts = Counts::default();
         let every = every_pixel(&self.options);
         for camera in self.cameras {
-            replay(self.model, camera, &every, &stopwatch, &mut counts)?;
+            watch(self.model, camera, &self.options, &stopwatch, &mut counts)?;
         }
         let variants: Result<_, Error> =
             variants(&self.options).iter().map(|options| self.pictures(options, false)).collect();

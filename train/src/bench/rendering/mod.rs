@@ -1,8 +1,7 @@
 //! What a picture costs, stage by stage.
 
-mod flight;
 mod frames;
-mod replay;
+mod watch;
 
 use std::time::{Duration, Instant};
 
@@ -18,7 +17,7 @@ use super::stage::{Crowd, Demand, Measured, StageCost, fraction_of_bounds, stage
 use super::{BenchError, work};
 use crate::stopwatch;
 use frames::{Job, Round, STAGES, empty_rays, every_pixel, medians, variants};
-use replay::Counts;
+use watch::Counts;
 
 /// How long rounds are repeated, and how often at least.
 const TIME: Duration = Duration::from_secs(12);
@@ -47,11 +46,13 @@ pub struct Rendering {
     pub seconds_per_frame_every_pixel: f64,
     /// Samples by pixels where none is interpolated.
     pub samples_per_ray_every_pixel: f64,
-    /// The same by the rays that met something.
+    /// Samples by the rays that met an occupied cell.
     pub samples_per_hit_ray: f64,
     /// The same with what fills up the batches, by pixels: what the kernels work on.
     pub rows_per_pixel: f64,
-    /// Share of the pixels whose rays met something.
+    /// Share of the pixels that are interpolated.
+    pub interpolated_share: f64,
+    /// Rays that met an occupied cell, by pixels.
     pub hit_share: f64,
     /// A pixel that looks past the box, nanoseconds of one thread.
     pub ns_per_pixel_outside: f64,
@@ -62,9 +63,9 @@ pub struct Rendering {
     pub scaling: Scaling,
     /// Other vector instructions and less memory.
     pub variants: Vec<Variant>,
-    /// Part of the time of every pixel that the stages' bounds account for.
+    /// Part of the time on one thread that the stages' bounds account for.
     pub fraction_of_bounds: f64,
-    /// On one thread, every pixel rendered.
+    /// On one thread.
     pub stages: Vec<StageCost>,
 }
 
@@ -119,11 +120,11 @@ fn summary(
     counts: &Counts,
 ) -> Rendering {
     let views = job.cameras.len() as f64;
-    let pixels = counts.rays as f64;
+    let pixels = counts.pixels as f64;
     let stages = stages(
-        &measured(job.model, median, every, counts),
-        median.every_pixel,
-        every,
+        &measured(job.model, median, counts),
+        median.one_thread,
+        samples,
         machine,
         Crowd::OneThread,
     );
@@ -148,8 +149,9 @@ fn summary(
         samples_per_ray: samples as f64 / pixels,
         seconds_per_frame_every_pixel: median.every_pixel / views,
         samples_per_ray_every_pixel: every as f64 / pixels,
-        samples_per_hit_ray: every as f64 / counts.hits.max(1) as f64,
+        samples_per_hit_ray: samples as f64 / counts.hits.max(1) as f64,
         rows_per_pixel: counts.rows as f64 / pixels,
+        interpolated_share: 1.0 - counts.rays as f64 / pixels,
         hit_share: counts.hits as f64 / pixels,
         ns_per_pixel_outside: median.outside * 1e9 / pixels,
         ns_per_pixel_empty: (n_empty > 0).then(|| median.empty * 1e9 / n_empty as f64),
@@ -166,8 +168,8 @@ fn summary(
 }
 
 /// The stages with what bounds them.
-fn measured(model: &Model<'_>, median: &Round, samples: u64, counts: &Counts) -> Vec<Measured> {
-    let field = &model.field;
+fn measured(model: &Model<'_>, median: &Round, counts: &Counts) -> Vec<Measured> {
+    let (field, samples) = (&model.field, counts.samples);
     let decoder = field.decoder();
     let color = work::network_flops(&decoder.color);
     let mut density = work::network_flops(&decoder.density);
@@ -182,7 +184,8 @@ fn measured(model: &Model<'_>, median: &Round, samples: u64, counts: &Counts) ->
     let stage = |(stage, seconds): (stopwatch::Stage, &f64)| {
         use stopwatch::Stage as S;
         let (name, unit, units, demand) = match stage {
-            S::Camera => ("camera", "ray", counts.rays, Demand::default()),
+            S::Interpolate => ("interpolate", "pixel", counts.pixels, Demand::default()),
+            S::Camera => ("camera and way", "ray", counts.rays, Demand::default()),
             S::March => ("march", "sample", samples, Demand::default()),
             S::Encode => {
                 let demand = Demand::gather(work::reads(field), work::encode_flops(field));
@@ -192,10 +195,7 @@ fn measured(model: &Model<'_>, median: &Round, samples: u64, counts: &Counts) ->
             S::Composite => ("composite", "sample", samples, Demand::bandwidth(composited, 0.0)),
             _ => ("colour network", "hit ray", counts.hits, Demand::fma(color)),
         };
-        // The renderer may ask for a few samples more or less than the replay.
-        let per_sample = samples as f64 / counts.samples.max(1) as f64;
-        let factor = if unit == "sample" { per_sample } else { 1.0 };
-        Measured { name, unit, units, seconds: seconds * factor, demand }
+        Measured { name, unit, units, seconds: *seconds, demand }
     };
     stages.into_iter().zip(&median.stages).map(stage).collect()
 }
@@ -208,7 +208,7 @@ mod tests {
     use crate::cameras::Orbit;
 
     #[test]
-    fn the_replay_asks_for_what_the_renderer_asks_for() {
+    fn watched_pictures_are_the_renderers() {
         let bytes = include_bytes!("../../../../embed-demo/still-life.pnerf");
         let file = pocketnerf_formats::open_verified(bytes).unwrap();
         let orbit = Orbit { size: [60, 50], ..Orbit::around(&file.model.space, None, 2, 0.7) };
@@ -220,13 +220,10 @@ mod tests {
         let cameras = &cameras;
         let job = Job { model, cameras, options, alone: &alone, empty: &empty, probe: &probe };
         let (_, counts) = job.round().unwrap();
-        let samples = job.samples(&every_pixel(&options)).unwrap();
-        assert!(samples > job.samples(&options).unwrap());
-        assert_eq!(counts.rays, 2 * 60 * 50);
+        let samples = job.samples(&options).unwrap();
+        assert!(job.samples(&every_pixel(&options)).unwrap() > samples);
+        assert_eq!((counts.pixels, counts.samples), (2 * 60 * 50, samples));
+        assert!(counts.rays < counts.pixels && counts.rows >= counts.samples);
         assert!(counts.hits > 100 && counts.hits < counts.rays && !empty.is_empty());
-        // The order in which rays fill batches may change; what they need hardly.
-        let ratio = counts.samples as f64 / samples as f64;
-        assert!((0.9..1.1).contains(&ratio), "{} {samples}", counts.samples);
-        assert!(counts.rows >= counts.samples);
     }
 }

@@ -1,0 +1,51 @@
+//! Rendering that tells what it is doing: for whoever measures it. The core
+//! reads no clock itself.
+
+use crate::render::driver::{self, Job};
+use crate::render::passes::Span;
+use crate::render::source::Pixels;
+use crate::render::{RenderOptions, RenderStats, Tile};
+use crate::{Camera, Error, Model};
+
+/// What rendering goes through.
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Pixels that are the mean of their neighbours, or are found not to be.
+    Interpolate,
+    /// Rays, and their way to the first occupied cell.
+    Aim,
+    /// The next samples of the rays.
+    March,
+    /// Positions to numbers.
+    Encode,
+    /// The density network; with per-sample shading the colour network too.
+    Density,
+    /// Densities to opacities, and the rays' sums.
+    Composite,
+    /// What rays have gathered to pixels; the colour network of deferred shading.
+    Shade,
+}
+
+/// Is called when a part of a stage has ended, with the number of pixels,
+/// rays (`Aim`, `Shade`) or samples that it dealt with.
+pub type Observer<'o> = dyn FnMut(Stage, usize) + 'o;
+
+/// [`render_tile`](crate::render_tile), observed: the same pixels.
+///
+/// # Errors
+/// As `render_tile`.
+pub fn observe_tile(
+    model: &Model<'_>,
+    camera: &Camera,
+    tile: Tile,
+    options: &RenderOptions,
+    scratch: &mut [f32],
+    rgba: &mut [f32],
+    observer: &mut Observer<'_>,
+) -> Result<RenderStats, Error> {
+    let (source, size) = (&Pixels { camera, tile }, [tile.width, tile.height]);
+    let span = Span::all(options.detail.spacing());
+    let job = Job { model, source, options, size, span };
+    driver::render(&job, scratch, rgba, None, Some(observer))
+}
