@@ -32,7 +32,7 @@ impl Tuning {
     /// At most 24 KiB with [`Limits::SMALL`]: microcontrollers.
     pub const SMALL: Self = Self { samples: 32, rays: 16 };
     /// At most 1 MiB with [`Limits::SMALL`]: what fits a core's second-level cache.
-    pub const FAST: Self = Self { samples: 1024, rays: 256 };
+    pub const FAST: Self = Self { samples: 1024, rays: 512 };
 
     /// Distance between rows of a batch. Not a power of two, or the rows would
     /// compete for the same lines of the cache.

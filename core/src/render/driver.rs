@@ -125,8 +125,8 @@ fn one_pass<S: Simd, T: Store, F: Field>(
         group.rays += n as u64;
         group.add(simd, source, &numbers[..n], |pixel| target.clear(pixel));
         group.ended(Stage::Aim, n);
-        // What is left of a pass goes before the next begins, which reads it.
-        if group.is_full() || (n < LANES && group.count > 0) {
+        let is_over = n < LANES && pass.is_read_next();
+        if group.is_full() || (is_over && group.count > 0) {
             group.march::<S, T, F>(simd, field);
             let rays = group.count;
             group.finish::<S, T>(simd, field.decoder(), target);

@@ -41,6 +41,8 @@ pub(super) struct Pass {
     rows: Lines,
     /// Distance to the neighbours; 0: the first pass, which has none.
     half: u32,
+    /// Whether the next pass reads this one's pixels.
+    read_next: bool,
 }
 
 /// Which passes of all.
@@ -60,13 +62,13 @@ impl Span {
         Self { known: 0, grid, to: 1 }
     }
 
-    /// The passes over a tile, in their order; whoever renders must have finished
-    /// one before the next. Spacings are powers of two.
+    /// The passes over a tile, in their order. Spacings are powers of two.
     pub(super) fn passes(self, [width, height]: [u32; 2]) -> impl Iterator<Item = Pass> {
         let known = move |spacing: u32, half: u32| Pass {
             columns: Lines::known(spacing, width),
             rows: Lines::known(spacing, height),
             half,
+            read_next: true,
         };
         let grid = (self.known == 0).then(|| known(self.grid, 0));
         let from = if self.known == 0 { self.grid } else { self.known };
@@ -74,7 +76,11 @@ impl Span {
         let finer = halves.flat_map(move |half| {
             let (columns, rows) = (Lines::between(half, width), Lines::between(half, height));
             let old = known(2 * half, half);
-            [Pass { columns, rows, half }, Pass { columns, ..old }, Pass { rows, ..old }]
+            [
+                Pass { columns, rows, ..old },
+                Pass { columns, read_next: false, ..old },
+                Pass { rows, ..old },
+            ]
         });
         grid.into_iter().chain(finer)
     }
@@ -85,6 +91,11 @@ impl Pass {
     pub(super) fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
         let columns = self.columns.iter();
         self.rows.iter().flat_map(move |y| columns.clone().map(move |x| [x, y]))
+    }
+
+    /// Whether the pass must be finished before the next begins.
+    pub(super) const fn is_read_next(self) -> bool {
+        self.read_next
     }
 
     /// Distance to the neighbours, pixels.

@@ -3,6 +3,7 @@
 use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;
 
+use super::Length;
 use crate::field::{EncodingConfig, FieldConfig};
 
 /// Everything that decides what a run learns, apart from its data and length.
@@ -55,7 +56,7 @@ impl TrainConfig {
         let grid = HashGridConfig {
             n_levels: 9,
             n_features_per_level: 4,
-            log2_hashmap_size: 16,
+            log2_hashmap_size: 17,
             base_resolution: 16,
             per_level_scale: 1.65,
             index: GridIndex::Blocked,
@@ -87,5 +88,39 @@ impl TrainConfig {
             opaque_backdrop: [0.0; 3],
             backdrop: None,
         }
+    }
+
+    /// With as much detail as a run of this length can learn: shorter steps, and
+    /// for runs of more than a minute and a half a wider colour network. A
+    /// second counts as 110 steps.
+    #[must_use]
+    pub fn for_length(mut self, length: Length) -> Self {
+        let seconds = match length {
+            Length::Seconds(seconds) => seconds as f32,
+            Length::Steps(steps) => steps as f32 / 110.0,
+        };
+        // Twice the samples for eight times the time, about.
+        let finer = (seconds / 60.0).powf(0.35);
+        self.samples_per_side = (350.0 * finer).clamp(350.0, 800.0).round();
+        if seconds > 90.0 {
+            self.field.color_hidden = vec![128, 128];
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn detail_follows_the_time() {
+        let at = |length| TrainConfig::hash_grid().for_length(length);
+        assert_eq!(at(Length::Seconds(5.0)), TrainConfig::hash_grid());
+        assert_eq!(at(Length::Seconds(60.0)).samples_per_side, 350.0);
+        assert_eq!(at(Length::Steps(33_000)), at(Length::Seconds(300.0)));
+        assert_eq!(at(Length::Seconds(300.0)).samples_per_side, 615.0);
+        assert_eq!(at(Length::Seconds(1e6)).samples_per_side, 800.0);
+        assert_eq!(at(Length::Seconds(91.0)).field.color_hidden, [128, 128]);
     }
 }

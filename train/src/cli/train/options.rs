@@ -125,7 +125,7 @@ impl Train {
 
     /// The settings of a new run.
     pub(super) fn config(&self) -> TrainConfig {
-        let mut config = TrainConfig::hash_grid();
+        let mut config = TrainConfig::hash_grid().for_length(self.length());
         config.seed = self.seed.unwrap_or(config.seed);
         config.aabb = self.aabb;
         config.near = self.near.unwrap_or(config.near);
