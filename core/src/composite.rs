@@ -8,12 +8,16 @@ use crate::lanes;
 /// Turns densities into opacities in place: `alpha = 1 - exp(-sigma step)`.
 ///
 /// `sigma` is a multiple of 16 values, 1 / scene unit; `step` in scene units.
-#[inline(always)]
 pub fn opacities<S: Simd>(simd: S, sigma: &mut [f32], step: f32) {
-    for lanes in sigma.chunks_exact_mut(S::f32s::LEN) {
-        let optical = S::f32s::from_slice(simd, lanes) * -step;
-        (S::f32s::splat(simd, 1.0) - lanes::exp(simd, optical)).store_slice(lanes);
-    }
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            for lanes in sigma.chunks_exact_mut(S::f32s::LEN) {
+                let optical = S::f32s::from_slice(simd, lanes) * -step;
+                (S::f32s::splat(simd, 1.0) - lanes::exp(simd, optical)).store_slice(lanes);
+            }
+        },
+    );
 }
 
 /// What a ray has gathered so far, beside its channels.

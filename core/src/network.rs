@@ -105,7 +105,6 @@ pub const fn panel_len(n_in: usize) -> usize {
 ///
 /// `x` is `[n_in][stride]`, `y` is `[n_out][stride]`; `n` is a multiple of 32
 /// and at most `stride`. `panel` holds at least [`panel_len`]`(n_in)` values.
-#[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
 pub fn dense<S: Simd, T: Store>(
     simd: S,
@@ -217,7 +216,6 @@ impl Mlp<'_> {
     /// `input` is `[n_input][stride]` and is overwritten, `other` is scratch of
     /// as many rows as the widest layer, like `input`; the result goes to
     /// `output`, `[n_output][stride]`.
-    #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
     pub fn forward<S: Simd, T: Store>(
         &self,

@@ -181,25 +181,41 @@ fn encode_table<S: Simd, T: Store>(
     out: &mut [f32],
     stride: usize,
 ) {
-    match table.cols() {
-        1 => simd.vectorize(
+    let (entries, features) = (level.entries as usize, table.cols());
+    let values = T::values(table.bytes());
+    // Slices of the wrong size would have been refused by `validate`.
+    if features == QUAD {
+        let entries = &values.as_chunks::<QUAD>().0[..entries];
+        simd.vectorize(
             #[inline(always)]
-            || encode_level::<S, T, 1>(simd, level, table, points, out, stride),
-        ),
-        2 => simd.vectorize(
+            || {
+                let factor = table.scale() * T::FACTOR;
+                each_group(simd, level, points, factor, |g, corners| {
+                    let rows = interpolate_quads::<S, T>(simd, entries, corners);
+                    for (f, row) in rows.iter().enumerate() {
+                        out[f * stride + g * GROUP..][..GROUP].copy_from_slice(row);
+                    }
+                });
+            },
+        );
+    } else {
+        let values = &values[..entries * features];
+        simd.vectorize(
             #[inline(always)]
-            || encode_level::<S, T, 2>(simd, level, table, points, out, stride),
-        ),
-        4 => simd.vectorize(
-            #[inline(always)]
-            || encode_level::<S, T, 4>(simd, level, table, points, out, stride),
-        ),
-        _ => simd.vectorize(
-            #[inline(always)]
-            || encode_level::<S, T, 8>(simd, level, table, points, out, stride),
-        ),
+            || {
+                each_group(simd, level, points, table.scale(), |g, corners| {
+                    for f in 0..features {
+                        let row = interpolate_single::<T>(values, features, f, corners);
+                        out[f * stride + g * GROUP..][..GROUP].copy_from_slice(&row);
+                    }
+                });
+            },
+        );
     }
 }
+
+/// Features of an entry for which there is a kernel of its own.
+const QUAD: usize = 4;
 
 /// Points that a kernel takes at a time: the widest register's lanes.
 pub const GROUP: usize = 16;
@@ -276,84 +292,70 @@ fn term<V: SimdInt<S, Element = u32>, S: Simd>(corner: V, multiplier: u32, axis:
     (((corner >> 1) * multiplier) << 3) | ((corner & 1) << axis)
 }
 
+/// Finds the corners of each group of points, in order.
 #[inline(always)]
-fn encode_level<S: Simd, T: Store, const F: usize>(
+fn each_group<S: Simd>(
     simd: S,
     level: &Level,
-    table: &TensorView<'_>,
     points: [&[f32]; 3],
-    out: &mut [f32],
-    stride: usize,
+    factor: f32,
+    mut interpolate: impl FnMut(usize, &Corners),
 ) {
-    let entries = T::values(table.bytes()).as_chunks::<F>().0;
-    // A table of the wrong size would have been refused by `validate`.
-    let entries = &entries[..level.entries as usize];
     let [x, y, z] = points.map(|p| p.as_chunks::<GROUP>().0);
-    let factor = table.scale() * if F.is_multiple_of(4) { T::FACTOR } else { 1.0 };
     let mut corners = Corners::ZERO;
     for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
         corners.find(simd, level, [x, y, z], factor);
-        let rows = if F.is_multiple_of(4) {
-            interpolate_quads::<S, T, F>(simd, entries, &corners)
-        } else {
-            interpolate_singles::<T, F>(entries, &corners)
-        };
-        for (f, row) in rows.iter().enumerate() {
-            out[f * stride + g * GROUP..][..GROUP].copy_from_slice(row);
-        }
+        interpolate(g, &corners);
     }
 }
 
-/// Sums a group's corners where entries have four or eight features. Entries
-/// are first copied together as they are, so that many reads are on their way
-/// at a time, and then decoded with a point in every lane.
+/// Sums a group's corners where entries have four features. Entries are first
+/// copied together as they are, so that many reads are on their way at a time,
+/// and then decoded with a point in every lane.
 #[inline(always)]
-fn interpolate_quads<S: Simd, T: Store, const F: usize>(
+fn interpolate_quads<S: Simd, T: Store>(
     simd: S,
-    entries: &[[T::Bits; F]],
+    entries: &[[T::Bits; QUAD]],
     corners: &Corners,
-) -> [[f32; GROUP]; F] {
-    let mut rows = [[0.0f32; GROUP]; F];
-    for (quad, rows) in rows.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let mut quads = [[T::Quad::default(); GROUP]; 8];
-        for (quads, numbers) in quads.iter_mut().zip(&corners.entry) {
-            for (to, number) in quads.iter_mut().zip(numbers) {
-                *to = T::quad(&entries[*number as usize].as_chunks::<4>().0[quad]);
+) -> [[f32; GROUP]; QUAD] {
+    let mut quads = [[T::Quad::default(); GROUP]; 8];
+    for (quads, numbers) in quads.iter_mut().zip(&corners.entry) {
+        for (to, number) in quads.iter_mut().zip(numbers) {
+            *to = T::quad(&entries[*number as usize]);
+        }
+    }
+    let mut rows = [[0.0f32; GROUP]; QUAD];
+    let n = S::f32s::LEN;
+    for lane in (0..GROUP).step_by(n) {
+        let lanes = lane..lane + n;
+        let mut sums = [S::f32s::splat(simd, 0.0); QUAD];
+        for (quads, weights) in quads.iter().zip(&corners.weight) {
+            let weight = S::f32s::from_slice(simd, &weights[lanes.clone()]);
+            let values = T::decode_quads(simd, &quads[lanes.clone()]);
+            for (sum, value) in sums.iter_mut().zip(values) {
+                *sum = value.mul_add(weight, *sum);
             }
         }
-        let n = S::f32s::LEN;
-        for lane in (0..GROUP).step_by(n) {
-            let lanes = lane..lane + n;
-            let mut sums = [S::f32s::splat(simd, 0.0); 4];
-            for (quads, weights) in quads.iter().zip(&corners.weight) {
-                let weight = S::f32s::from_slice(simd, &weights[lanes.clone()]);
-                let values = T::decode_quads(simd, &quads[lanes.clone()]);
-                for (sum, value) in sums.iter_mut().zip(values) {
-                    *sum = value.mul_add(weight, *sum);
-                }
-            }
-            for (row, sum) in rows.iter_mut().zip(sums) {
-                sum.store_slice(&mut row[lanes.clone()]);
-            }
+        for (row, sum) in rows.iter_mut().zip(sums) {
+            sum.store_slice(&mut row[lanes.clone()]);
         }
     }
     rows
 }
 
-/// The same for entries of one or two features.
+/// The sum of feature `f` over a group's corners, of any number of features.
 #[inline(always)]
-fn interpolate_singles<T: Store, const F: usize>(
-    entries: &[[T::Bits; F]],
+fn interpolate_single<T: Store>(
+    values: &[T::Bits],
+    features: usize,
+    f: usize,
     corners: &Corners,
-) -> [[f32; GROUP]; F] {
-    let mut rows = [[0.0f32; GROUP]; F];
-    for c in 0..8 {
-        for s in 0..GROUP {
-            let entry = &entries[corners.entry[c][s] as usize];
-            for (row, bits) in rows.iter_mut().zip(entry) {
-                row[s] += corners.weight[c][s] * T::decode(*bits);
-            }
+) -> [f32; GROUP] {
+    let mut row = [0.0f32; GROUP];
+    for (numbers, weights) in corners.entry.iter().zip(&corners.weight) {
+        for ((sum, number), weight) in row.iter_mut().zip(numbers).zip(weights) {
+            *sum += weight * T::decode(values[*number as usize * features + f]);
         }
     }
-    rows
+    row
 }

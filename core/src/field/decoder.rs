@@ -94,7 +94,6 @@ impl Decoder<'_> {
 
     /// From encoded points in `work.a` to sigma and channels in `work.output`,
     /// see [`Field::density_features`](crate::field::Field::density_features).
-    #[inline(always)]
     pub fn density_features<S: Simd, T: Store>(
         &self,
         simd: S,
@@ -104,12 +103,17 @@ impl Decoder<'_> {
         let (n, stride) = (samples.len(), work.stride);
         let Workspace { a, b, output, panel, .. } = work;
         self.density.forward::<S, T>(simd, a, b, output, n, stride, panel);
-        for sigma in output[..n].chunks_exact_mut(S::f32s::LEN) {
-            let log = S::f32s::from_slice(simd, sigma) + self.log_density_bias;
-            // Cut off after `exp`, which takes NaN to 0: what `min` does with NaN
-            // differs from machine to machine.
-            lanes::exp(simd, log).min(S::f32s::splat(simd, MAX_SIGMA)).store_slice(sigma);
-        }
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for sigma in output[..n].chunks_exact_mut(S::f32s::LEN) {
+                    let log = S::f32s::from_slice(simd, sigma) + self.log_density_bias;
+                    // Cut off after `exp`, which takes NaN to 0: what `min` does with
+                    // NaN differs from machine to machine.
+                    lanes::exp(simd, log).min(S::f32s::splat(simd, MAX_SIGMA)).store_slice(sigma);
+                }
+            },
+        );
         if self.shading == Shading::PerSample {
             let features = &output[stride..(1 + self.n_features as usize) * stride];
             a[..features.len()].copy_from_slice(features);
@@ -120,7 +124,6 @@ impl Decoder<'_> {
     /// From features in the first `n_features` rows of `work.a` and unit
     /// directions to colours in rows 1 to 3 of `work.output`, in [0, 1].
     /// `n` is a multiple of 32.
-    #[inline(always)]
     pub fn colors<S: Simd, T: Store>(
         &self,
         simd: S,
@@ -134,16 +137,21 @@ impl Decoder<'_> {
         self.harmonics(directions, n, rows, stride);
         let rgb = &mut output[stride..];
         self.color.forward::<S, T>(simd, a, b, rgb, n, stride, panel);
-        for row in rgb.chunks_mut(stride).take(3) {
-            for values in row[..n].chunks_exact_mut(S::f32s::LEN) {
-                lanes::logistic(simd, S::f32s::from_slice(simd, values)).store_slice(values);
-            }
-        }
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for row in rgb.chunks_mut(stride).take(3) {
+                    for values in row[..n].chunks_exact_mut(S::f32s::LEN) {
+                        let value = S::f32s::from_slice(simd, values);
+                        lanes::logistic(simd, value).store_slice(values);
+                    }
+                }
+            },
+        );
     }
 
     /// Writes the harmonics of `n` unit directions: value i of direction s goes
     /// to `out[i * stride + s]`.
-    #[inline(always)]
     pub fn harmonics(&self, directions: [&[f32]; 3], n: usize, out: &mut [f32], stride: usize) {
         let mut values = [0.0; 16];
         for s in 0..n {

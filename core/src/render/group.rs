@@ -52,7 +52,6 @@ impl Group<'_, '_, '_, '_> {
 
     /// Adds the rays of these numbers, at most sixteen, that meet an occupied
     /// cell; calls `missed` for those that do not.
-    #[inline(always)]
     pub(super) fn add<S: Simd>(
         &mut self,
         simd: S,
@@ -120,7 +119,6 @@ impl Group<'_, '_, '_, '_> {
     }
 
     /// Fills a batch with the next samples of the living rays; gives their number.
-    #[inline(always)]
     fn gather<S: Simd>(&mut self, simd: S, shading: Shading) -> usize {
         let Scratch { rays, points: [x, y, z], directions, t, owners, .. } = &mut self.scratch;
         let mut n = 0;
@@ -152,7 +150,6 @@ impl Group<'_, '_, '_, '_> {
     }
 
     /// Adds the batch to its rays; opaque rays end.
-    #[inline(always)]
     fn composite<S: Simd>(&mut self, simd: S, channels: usize, n: usize) {
         simd.vectorize(
             #[inline(always)]

@@ -29,7 +29,6 @@ impl Target<'_> {
     /// `tolerance`, and says whether. Where none of them sees anything, that is
     /// certain only if no occupied cell can hide between them: thin things are
     /// easily lost, and to look costs little.
-    #[inline(always)]
     pub(super) fn interpolate(&mut self, pass: Pass, [x, y]: [u32; 2], tolerance: f32) -> bool {
         let mut around = Around::NONE;
         pass.neighbours([x, y], |pair, [x, y]| {
