@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 /// Width and height of a tile: so many pixels that its passes fill batches, so
 /// few that its part of the tables stays in the cache and threads end together.
-const TILE: [u32; 2] = [128, 64];
+pub(crate) const TILE: [u32; 2] = [128, 64];
 
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,10 +7,7 @@ use pocketnerf_core::render::{Refinement, Refinements, RenderStats, refine_tile}
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
 use rayon::prelude::*;
 
-use crate::picture::{Picture, Settings, copy_rows};
-
-/// Pixels along a side of a tile.
-const TILE: u32 = 64;
+use crate::picture::{Picture, Settings, TILE, copy_rows};
 
 /// Time to put tiles together, a pixel: kept back from the deadline.
 const ASSEMBLE: Duration = Duration::from_nanos(6);
@@ -44,7 +41,7 @@ impl<'m> Progressive<'m> {
     /// The picture that `camera` takes, nothing of it rendered.
     #[must_use]
     pub fn new(model: &'m Model<'m>, camera: &Camera, settings: &Settings) -> Self {
-        let coarsest = Refinements::new(camera.width, camera.height, TILE);
+        let coarsest = Refinements::new([camera.width, camera.height], TILE);
         let parts = coarsest.take_while(|piece| piece.known == 0).map(|piece| Part {
             tile: piece.tile,
             rgba: vec![0.0; piece.tile.pixels() * 4],

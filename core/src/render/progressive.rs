@@ -26,7 +26,7 @@ pub struct Refinement {
 /// use pocketnerf_core::Tile;
 /// use pocketnerf_core::render::Refinements;
 ///
-/// let work: Vec<_> = Refinements::new(32, 16, 16).collect();
+/// let work: Vec<_> = Refinements::new([32, 16], [16, 16]).collect();
 /// // Two tiles at five levels: every 16th, 8th, 4th, 2nd and every pixel.
 /// assert_eq!(work.len(), 10);
 /// assert_eq!((work[1].known, work[1].spacing), (0, 16));
@@ -36,7 +36,7 @@ pub struct Refinement {
 #[derive(Clone, Copy, Debug)]
 pub struct Refinements {
     size: [u32; 2],
-    side: u32,
+    tile: [u32; 2],
     /// The next tile's corner.
     at: [u32; 2],
     known: u32,
@@ -47,11 +47,11 @@ impl Refinements {
     /// Spacing of the coarsest level, pixels.
     pub const COARSEST: u32 = 16;
 
-    /// For a picture of this size, in square tiles of `side` pixels (at least 1).
+    /// For a picture of this width and height, in tiles of that (at least 1).
     #[must_use]
-    pub const fn new(width: u32, height: u32, side: u32) -> Self {
-        let side = if side == 0 { 1 } else { side };
-        Self { size: [width, height], side, at: [0, 0], known: 0, spacing: Self::COARSEST }
+    pub const fn new(size: [u32; 2], [width, height]: [u32; 2]) -> Self {
+        let tile = [if width == 0 { 1 } else { width }, if height == 0 { 1 } else { height }];
+        Self { size, tile, at: [0, 0], known: 0, spacing: Self::COARSEST }
     }
 }
 
@@ -63,12 +63,12 @@ impl Iterator for Refinements {
         if self.spacing == 0 || width == 0 || height == 0 {
             return None;
         }
-        let ([x, y], side) = (self.at, self.side);
-        let tile = Tile { x, y, width: side.min(width - x), height: side.min(height - y) };
+        let ([x, y], [w, h]) = (self.at, self.tile);
+        let tile = Tile { x, y, width: w.min(width - x), height: h.min(height - y) };
         let refinement = Refinement { tile, known: self.known, spacing: self.spacing };
-        self.at[0] = x.saturating_add(side);
+        self.at[0] = x.saturating_add(w);
         if self.at[0] >= width {
-            self.at = [0, y.saturating_add(side)];
+            self.at = [0, y.saturating_add(h)];
         }
         if self.at[1] >= height {
             *self = Self { at: [0, 0], known: self.spacing, spacing: self.spacing / 2, ..*self };
