@@ -17,17 +17,12 @@ mod run;
 mod scene_box;
 mod schedule;
 mod scout;
+mod step;
 mod update;
 
-use std::time::Instant;
-
 use fearless_simd::{Level, dispatch};
-use pocketnerf_core::field::Field;
-use pocketnerf_core::sampler::Marcher;
 use pocketnerf_core::scratch::Limits;
-use pocketnerf_core::store::{F16, Store};
-use pocketnerf_core::{AnyField, ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
-use rayon::prelude::*;
+use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 
 pub use cells::{dilated, pack};
 pub use checkpoint::{Checkpoint, CheckpointError};
@@ -40,62 +35,23 @@ pub use rays::{Backdrop, RaySource, Targets, TrainingRay};
 pub use run::{Progress, Run, Summary, run};
 pub use scene_box::find_box;
 pub use schedule::{Length, Plan};
+pub use step::{StepSettings, StepStats};
 
 use crate::aligned::Aligned;
 use crate::dataset::Dataset;
 use crate::field::half::round_all;
 use crate::field::{Backward, EncodingConfig, Layout, initialize};
-use crate::random::Random;
-use crate::stopwatch::{Laps, Stage, Stopwatch};
+use crate::stopwatch::Stopwatch;
 use aim::Aim;
-use group::{Group, GroupStats, Job, MIN_TRANSMITTANCE, Worker};
+use group::{Group, MIN_TRANSMITTANCE, Worker};
 use pool::Pool;
 
 /// Shares that a step is cut into, at any number of threads.
 pub(crate) const GROUPS: usize = 16;
-/// Steps between two updates of the occupancy.
-const OCCUPANCY_EVERY: u32 = 16;
-/// The neighbours of occupied cells are looked at in one of so many steps.
-const GROWN_EVERY: u32 = 8;
 /// Rays of the first step, where their number adapts itself.
 const FIRST_RAYS: usize = 1024;
-/// Rays of a step at most, where their number adapts itself.
-const MOST_RAYS: usize = 1 << 17;
 /// Rays of a step at most, where the user sets their number.
 pub const MAX_BATCH_RAYS: usize = 1 << 20;
-
-/// What a step found out.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct StepStats {
-    /// Rays of the step.
-    pub rays: usize,
-    /// Samples at which the field was asked.
-    pub samples: usize,
-    /// Samples passed back.
-    pub kept: usize,
-    /// Mean squared error over all pixels and colours, estimated.
-    pub mean_squared_error: f64,
-    /// Mean opacity of all pixels, estimated.
-    pub mean_opacity: f64,
-}
-
-/// How a step is to be taken: what the plan of a run decides.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepSettings {
-    /// Factor on the learning rates.
-    pub rate: f32,
-    /// Part of a grid entry that is taken away where there is a gradient, times
-    /// the learning rate.
-    pub decay: f32,
-    /// Factor on the distance between samples.
-    pub step_scale: f32,
-    /// Share of samples to pass back.
-    pub kept: f32,
-    /// Whether the occupancy still changes.
-    pub update_occupancy: bool,
-    /// Whether the parameters after the step count in their average.
-    pub average: bool,
-}
 
 /// A field in training.
 #[derive(Debug)]
@@ -287,29 +243,6 @@ impl Trainer {
         self.stopwatch.as_ref()
     }
 
-    /// Takes one step.
-    pub fn step(&mut self, settings: &StepSettings) -> StepStats {
-        if settings.update_occupancy && self.step.is_multiple_of(OCCUPANCY_EVERY) {
-            let begun = Instant::now();
-            self.update_occupancy();
-            if let Some(stopwatch) = &self.stopwatch {
-                // Threads that wait for the others count too.
-                let time = begun.elapsed() * rayon::current_num_threads() as u32;
-                stopwatch.add(Stage::Occupancy, time, 1);
-            }
-        }
-        self.backward.update(&self.parameters[self.layout.networks_start()..]);
-        self.run_groups(settings);
-        let stats = self.gather_stats();
-        self.plan_next(settings, &stats);
-        self.step += 1;
-        self.update_parameters(settings);
-        if settings.average {
-            self.accumulate();
-        }
-        stats
-    }
-
     /// Begins the `restarts`-th attempt after the first: each has random numbers
     /// of its own.
     fn begin(&mut self, restarts: u32) {
@@ -332,119 +265,6 @@ impl Trainer {
         set(&self.layout, &mut self.parameters);
         let Self { level, parameters, half, .. } = self;
         dispatch!(*level, simd => round_all(simd, parameters, half));
-    }
-
-    fn update_occupancy(&mut self) {
-        let Self { grid, layout, config, half, level, backward, limits, workers, seed, .. } = self;
-        let field = layout.view_half(&config.field, half).expect("checked when training began");
-        let new = || Worker::new(*limits, backward);
-        let step = self.sampling.step;
-        match &field {
-            AnyField::HashGrid(field) => {
-                grid.update::<F16, _>(*level, field, *seed, step, workers, new);
-            }
-            AnyField::Frequency(field) => {
-                grid.update::<F16, _>(*level, field, *seed, step, workers, new);
-            }
-            _ => unreachable!("kinds that this crate lays out"),
-        }
-    }
-
-    /// Forward and backward of every group.
-    fn run_groups(&mut self, settings: &StepSettings) {
-        let mut sampling = self.sampling;
-        sampling.step *= settings.step_scale;
-        // Now and then the neighbours of what is occupied have to be empty: else what
-        // they share entries with would fill them unseen.
-        let neighbours = self.step % GROWN_EVERY == GROWN_EVERY - 1;
-        let occupancy = if neighbours { self.grid.grown() } else { self.grid.view() };
-        let job = Job {
-            marcher: Marcher::from_parts(Some(occupancy), self.space, sampling, true),
-            backward: &self.backward,
-            step: sampling.step,
-            roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
-            stopwatch: self.stopwatch.as_ref(),
-        };
-        let field = self.layout.view_half(&self.config.field, &self.half);
-        let field = field.expect("checked when training began");
-        let (seed, step) = (self.seed, u64::from(self.step));
-        let (level, limits, n_rays) = (self.level, self.limits, self.n_rays);
-        let (source, aim) = (&self.source, &self.aim);
-        self.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
-            let mut worker = self.workers.take(|| Worker::new(limits, &self.backward));
-            let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
-            let mut laps = Laps::begin(job.stopwatch);
-            group.draw(source, aim, n, Random::new(seed, [1, step, g as u64]));
-            laps.end(Stage::Aim, n);
-            run_group::<F16>(level, group, &field, &job, &mut worker);
-            self.workers.put(worker);
-        });
-    }
-
-    fn gather_stats(&self) -> StepStats {
-        let mut total = GroupStats::default();
-        for group in &self.groups {
-            total.squared_error += group.stats.squared_error;
-            total.opacity += group.stats.opacity;
-            total.samples += group.stats.samples;
-            total.kept += group.stats.kept;
-        }
-        let share = self.aim.share();
-        let drawn_error = total.squared_error / (3 * self.n_rays) as f64;
-        StepStats {
-            rays: self.n_rays,
-            samples: total.samples,
-            kept: total.kept,
-            mean_squared_error: share * drawn_error + self.targets.unseen_error,
-            mean_opacity: share * total.opacity / self.n_rays as f64,
-        }
-    }
-
-    /// Chooses the next step's number of rays and roulette threshold from
-    /// what this one met, so that steps cost about the same.
-    fn plan_next(&mut self, settings: &StepSettings, stats: &StepStats) {
-        let mean: f64 = self.groups.iter().map(|g| g.stats.gradient_size).sum::<f64>()
-            / stats.samples.max(1) as f64;
-        let share = stats.kept as f32 / stats.samples.max(1) as f32;
-        if settings.kept < 1.0 {
-            if self.roulette == 0.0 {
-                self.roulette = mean as f32;
-            } else {
-                let correction = (share / settings.kept).clamp(0.8, 1.25);
-                self.roulette *= correction;
-            }
-        }
-        if self.config.batch_rays.is_none() {
-            let per_ray = stats.samples as f64 / stats.rays as f64;
-            let wanted = self.config.samples_per_step as f64 / per_ray.max(0.1);
-            // Half of the way: one odd batch must not upset the next.
-            let n = 0.5 * (self.n_rays as f64 + wanted);
-            self.n_rays = (n as usize).clamp(256, MOST_RAYS);
-        }
-    }
-}
-
-/// `T` is how `field` stores its parameters.
-fn run_group<T: Store>(
-    level: Level,
-    group: &mut Group,
-    field: &AnyField<'_>,
-    job: &Job<'_>,
-    worker: &mut Worker,
-) {
-    fn run<T: Store, F: Field>(
-        level: Level,
-        group: &mut Group,
-        field: &F,
-        job: &Job<'_>,
-        worker: &mut Worker,
-    ) {
-        dispatch!(level, simd => group.run::<_, T, F>(simd, field, job, worker));
-    }
-    match field {
-        AnyField::HashGrid(field) => run::<T, _>(level, group, field, job, worker),
-        AnyField::Frequency(field) => run::<T, _>(level, group, field, job, worker),
-        _ => unreachable!("kinds that this crate lays out"),
     }
 }
 

@@ -7,10 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::TrainedOn;
 use crate::field::FieldConfig;
-use crate::trainer::{
-    Length, MAX_BATCH_RAYS, MAX_RESTARTS, MOST_RAYS, OCCUPANCY_EVERY, Plan, Run, TrainConfig,
-    Trainer,
-};
+use crate::trainer::step::{MOST_RAYS, OCCUPANCY_EVERY};
+use crate::trainer::{Length, MAX_BATCH_RAYS, MAX_RESTARTS, Plan, Run, TrainConfig, Trainer};
 
 /// How long a run is to be.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,11 +10,15 @@ mod roulette;
 use pocketnerf_core::Camera;
 use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;
+use pocketnerf_core::sampler::Marcher;
 use pocketnerf_core::store::F32;
 
+use super::group::Job;
+use super::step::run_group;
 use super::*;
 use crate::dataset::{Split, View};
 use crate::field::{FieldConfig, Part, Range};
+use crate::random::Random;
 use loss::Loss;
 
 /// Parameters of each range that are looked at one by one.
