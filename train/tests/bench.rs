@@ -62,8 +62,16 @@ fn everything_is_there() {
         }
     }
     let rendering = &report["rendering"];
-    let stages =
-        ["camera", "march", "encode", "density network", "composite", "colour network", "rest"];
+    let stages = [
+        "interpolate",
+        "camera and way",
+        "march",
+        "encode",
+        "density network",
+        "composite",
+        "colour network",
+        "rest",
+    ];
     check_stages(rendering, &stages);
     for key in [
         "frames_per_second",
@@ -72,6 +80,7 @@ fn everything_is_there() {
         "samples_per_ray_every_pixel",
         "seconds_per_frame_every_pixel",
         "rows_per_pixel",
+        "interpolated_share",
         "ns_per_pixel_outside",
         "ns_per_pixel_empty",
     ] {

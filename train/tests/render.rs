@@ -40,8 +40,9 @@ fn a_deadline_long_enough_gives_the_same_picture_and_a_short_one_a_coarser() {
     }
     let [whole, long, short] = paths.map(|path| pixels(&path));
     assert_eq!(whole, long);
-    // On a fast machine a millisecond may be enough.
-    assert!(difference(&whole, &short) < 40.0);
+    // Every 16th pixel at least: more than nothing. A millisecond may be enough for all.
+    let blank = vec![255; whole.len()];
+    assert!(difference(&whole, &short) < 0.8 * difference(&whole, &blank));
 }
 
 #[test]

@@ -101,7 +101,7 @@ mod tests {
                 assert!(levels.iter().all(|l| l.entry_bytes == 8.0));
                 // 16 corners along an axis are 9 blocks of 2.
                 assert_eq!(levels[0].table_bytes, 9.0 * 9.0 * 9.0 * 8.0 * 8.0);
-                assert_eq!(levels[8].table_bytes, 65536.0 * 8.0);
+                assert_eq!(levels[8].table_bytes, 131_072.0 * 8.0);
                 assert_eq!(encode_flops(field), Some(72.0 * 10.0));
             },
         )
