@@ -26,9 +26,9 @@ impl Target<'_> {
     }
 
     /// Writes the mean of a pixel's neighbours, if they differ by less than
-    /// `tolerance`, and says whether. Where none of them sees anything, that is
-    /// certain only if no occupied cell can hide between them: thin things are
-    /// easily lost, and to look costs little.
+    /// `tolerance`, and says whether. Where they see next to nothing, a thin
+    /// thing may run between them: the pixel is empty only if all of them miss
+    /// every occupied cell, and none can hide between them.
     pub(super) fn interpolate(&mut self, pass: Pass, [x, y]: [u32; 2], tolerance: f32) -> bool {
         let mut around = Around::NONE;
         pass.neighbours([x, y], |pair, [x, y]| {
@@ -38,8 +38,8 @@ impl Target<'_> {
             return false;
         }
         let pixel = (y * self.size[0] + x) as usize;
-        if around.most[3] == 0.0 {
-            let certain = self.cell >= 2.5 * pass.half() as f32;
+        if around.most[3] < tolerance {
+            let certain = around.most[3] == 0.0 && self.cell >= 2.5 * pass.half() as f32;
             if certain {
                 self.clear(pixel as u32);
             }
