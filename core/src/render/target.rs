@@ -145,16 +145,16 @@ impl Around {
         core::array::from_fn(|c| (a[c] + b[c]) / (self.n[0] + self.n[1]))
     }
 
-    /// Whether the neighbours differ by less than the tolerance, and the means of
-    /// the two pairs by less than a third of it: slopes are interpolated well,
-    /// bends are not.
+    /// Whether there are four neighbours that differ by less than the tolerance,
+    /// and the means of the two pairs by less than a third of it: slopes are
+    /// interpolated well, bends are not, and two neighbours agree by chance.
     #[inline(always)]
     fn agree(&self, tolerance: f32) -> bool {
         let [a, b] = self.sums;
-        let whole = self.n == [2.0; 2];
-        (0..4).all(|c| {
-            let bend = if whole { 0.5 * (a[c] - b[c]).abs() } else { 0.0 };
-            (self.most[c] - self.least[c]).max(3.0 * bend) < tolerance
-        })
+        self.n == [2.0; 2]
+            && (0..4).all(|c| {
+                let bend = 0.5 * (a[c] - b[c]).abs();
+                (self.most[c] - self.least[c]).max(3.0 * bend) < tolerance
+            })
     }
 }
