@@ -104,8 +104,7 @@ impl Camera {
     /// The directions of the rays through a register of image points, each equal
     /// to that of [`Camera::ray`].
     #[inline(always)]
-    #[must_use]
-    pub fn directions<S: Simd>(&self, simd: S, x: S::f32s, y: S::f32s) -> [S::f32s; 3] {
+    pub(crate) fn directions<S: Simd>(&self, simd: S, x: S::f32s, y: S::f32s) -> [S::f32s; 3] {
         let m = &self.camera_to_world;
         let cx = (x - self.center[0]) / self.focal[0];
         let cy = -((y - self.center[1]) / self.focal[1]);

@@ -131,9 +131,8 @@ pub fn render_tile(
     rgba: &mut [f32],
     depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
-    let (source, size) = (&Pixels { camera, tile }, [tile.width, tile.height]);
-    let span = Span::all(options.detail.spacing());
-    driver::render(&Job { model, source, options, size, span }, scratch, rgba, depth, None)
+    let (source, span) = (&Pixels { camera, tile }, Span::all(options.detail.spacing()));
+    driver::render(&Job { model, source, options, span }, scratch, rgba, depth, None)
 }
 
 /// Renders any rays: the same as [`render_tile`], one pixel a ray.
@@ -148,7 +147,6 @@ pub fn render_rays(
     rgba: &mut [f32],
     depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
-    let n = u32::try_from(rays.len()).map_err(|_| Error::Range("number of rays"))?;
-    let job = Job { model, source: rays, options, size: [n, 1], span: Span::all(1) };
+    let job = Job { model, source: rays, options, span: Span::all(1) };
     driver::render(&job, scratch, rgba, depth, None)
 }

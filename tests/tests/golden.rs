@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use pocketnerf_core::encoding::hash_grid::HASH_PRIMES;
 use pocketnerf_core::{AnyField, DType, Model};
 use pocketnerf_formats::{
-    ContainerWriter, FormatError, Precision, SectionId, open, open_verified, write,
+    ContainerWriter, FormatError, Precision, SectionId, TensorName, open, open_verified, write,
 };
 use pocketnerf_tests::checksums::{crc32, number};
 use pocketnerf_tests::tiny::{self, Tiny};
@@ -104,6 +104,38 @@ fn hash_grid_f16() {
     }
     // What was read writes the same file again.
     assert!(write(&file.model, &file.about, Precision::F16).unwrap() == bytes);
+}
+
+#[test]
+fn hash_grid_i8() {
+    let tiny = Tiny::new();
+    let model = tiny.hash_grid();
+    let bytes = write(&model, &tiny::about(), Precision::I8).unwrap();
+    let bytes = golden("hash-grid-i8.pnerf", &bytes);
+    let file = open_verified(&bytes).unwrap();
+    assert_eq!(file.about, tiny::about());
+    assert_same_but_weights(&file.model, &model);
+    for ((name, found), (_, expected)) in
+        file.tensors().zip(pocketnerf_formats::tensors(&model.field))
+    {
+        let table = matches!(name, TensorName::GridLevel(_));
+        assert_eq!(found.dtype(), if table { DType::I8 } else { DType::F16 });
+        for i in 0..found.rows() * found.cols() {
+            let (found_value, value) = (found.get(i), expected.get(i));
+            // The largest value is at least 64 units, and may be cut off at 127 of a
+            // quarter of them.
+            let most = if table { 0.5 * found.scale() } else { value.abs() * F16_ROUNDING };
+            let cut = table
+                && found_value.abs() == 127.0 * found.scale()
+                && value.abs() > found_value.abs();
+            assert!(
+                (found_value - value).abs() <= most || cut,
+                "{name} {i}: {found_value} {value}"
+            );
+        }
+    }
+    // What was read writes the same file again.
+    assert!(write(&file.model, &file.about, Precision::I8).unwrap() == bytes);
 }
 
 #[test]

@@ -31,11 +31,12 @@ fn use_everything(bytes: &[u8]) -> bool {
     true
 }
 
-fn goldens() -> [Vec<u8>; 2] {
+fn goldens() -> [Vec<u8>; 3] {
     let tiny = Tiny::new();
     [
         write(&tiny.hash_grid(), &tiny::about(), Precision::F16).unwrap(),
         write(&tiny.frequency(), &tiny::about(), Precision::F32).unwrap(),
+        write(&tiny.hash_grid(), &tiny::about(), Precision::I8).unwrap(),
     ]
 }
 

@@ -31,7 +31,7 @@ struct Part {
     /// Empty where it was not asked for.
     depth: Vec<f32>,
     stats: RenderStats,
-    /// Every so manieth pixel is rendered; 0: none yet.
+    /// Pixels from one that is rendered to the next; 0: none is yet.
     spacing: u32,
     /// What the last refinement took.
     took: Duration,

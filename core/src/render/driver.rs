@@ -20,8 +20,6 @@ pub(super) struct Job<'j, R: ?Sized> {
     pub(super) model: &'j Model<'j>,
     pub(super) source: &'j R,
     pub(super) options: &'j RenderOptions,
-    /// Width and height in pixels.
-    pub(super) size: [u32; 2],
     /// The passes.
     pub(super) span: Span,
 }
@@ -34,16 +32,14 @@ pub(super) fn render(
     depth: Option<&mut [f32]>,
     observer: Option<&mut Observer<'_>>,
 ) -> Result<RenderStats, Error> {
-    let Job { model, source, options, size: [width, height], span } = *job;
+    let Job { model, source, options, span } = *job;
+    let size = source.size()?;
     options.check(model)?;
     if scratch.len() < options.scratch_len() {
         let (needed, given) = (options.scratch_len(), scratch.len());
         return Err(Error::ScratchTooSmall { needed, given });
     }
-    if width.checked_mul(height).is_none() {
-        return Err(Error::Range("pixels of a tile"));
-    }
-    let n = width as usize * height as usize;
+    let n = size[0] as usize * size[1] as usize;
     let depth_len = depth.as_ref().map_or(usize::MAX, |d| d.len());
     for (needed, given) in [(n.saturating_mul(4), rgba.len()), (n, depth_len)] {
         if given < needed {
@@ -64,7 +60,7 @@ pub(super) fn render(
         observer,
     };
     let rgba = rgba.as_chunks_mut().0;
-    let mut target = Target { rgba, depth, size: [width, height], cell: source.cell(model) };
+    let mut target = Target { rgba, depth, size, cell: source.cell(model) };
     dispatch!(level, simd => match &model.field {
         #[cfg(feature = "hash-grid")]
         AnyField::HashGrid(field) => each_pass(simd, field, &mut group, job, &mut target),
@@ -85,7 +81,7 @@ fn each_pass<S: Simd, F: Field>(
     target: &mut Target<'_>,
 ) {
     let (source, detail) = (job.source, job.options.detail);
-    for pass in job.span.passes(job.size) {
+    for pass in job.span.passes(target.size) {
         match field.decoder().density.layers()[0].weight.dtype() {
             DType::F32 => one_pass::<S, F32, F>(simd, field, group, source, pass, detail, target),
             // Networks are of no other type.

@@ -44,8 +44,6 @@ pub fn observe_tile(
     rgba: &mut [f32],
     observer: &mut Observer<'_>,
 ) -> Result<RenderStats, Error> {
-    let (source, size) = (&Pixels { camera, tile }, [tile.width, tile.height]);
-    let span = Span::all(options.detail.spacing());
-    let job = Job { model, source, options, size, span };
-    driver::render(&job, scratch, rgba, None, Some(observer))
+    let (source, span) = (&Pixels { camera, tile }, Span::all(options.detail.spacing()));
+    driver::render(&Job { model, source, options, span }, scratch, rgba, None, Some(observer))
 }

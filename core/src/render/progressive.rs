@@ -11,9 +11,10 @@ use crate::{Camera, Error, Model};
 pub struct Refinement {
     /// Which pixels.
     pub tile: Tile,
-    /// Every so manieth pixel along both axes is rendered already; 0: none.
+    /// Pixels from one that is rendered already to the next, along both axes;
+    /// 0: none is.
     pub known: u32,
-    /// Every so manieth will be; the pixels between are interpolated.
+    /// The same afterwards; the pixels between are interpolated.
     pub spacing: u32,
 }
 
@@ -102,7 +103,6 @@ pub fn refine_tile(
     if !sound {
         return Err(Error::Range("refinement: spacing and what is known"));
     }
-    let (source, size) = (&Pixels { camera, tile }, [tile.width, tile.height]);
-    let span = Span { known, grid: spacing, to: spacing };
-    driver::render(&Job { model, source, options, size, span }, scratch, rgba, depth, None)
+    let (source, span) = (&Pixels { camera, tile }, Span { known, grid: spacing, to: spacing });
+    driver::render(&Job { model, source, options, span }, scratch, rgba, depth, None)
 }

@@ -5,10 +5,13 @@ use fearless_simd::{Simd, SimdBase};
 use crate::camera::{Camera, Ray};
 use crate::render::Tile;
 use crate::sampler::{Bundle, LANES};
-use crate::{Model, Space};
+use crate::{Error, Model, Space};
 
 /// Rays by their number.
 pub(super) trait Source {
+    /// Width and height of the picture that they make, pixels.
+    fn size(&self) -> Result<[u32; 2], Error>;
+
     /// Puts the rays of these numbers, at most sixteen, into the bundle's first
     /// lanes, to be sampled in the middle of their steps.
     fn fill<S: Simd>(&self, simd: S, numbers: &[u32], bundle: &mut Bundle);
@@ -18,6 +21,12 @@ pub(super) trait Source {
 }
 
 impl Source for [Ray] {
+    /// A row.
+    fn size(&self) -> Result<[u32; 2], Error> {
+        let n = u32::try_from(self.len()).map_err(|_| Error::Range("number of rays"))?;
+        Ok([n, 1])
+    }
+
     #[inline(always)]
     fn fill<S: Simd>(&self, _: S, numbers: &[u32], bundle: &mut Bundle) {
         for (lane, number) in numbers.iter().enumerate() {
@@ -38,6 +47,13 @@ pub(super) struct Pixels<'c> {
 }
 
 impl Source for Pixels<'_> {
+    fn size(&self) -> Result<[u32; 2], Error> {
+        let Tile { width, height, .. } = self.tile;
+        // Pixels are numbered.
+        let n = width.checked_mul(height).ok_or(Error::Range("pixels of a tile"));
+        n.map(|_| [width, height])
+    }
+
     #[inline(always)]
     fn fill<S: Simd>(&self, simd: S, numbers: &[u32], bundle: &mut Bundle) {
         let Tile { x, y, width, .. } = self.tile;

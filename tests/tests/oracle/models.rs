@@ -37,6 +37,7 @@ pub(crate) enum Encoding {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Recipe {
     pub encoding: Encoding,
+    /// Of all tensors; `I8`: of the tables alone, beside networks in f16.
     pub dtype: DType,
     pub shading: Shading,
     pub sh_degree: u32,
@@ -55,7 +56,7 @@ impl Recipe {
         seed: 1,
     };
 
-    /// Every encoding with every stored type and shading, with and without
+    /// Every encoding with every stored type that it has and every shading, with and without
     /// occupancy; the degree of the harmonics goes round.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         let encodings = [1, 2, 4, 8].map(Encoding::HashGrid).into_iter().chain([
@@ -63,14 +64,19 @@ impl Recipe {
             Encoding::Frequency { include_input: true },
         ]);
         encodings.enumerate().flat_map(|(e, encoding)| {
-            (0..8).map(move |n| Self {
+            let n_types = if matches!(encoding, Encoding::HashGrid(_)) { 3 } else { 2 };
+            (0..4 * n_types).map(move |n| Self {
                 encoding,
-                dtype: if n & 1 == 0 { DType::F32 } else { DType::F16 },
+                dtype: match n {
+                    8.. => DType::I8,
+                    _ if n & 1 == 0 => DType::F32,
+                    _ => DType::F16,
+                },
                 shading: if n & 2 == 0 { Shading::PerSample } else { Shading::PerRay },
                 // 24 cells are no power of two: cell walls are rounded numbers.
-                occupancy: (n & 4 != 0).then_some(if n & 1 == 0 { 16 } else { 24 }),
+                occupancy: (n & 4 != 0 || n == 9).then_some(if n & 1 == 0 { 16 } else { 24 }),
                 sh_degree: 1 + (e as u32 + n) % 4,
-                seed: 1000 + 8 * e as u64 + u64::from(n),
+                seed: 1000 + 8 * e as u64 + u64::from(n) + if n < 8 { 0 } else { 1000 },
             })
         })
     }
@@ -81,6 +87,9 @@ impl Recipe {
         let field = match self.encoding {
             Encoding::HashGrid(n_features_per_level) => {
                 let grid = tensors.hash_grid(n_features_per_level);
+                if tensors.dtype == DType::I8 {
+                    tensors.dtype = DType::F16;
+                }
                 let decoder = self.decoder(&mut tensors, grid.config.n_output());
                 AnyField::HashGrid(HashGridField { grid, decoder })
             }
@@ -135,6 +144,8 @@ impl Tensors {
     fn tensor(&mut self, rows: usize, cols: usize, amplitude: f32) -> TensorView<'static> {
         let scale_log2 = match self.dtype {
             DType::F16 => [-9, 3, -2, 6][self.made % 4],
+            // Whole numbers from -128 to 127.
+            DType::I8 => -7,
             _ => 0,
         };
         self.made += 1;
@@ -144,6 +155,7 @@ impl Tensors {
             let stored = self.random.signed() * amplitude / scale;
             match self.dtype {
                 DType::F16 => bytes.extend(half::f16::from_f32(stored).to_le_bytes()),
+                DType::I8 => bytes.push((stored.floor() as i8).cast_unsigned()),
                 _ => bytes.extend(stored.to_le_bytes()),
             }
         }

@@ -60,7 +60,7 @@ impl Bench {
             (Some(path), Some(bytes)) => (path.clone(), bytes),
             _ => {
                 let about = About { camera: first, ..About::default() };
-                let bytes = pocketnerf_formats::write(&trainer.model(), &about, Precision::F16)?;
+                let bytes = pocketnerf_formats::write(&trainer.model(), &about, Precision::I8)?;
                 (PathBuf::from("the trained model"), bytes)
             }
         };

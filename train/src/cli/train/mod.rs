@@ -51,7 +51,8 @@ impl Train {
             }
             let (data, out) = (self.data.clone(), self.out.clone());
             let (step, checkpoint) = (trainer.steps(), saving.path.clone());
-            Err(Interrupted { step, checkpoint, data, out }.into())
+            let precision = self.precision;
+            Err(Interrupted { step, checkpoint, data, out, precision }.into())
         })?;
         saving.at_end(&trainer, &run, &origin)?;
         if common.json {

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use pocketnerf_formats::Precision;
+
 use super::Origin;
 use crate::cli::Failure;
 use crate::output;
@@ -90,6 +92,7 @@ pub(in crate::cli) struct Interrupted {
     pub(super) checkpoint: PathBuf,
     pub(super) data: PathBuf,
     pub(super) out: PathBuf,
+    pub(super) precision: Precision,
 }
 
 impl fmt::Display for Interrupted {
@@ -102,7 +105,13 @@ impl fmt::Display for Interrupted {
             quoted(&self.data),
             quoted(&self.out),
             checkpoint,
-        )
+        )?;
+        // The checkpoint does not say how the model is to be written.
+        match self.precision {
+            Precision::I8 => Ok(()),
+            Precision::F16 => write!(f, " --precision f16"),
+            Precision::F32 => write!(f, " --precision f32"),
+        }
     }
 }
 
@@ -138,11 +147,12 @@ mod tests {
             checkpoint: "my scene.ckpt.pnerf".into(),
             data: "it's".into(),
             out: "m.pnerf".into(),
+            precision: Precision::F16,
         };
         assert_eq!(
             interrupted.to_string(),
             "interrupted at step 7, saved; go on with: pocketnerf train 'it'\\''s' \
-             --out m.pnerf --resume 'my scene.ckpt.pnerf'"
+             --out m.pnerf --resume 'my scene.ckpt.pnerf' --precision f16"
         );
     }
 }
