@@ -1,4 +1,4 @@
-//! The training loop: rays → march → shade → back → scatter → Adam.
+//! The training loop: rays → march → shade → back → scatter → new parameters.
 
 mod aim;
 mod cells;
@@ -9,6 +9,7 @@ mod gradient_tests;
 mod group;
 mod guard;
 mod hull;
+mod muon;
 mod occupancy_grid;
 mod optimizer;
 mod pool;

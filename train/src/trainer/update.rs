@@ -6,13 +6,18 @@ use rayon::prelude::*;
 
 use super::group::{Group, STRIDE};
 use super::optimizer::{Adam, Slices};
-use super::{StepSettings, Trainer};
+use super::{StepSettings, Trainer, muon};
 use crate::aligned::Aligned;
 use crate::field::{EncodingConfig, scatter_level};
 use crate::stopwatch::{Laps, Stage};
 
+/// A level of the grid: its number, its shape, its parameters and second
+/// moments, its parameters in half precision.
+type Task<'p> = (usize, GridLevel, [&'p mut [f32]; 2], &'p mut [u16]);
+
 impl Trainer {
-    /// Scatter to the grid, sum the networks' gradients, and Adam.
+    /// Scatter to the grid, sum the networks' gradients, and a step of each: Adam for
+    /// the grid, Muon for the networks beside it; Adam for networks alone.
     pub(super) fn update_parameters(&mut self, settings: &StepSettings) {
         let Self {
             config,
@@ -41,14 +46,17 @@ impl Trainer {
         laps.end(Stage::Reduce, 1);
         let network =
             Slices { parameters: network_p, gradient, mean, square: network_v, half: network_h };
-        let rate = adam.corrected(config.network_rate * settings.rate, self.step);
-        dispatch!(*level, simd => adam.update(simd, rate, network));
-        laps.end(Stage::Adam, 0);
-        let EncodingConfig::HashGrid(grid) = config.field.encoding else { return };
+        let rate = config.network_rate * settings.rate;
+        let corrected = adam.corrected(rate, self.step);
+        let EncodingConfig::HashGrid(grid) = config.field.encoding else {
+            dispatch!(*level, simd => adam.update(simd, corrected, network));
+            laps.end(Stage::Adam, 0);
+            return;
+        };
         let features = grid.n_features_per_level as usize;
         let n_encoded = grid.n_output();
         let mut rest = [grid_p, grid_v];
-        let mut tasks = Vec::with_capacity(layout.levels().len());
+        let mut tasks: Vec<Task<'_>> = Vec::with_capacity(layout.levels().len());
         for (l, range) in layout.levels().iter().enumerate() {
             let [parameters, square] = rest.each_mut().map(|slice| {
                 let (head, tail) = std::mem::take(slice).split_at_mut(range.len());
@@ -62,12 +70,16 @@ impl Trainer {
         // Fine levels, which take longest, first.
         tasks.reverse();
         let grid_adam = Adam { beta1: 0.0, decay: settings.decay, ..*adam };
-        let rate = grid_adam.corrected(config.grid_rate * settings.rate, self.step);
+        let grid_rate = grid_adam.corrected(config.grid_rate * settings.rate, self.step);
         let groups = &*groups;
         let largest_level = layout.levels().iter().map(|l| l.len()).max().unwrap_or(0);
-        tasks.into_par_iter().with_max_len(1).for_each(|(l, grid_level, parts, half)| {
+        let update_networks = || {
             let mut laps = Laps::begin(stopwatch);
-            let [parameters, square] = parts;
+            dispatch!(*level, simd => muon::update_all(simd, rate, layout, (adam, corrected), network));
+            laps.end(Stage::Adam, 0);
+        };
+        let update_level = |(l, grid_level, [parameters, square], half): Task<'_>| {
+            let mut laps = Laps::begin(stopwatch);
             // Adam leaves the buffer zeroed.
             let mut buffer = level_gradients.take(|| Aligned::new(largest_level));
             let gradient = &mut buffer[..parameters.len()];
@@ -75,11 +87,14 @@ impl Trainer {
                 scatter_groups(simd, groups, &grid_level, l, features, n_encoded, gradient);
                 laps.end(Stage::Scatter, 0);
                 let mean = &mut [];
-                grid_adam.update(simd, rate, Slices { parameters, gradient, mean, square, half });
+                let slices = Slices { parameters, gradient, mean, square, half };
+                grid_adam.update(simd, grid_rate, slices);
                 laps.end(Stage::Adam, 0);
             });
             level_gradients.put(buffer);
-        });
+        };
+        let update_grid = || tasks.into_par_iter().with_max_len(1).for_each(update_level);
+        rayon::join(update_networks, update_grid);
     }
 
     /// Adds the parameters to their sum.
