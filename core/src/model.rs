@@ -1,6 +1,7 @@
 //! A scene as the renderer sees it: borrowed parts, checked to fit together.
 
 use crate::field::AnyField;
+use crate::render::Detail;
 use crate::scratch::Limits;
 use crate::{Error, Occupancy, Sampling, Space};
 
@@ -22,6 +23,15 @@ pub struct Display {
     pub background: [f32; 3],
     /// The space of the model's colours.
     pub color_space: ColorSpace,
+    /// How much neighbouring pixels may differ where one between them is
+    /// interpolated, in usual quality: what the scene bears, found when its model was
+    /// made. From 0 to below 0.25.
+    pub tolerance: f32,
+}
+
+impl Display {
+    /// The tolerance of a model of which nothing is known.
+    pub const TOLERANCE: f32 = 0.03;
 }
 
 /// A radiance field with all that is needed to render it. Borrows the bytes it
@@ -51,7 +61,17 @@ impl Model<'_> {
         if !self.display.background.iter().all(|v| v.is_finite()) {
             return Err(Error::Range("background colour"));
         }
+        if !(0.0..0.25).contains(&self.display.tolerance) {
+            return Err(Error::Range("tolerance"));
+        }
         self.field.validate()
+    }
+
+    /// What may be left out of pictures, from 0, the fastest, to 1, the finest; the
+    /// usual is 0.5. Numbers outside that range count as the nearer end, NaN as 1.
+    #[must_use]
+    pub fn detail(&self, quality: f32) -> Detail {
+        Detail::new(quality, self.display.tolerance)
     }
 
     /// Checks that scratch for `limits` suffices.

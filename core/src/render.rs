@@ -10,16 +10,19 @@ mod detail;
 mod driver;
 mod finish;
 mod flight;
+
 mod group;
 mod observe;
 mod passes;
 mod progressive;
+mod rehearse;
 mod source;
 mod target;
 
 pub use detail::Detail;
 pub use observe::{Observer, Stage, observe_tile};
 pub use progressive::{Refinement, Refinements, refine_tile};
+pub use rehearse::rehearse_tile;
 
 use crate::sampler::LANES;
 use crate::scratch::{Limits, Tuning, scratch_len};
@@ -48,7 +51,7 @@ impl RenderOptions {
     /// The usual way to render `model`: all it needs and no more.
     #[must_use]
     pub fn new(model: &Model<'_>, simd: SimdLevel, tuning: Tuning) -> Self {
-        Self { simd, limits: model.field.limits(), tuning, skip: true, detail: Detail::default() }
+        Self { simd, limits: model.field.limits(), tuning, skip: true, detail: model.detail(0.5) }
     }
 
     fn check(&self, model: &Model<'_>) -> Result<(), Error> {

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use pocketnerf_core::network::Mlp;
-use pocketnerf_core::{AnyField, DType, Layout, Model, TensorView};
+use pocketnerf_core::{AnyField, DType, Display, Layout, Model, TensorView};
 
 use crate::about::About;
 use crate::metadata::field::{DecoderConfig, EncodingConfig, write_field};
@@ -66,8 +66,12 @@ impl<'a> ContainerWriter<'a> {
         let bytes = about::write_display(&model.display, about.camera.as_ref())
             .ok_or(WriteError::Unsupported("colour space"))?;
         self.metadata(kind::DISPLAY, bytes);
+        // Readers may skip what they do not know of these.
+        if model.display.tolerance != Display::TOLERANCE {
+            let bytes = about::write_detail(model.display.tolerance);
+            self.add(SectionId::first(kind::DETAIL), V1, false, bytes);
+        }
         if let Some(provenance) = &about.provenance {
-            // Nothing depends on it: readers may skip what they do not know.
             let id = SectionId::first(kind::PROVENANCE);
             self.add(id, V1, false, about::write_provenance(provenance));
         }

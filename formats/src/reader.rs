@@ -67,7 +67,10 @@ impl<'a> ModelFile<'a> {
         let tensors = Tensors::read(&container, required(&container, kind::TENSORS)?)?;
         let decoder = decoder(&config, &tensors)?;
         let field = field(encoding, decoder, &tensors)?;
-        let (display, camera) = about::read_display(required(&container, kind::DISPLAY)?)?;
+        let (mut display, camera) = about::read_display(required(&container, kind::DISPLAY)?)?;
+        if let Some(fields) = optional(&container, kind::DETAIL)? {
+            display.tolerance = about::read_detail(fields)?;
+        }
         let model = Model {
             field,
             space: space::read_space(required(&container, kind::SPACE)?)?,

@@ -26,6 +26,8 @@ pub mod kind {
     pub const OCCUPANCY: u32 = 7;
     /// Metadata: the tensor directory.
     pub const TENSORS: u32 = 8;
+    /// Metadata: what may be left out of pictures.
+    pub const DETAIL: u32 = 9;
     /// Raw: the table of one hash grid level; the index is the level.
     pub const GRID: u32 = 16;
     /// Raw: one weight or bias; numbered in the order of the directory.
@@ -49,6 +51,7 @@ pub mod kind {
             PROVENANCE => "PROVENANCE",
             OCCUPANCY => "OCCUPANCY",
             TENSORS => "TENSORS",
+            DETAIL => "DETAIL",
             GRID => "GRID",
             NETWORK => "NETWORK",
             OCC_COARSE => "OCC_COARSE",

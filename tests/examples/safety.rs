@@ -12,7 +12,6 @@ use std::error::Error;
 use std::path::Path;
 
 use pocketnerf_core::reference::render_ray;
-use pocketnerf_core::render::Detail;
 use pocketnerf_core::{Model, Occupancy};
 use pocketnerf_train::dataset::{self, Dataset, Split};
 use pocketnerf_train::evaluate::evaluate;
@@ -33,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{model}: {e}"))?;
     let dataset = dataset::load(Path::new(data), Split::Test, 1)?;
     let background = file.model.display.background;
-    let finest = Settings { detail: Detail::FINEST, ..Settings::default() };
+    let finest = Settings { quality: 1.0, ..Settings::default() };
     let score = |model: &Model<'_>, settings: Settings| {
         evaluate(model, &dataset, background, &settings, |_, _, _| ()).map(|result| result.psnr)
     };

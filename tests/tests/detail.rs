@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use pocketnerf_core::render::{Detail, Refinement, Refinements, refine_tile};
+use pocketnerf_core::render::{Refinement, Refinements, refine_tile};
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::{Dataset, Split};
@@ -23,14 +23,14 @@ fn views(downscale: u32) -> Dataset {
 fn quality_is_monotone_and_the_usual_costs_little() {
     let file = pocketnerf_formats::open_verified(BYTES).unwrap();
     let held_out = views(1);
-    let score = |detail: Detail| {
-        let settings = Settings { detail, ..Settings::default() };
+    let score = |quality: f32| {
+        let settings = Settings { quality, ..Settings::default() };
         evaluate(&file.model, &held_out, [1.0; 3], &settings, |_, _, _| ()).unwrap()
     };
-    let finest = score(Detail::FINEST);
+    let finest = score(1.0);
     let mut last = finest.clone();
     for quality in [0.9, 0.7, 0.5, 0.3, 0.1, 0.0] {
-        let now = score(Detail::quality(quality));
+        let now = score(quality);
         println!("{quality}: {:.3} dB, {:.3} samples a pixel", now.psnr, now.samples_per_ray);
         // Interpolating may smooth noise away: a trace of gain is no error.
         assert!(now.psnr <= last.psnr + 0.01 && now.samples_per_ray <= last.samples_per_ray);
@@ -85,7 +85,7 @@ fn the_last_refinement_is_the_picture() {
     let tile = Tile { x: 3, y: 1, width: 37, height: 26 };
     for quality in [1.0, 0.5, 0.2] {
         let options = RenderOptions {
-            detail: Detail::quality(quality),
+            detail: file.model.detail(quality),
             ..RenderOptions::new(&file.model, SimdLevel::detect(), Tuning::FAST)
         };
         let both = Both { model: &file.model, camera, options, tile };

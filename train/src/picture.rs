@@ -1,6 +1,6 @@
 //! Whole pictures of a model, tiles in parallel.
 
-use pocketnerf_core::render::{Detail, RenderStats};
+use pocketnerf_core::render::RenderStats;
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use rayon::prelude::*;
 
@@ -15,8 +15,8 @@ pub struct Settings {
     pub simd: SimdLevel,
     /// Cross empty space in strides.
     pub skip: bool,
-    /// What may be left out.
-    pub detail: Detail,
+    /// From 0, the fastest, to 1, the finest: see [`Model::detail`].
+    pub quality: f32,
     /// Whether depth is wanted.
     pub depth: bool,
     /// How much is worked on at a time.
@@ -29,7 +29,7 @@ impl Default for Settings {
         Self {
             simd: SimdLevel::detect(),
             skip: true,
-            detail: Detail::default(),
+            quality: 0.5,
             depth: false,
             tuning: Tuning::FAST,
         }
@@ -39,8 +39,12 @@ impl Default for Settings {
 impl Settings {
     /// The core's options.
     pub(crate) fn options(&self, model: &Model<'_>) -> RenderOptions {
-        let Self { simd, skip, detail, tuning, .. } = *self;
-        RenderOptions { skip, detail, ..RenderOptions::new(model, simd, tuning) }
+        let Self { simd, skip, quality, tuning, .. } = *self;
+        RenderOptions {
+            skip,
+            detail: model.detail(quality),
+            ..RenderOptions::new(model, simd, tuning)
+        }
     }
 }
 

@@ -119,7 +119,11 @@ impl SceneBuilder {
             space: Space::Box { min: [-1.0; 3], max: [1.0; 3] },
             occupancy: None,
             sampling: self.sampling,
-            display: Display { background: [1.0; 3], color_space: ColorSpace::Srgb },
+            display: Display {
+                background: [1.0; 3],
+                color_space: ColorSpace::Srgb,
+                tolerance: Display::TOLERANCE,
+            },
         }
     }
 }

@@ -14,25 +14,28 @@ pub struct Detail {
     /// A ray ends, and counts as opaque, where less light than this passes, or
     /// less than the model says.
     pub min_transmittance: f32,
+    /// Where less light than this passes, a ray's samples stand for two steps;
+    /// where less than a quarter of it does, for four. 0: each for its own.
+    pub late: f32,
 }
 
 impl Detail {
     /// Every pixel, as the model says.
-    pub const FINEST: Self = Self { tolerances: [0.0; 4], min_transmittance: 0.0 };
+    pub const FINEST: Self = Self { tolerances: [0.0; 4], min_transmittance: 0.0, late: 0.0 };
 
-    /// From 0, the fastest, to 1, the finest; the usual is 0.5. Numbers outside
-    /// that range count as the nearer end, NaN as 1.
-    #[must_use]
-    pub const fn quality(quality: f32) -> Self {
+    /// See [`Model::detail`](crate::Model::detail).
+    pub(crate) fn new(quality: f32, tolerance: f32) -> Self {
         if quality >= 1.0 || quality.is_nan() {
             return Self::FINEST;
         }
-        let left_out = 1.0 - quality.max(0.0);
+        // From 0 to 2; 1 is usual.
+        let left_out = 2.0 * (1.0 - quality.max(0.0));
         // Farther neighbours agree by chance more often.
-        let far = (left_out - 0.5).max(0.0);
+        let far = (left_out - 1.0).max(0.0);
         Self {
-            tolerances: [0.12 * left_out * left_out, 0.12 * far * far, 0.0, 0.0],
-            min_transmittance: 0.16 * left_out * left_out * left_out,
+            tolerances: [tolerance * left_out * left_out, tolerance * far * far, 0.0, 0.0],
+            min_transmittance: 0.02 * left_out * left_out * left_out,
+            late: 0.3 * left_out.min(1.0),
         }
     }
 
@@ -49,16 +52,10 @@ impl Detail {
     }
 
     pub(crate) fn validate(&self) -> Result<(), Error> {
-        let mut fractions = self.tolerances.iter().chain([&self.min_transmittance]);
+        let mut fractions = self.tolerances.iter().chain([&self.min_transmittance, &self.late]);
         if !fractions.all(|v| (0.0..1.0).contains(v)) {
-            return Err(Error::Range("detail: tolerances and transmittance from 0 to below 1"));
+            return Err(Error::Range("detail: from 0 to below 1"));
         }
         Ok(())
-    }
-}
-
-impl Default for Detail {
-    fn default() -> Self {
-        Self::quality(0.5)
     }
 }

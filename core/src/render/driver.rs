@@ -53,6 +53,7 @@ pub(super) fn render(
         marcher: Marcher::new(model, skip),
         tuning,
         min_transmittance: detail.min_transmittance.max(model.sampling.min_transmittance),
+        late: detail.late,
         scratch: Scratch::cut(scratch, limits, tuning),
         count: 0,
         rays: 0,

@@ -19,6 +19,9 @@ const PASSED: usize = 12;
 /// The bits of the number of the ray's pixel.
 const PIXEL: usize = 13;
 
+/// Steps that the ray's samples of this round stand for.
+const STEPS: usize = 14;
+
 /// The bundle in the first rows.
 #[inline(always)]
 pub(super) fn bundle(rows: &Rows) -> Bundle {
@@ -35,7 +38,7 @@ pub(super) fn start(rows: &mut Rows, to: usize, bundle: &Bundle, from: usize, pi
     for (row, value) in first.iter_mut().zip(rays) {
         row[to] = value[from];
     }
-    let fresh = [1.0, 0.0, 0.0, 1.0, f32::from_bits(pixel)];
+    let fresh = [1.0, 0.0, 0.0, 1.0, f32::from_bits(pixel), 1.0];
     for (row, value) in rest.iter_mut().zip(fresh) {
         row[to] = value;
     }
@@ -82,6 +85,28 @@ pub(super) fn gather(rows: &mut Rows, lane: usize, gathered: &Gathered, alpha: f
     rows[OPACITY][lane] = gathered.opacity;
     rows[DEPTH][lane] = gathered.depth;
     rows[PASSED][lane] = 1.0 - alpha;
+}
+
+/// Chooses how many steps the rays' next samples stand for.
+#[inline(always)]
+pub(super) fn choose_steps(rows: &mut Rows, late: f32) -> [f32; LANES] {
+    let chosen = rows[TRANSMITTANCE].map(|t| {
+        if t >= late {
+            1.0
+        } else if t >= late * 0.25 {
+            2.0
+        } else {
+            4.0
+        }
+    });
+    rows[STEPS] = chosen;
+    chosen
+}
+
+/// Steps that a ray's sample of this round stands for.
+#[inline(always)]
+pub(super) fn steps(rows: &Rows, lane: usize) -> f32 {
+    rows[STEPS][lane]
 }
 
 /// Samples that rays will still need, at most `most`.

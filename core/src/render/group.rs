@@ -25,6 +25,7 @@ pub(super) struct Group<'m, 's, 'o, 'f> {
     pub(super) marcher: Marcher<'m>,
     pub(super) tuning: Tuning,
     pub(super) min_transmittance: f32,
+    pub(super) late: f32,
     pub(super) scratch: Scratch<'s>,
     /// Rays on their way.
     pub(super) count: usize,
@@ -132,8 +133,9 @@ impl Group<'_, '_, '_, '_> {
                 continue;
             }
             let most = flight::samples_needed(rows, self.min_transmittance, room);
+            let steps = flight::choose_steps(rows, self.late);
             let mut bundle = flight::bundle(rows);
-            self.marcher.advance(simd, &mut bundle, &most, |lane, distance, u| {
+            self.marcher.advance(simd, &mut bundle, [&most, &steps], |lane, distance, u| {
                 [x[n], y[n], z[n]] = u;
                 t[n] = distance;
                 owners[n] = (number * LANES + lane) as f32;
@@ -174,7 +176,12 @@ impl Group<'_, '_, '_, '_> {
                 // It has become opaque within this batch.
                 continue;
             }
-            let alpha = work.output[s];
+            let mut alpha = work.output[s];
+            let mut steps = flight::steps(rows, lane);
+            while steps > 1.0 {
+                alpha *= 2.0 - alpha;
+                steps *= 0.5;
+            }
             *to = gathered.add(alpha, t[s]);
             flight::gather(rows, lane, &gathered, alpha);
             if gathered.transmittance < self.min_transmittance {

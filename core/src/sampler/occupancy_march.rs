@@ -96,19 +96,21 @@ impl<'a> Marcher<'a> {
     /// Takes up to `most[lane]` occupied samples (a whole number) from each ray of
     /// the bundle, nearest first: calls `emit(lane, t, u)` with the distance and the unit coordinates
     /// of each. Samples of one ray come in order, those of different rays mixed.
+    /// Each stands for `steps[lane]` steps (a whole number), in whose middle it lies,
+    /// or for what is left of them in the space.
     #[inline(always)]
     pub fn advance<S: Simd>(
         &self,
         simd: S,
         bundle: &mut Bundle,
-        most: &[f32; LANES],
+        [most, steps]: [&[f32; LANES]; 2],
         mut emit: impl FnMut(usize, f32, [f32; 3]),
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
                 for first in (0..LANES).step_by(S::f32s::LEN) {
-                    self.advance_register(simd, bundle, first, most, &mut emit);
+                    self.advance_register(simd, bundle, first, [most, steps], &mut emit);
                 }
             },
         );
@@ -120,7 +122,7 @@ impl<'a> Marcher<'a> {
         simd: S,
         bundle: &mut Bundle,
         first: usize,
-        most: &[f32; LANES],
+        [most, steps]: [&[f32; LANES]; 2],
         emit: &mut impl FnMut(usize, f32, [f32; 3]),
     ) {
         let n = S::f32s::LEN;
@@ -128,6 +130,8 @@ impl<'a> Marcher<'a> {
         let end = S::f32s::from_slice(simd, &bundle.end[first..first + n]);
         let mut k = S::f32s::from_slice(simd, &bundle.next[first..first + n]);
         let most = S::f32s::from_slice(simd, &most[first..first + n]);
+        let steps = S::f32s::from_slice(simd, &steps[first..first + n]);
+        let middle = (steps - one) * 0.5;
         let mut left = k.simd_lt(end).select(most, zero);
         if !left.simd_gt(zero).any_true() {
             return;
@@ -140,9 +144,10 @@ impl<'a> Marcher<'a> {
             if !alive.any_true() {
                 break;
             }
-            let t = rays.distance(k, &self.sampling);
+            let t = rays.distance((k + middle).min(end - one), &self.sampling);
             let u = self.unit(&rays, t);
             let (occupied, ahead) = self.look(simd, &stride, u, t);
+            let ahead = occupied.select(steps, ahead);
             let found = occupied & alive;
             let mut bits = found.to_bitmask();
             if bits != 0 {

@@ -1,4 +1,4 @@
-//! SCENE, DISPLAY and PROVENANCE.
+//! SCENE, DISPLAY, DETAIL and PROVENANCE.
 
 use pocketnerf_core::{ColorSpace, Display};
 use serde::{Deserialize, Serialize};
@@ -88,7 +88,7 @@ pub(crate) fn read_display(
         None => None,
     };
     fields.finish()?;
-    Ok((Display { background, color_space }, camera))
+    Ok((Display { background, color_space, tolerance: Display::TOLERANCE }, camera))
 }
 
 /// The section's bytes; `None` for a colour space that the format has no code for.
@@ -109,6 +109,24 @@ pub(crate) fn write_display(
         height,
     });
     Some(super::encode(&DisplayV1 { background: display.background, color_space, camera }))
+}
+
+/// DETAIL; the field is that of [`Display`].
+#[derive(Serialize, Deserialize)]
+struct DetailV1 {
+    tolerance: f32,
+}
+
+pub(crate) fn read_detail(mut fields: Fields<'_>) -> Result<f32, FormatError> {
+    let DetailV1 { tolerance } = fields.take()?;
+    fields.check("tolerance", (0.0..0.25).contains(&tolerance))?;
+    fields.finish()?;
+    Ok(tolerance)
+}
+
+#[cfg(feature = "alloc")]
+pub(crate) fn write_detail(tolerance: f32) -> alloc::vec::Vec<u8> {
+    super::encode(&DetailV1 { tolerance })
 }
 
 /// PROVENANCE; the fields are those of [`Provenance`].
@@ -194,7 +212,11 @@ mod tests {
 
     #[test]
     fn bytes_of_display_v1() {
-        let display = Display { background: [1.0, 0.0, 0.5], color_space: ColorSpace::Linear };
+        let display = Display {
+            background: [1.0, 0.0, 0.5],
+            color_space: ColorSpace::Linear,
+            tolerance: Display::TOLERANCE,
+        };
         let bytes = write_display(&display, None).unwrap();
         assert_eq!(bytes, [0, 0, 0x80, 0x3f, 0, 0, 0, 0, 0, 0, 0, 0x3f, 1, 0]);
         assert_eq!(read_display(fields(kind::DISPLAY, &bytes)), Ok((display, None)));

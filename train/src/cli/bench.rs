@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use pocketnerf_core::{RenderOptions, Tuning};
 use pocketnerf_formats::{About, DefaultCamera, Precision};
 
 use super::{Common, Failure, open, print_line, read_model};
@@ -73,9 +72,7 @@ impl Bench {
         let [width, height] = if self.quick { [48; 2] } else { orbit.size };
         let size = [self.width.unwrap_or(width), self.height.unwrap_or(height)];
         let cameras = Orbit { size, ..orbit }.cameras();
-        let Settings { skip, detail, .. } = common.picture();
-        let usual = RenderOptions::new(&file.model, simd, Tuning::FAST);
-        let options = RenderOptions { skip, detail, ..usual };
+        let options = Settings { simd, ..common.picture() }.options(&file.model);
         let rendering = rendering::measure(&file.model, &cameras, &options, &machine, self.quick)?;
         let model = path.display().to_string();
         let clock = machine::clock_now(self.quick);

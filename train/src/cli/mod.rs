@@ -14,7 +14,6 @@ use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use pocketnerf_core::SimdLevel;
-use pocketnerf_core::render::Detail;
 
 use crate::picture;
 
@@ -88,11 +87,10 @@ impl Common {
 
     /// How pictures are rendered.
     fn picture(&self) -> picture::Settings {
-        let detail = Detail::quality(self.quality);
         picture::Settings {
             simd: self.simd(),
             skip: !self.no_skip,
-            detail,
+            quality: self.quality,
             ..picture::Settings::default()
         }
     }

@@ -19,6 +19,7 @@ mod scene_box;
 mod schedule;
 mod scout;
 mod step;
+mod tolerance;
 mod update;
 
 use fearless_simd::{Level, dispatch};
@@ -206,7 +207,11 @@ impl Trainer {
             space: self.space,
             occupancy: Some(self.grid.view()),
             sampling: self.sampling,
-            display: Display { background: [1.0; 3], color_space: ColorSpace::Srgb },
+            display: Display {
+                background: [1.0; 3],
+                color_space: ColorSpace::Srgb,
+                tolerance: Display::TOLERANCE,
+            },
         }
     }
 

@@ -33,8 +33,8 @@ impl Plan {
     }
 }
 
-/// Time kept for packing and writing the model, seconds.
-const WRITING: f64 = 0.3;
+/// Time kept for trying tolerances, packing and writing the model, seconds.
+const WRITING: f64 = 0.6;
 /// Share of the time that calibrates the number of steps.
 const CALIBRATION: f64 = 0.1;
 /// Share of the remaining time after which the plan is adjusted.

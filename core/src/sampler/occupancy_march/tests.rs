@@ -7,8 +7,14 @@ use fearless_simd::dispatch;
 use super::*;
 use crate::{Ray, SimdLevel};
 
-/// The distances of all samples along up to sixteen rays, `most` at a time.
-fn samples(marcher: &Marcher<'_>, rays: &[Ray], most: usize, simd: SimdLevel) -> Vec<Vec<u32>> {
+/// The distances of all samples along up to sixteen rays, `most` at a time, each
+/// for so many steps.
+fn samples(
+    marcher: &Marcher<'_>,
+    rays: &[Ray],
+    (most, steps): (usize, f32),
+    simd: SimdLevel,
+) -> Vec<Vec<u32>> {
     let mut bundle = Bundle::EMPTY;
     for (lane, ray) in rays.iter().enumerate() {
         bundle.set(lane, ray, 0.5);
@@ -18,7 +24,8 @@ fn samples(marcher: &Marcher<'_>, rays: &[Ray], most: usize, simd: SimdLevel) ->
         marcher.enter(simd, &mut bundle);
         while bundle.alive() > 0 {
             let mut counts = [0; LANES];
-            marcher.advance(simd, &mut bundle, &[most as f32; LANES], |lane, t, _| {
+            let wanted = [[most as f32; LANES], [steps; LANES]];
+            marcher.advance(simd, &mut bundle, [&wanted[0], &wanted[1]], |lane, t, _| {
                 counts[lane] += 1;
                 all[lane].push(t.to_bits());
             });
@@ -72,24 +79,32 @@ fn every_level_finds_the_samples_of_the_definition() {
     let slow = Marcher::from_parts(Some(occupancy), space, sampling, false);
     let fast = Marcher::from_parts(Some(occupancy), space, sampling, true);
     let rays: Vec<Ray> = (0..600).map(|i| random_ray(i, &mut state)).collect();
+    // Step after step: where the space is, and where something is, the step's sample;
+    // then the steps that it stands for are over.
+    let definition = |ray: &Ray, steps: f32| {
+        let distance = |k: f32| (k + 0.5) * sampling.step + sampling.near;
+        let at = |t: f32| [0, 1, 2].map(|a| ray.origin[a] + t * ray.direction[a]);
+        let inside = |k: &f32| distance(*k) <= 9.0 && space.contains(at(distance(*k)));
+        let within: Vec<f32> = (0..1300).map(|k| k as f32).filter(inside).collect();
+        let (mut next, mut found) = (0.0, Vec::new());
+        for k in &within {
+            let t = distance((k + 0.5 * (steps - 1.0)).min(within[within.len() - 1]));
+            if *k >= next && occupancy.at(space.unit_map().apply(at(t))) {
+                found.push(t.to_bits());
+                next = k + steps;
+            }
+        }
+        found
+    };
     let mut found = 0;
     // The last bundle is not full.
-    for rays in rays.chunks(LANES) {
-        let expected: Vec<Vec<u32>> = rays
-            .iter()
-            .map(|ray| {
-                let distances = (0..1300).map(|k| (k as f32 + 0.5) * sampling.step + sampling.near);
-                let seen = |t: &f32| {
-                    let p = [0, 1, 2].map(|a| ray.origin[a] + t * ray.direction[a]);
-                    *t <= 9.0 && space.contains(p) && occupancy.at(space.unit_map().apply(p))
-                };
-                distances.filter(seen).map(f32::to_bits).collect()
-            })
-            .collect();
+    for (i, rays) in rays.chunks(LANES).enumerate() {
+        let steps = [1.0, 2.0, 1.0, 4.0][i % 4];
+        let expected: Vec<Vec<u32>> = rays.iter().map(|ray| definition(ray, steps)).collect();
         found += expected.iter().map(Vec::len).sum::<usize>();
         for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
-            assert_eq!(expected, samples(&slow, rays, 1000, simd), "{simd:?}");
-            assert_eq!(expected, samples(&fast, rays, 5, simd), "{simd:?}");
+            assert_eq!(expected, samples(&slow, rays, (1000, steps), simd), "{simd:?}");
+            assert_eq!(expected, samples(&fast, rays, (5, steps), simd), "{simd:?}");
         }
     }
     assert!(found > 5000, "the test saw {found} samples");
@@ -112,7 +127,7 @@ fn odd_rays_end() {
     }
     for rays in rays.chunks(LANES) {
         for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
-            assert!(samples(&marcher, rays, 4, simd).iter().all(Vec::is_empty));
+            assert!(samples(&marcher, rays, (4, 2.0), simd).iter().all(Vec::is_empty));
         }
     }
 }

@@ -7,7 +7,7 @@ mod saving;
 use std::path::Path;
 use std::time::Duration;
 
-use pocketnerf_core::Camera;
+use pocketnerf_core::{Camera, SimdLevel};
 use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
 use serde_json::{Value, json};
 
@@ -86,13 +86,21 @@ pub(super) fn train(
         after_step(trainer, run)?;
     }
     drop(bar);
-    finish(trainer, run, origin, out)
+    finish(trainer, run, origin, out, common.simd())
 }
 
 /// Writes the model.
-fn finish(trainer: &Trainer, run: &Run, origin: &Origin, out: &Path) -> Result<Value, Failure> {
+fn finish(
+    trainer: &Trainer,
+    run: &Run,
+    origin: &Origin,
+    out: &Path,
+    simd: SimdLevel,
+) -> Result<Value, Failure> {
     let about = origin.about(trainer, run);
-    let bytes = pocketnerf_formats::write(&trainer.model(), &about, origin.precision)?;
+    let mut model = trainer.model();
+    model.display.tolerance = trainer.tolerance(simd)?;
+    let bytes = pocketnerf_formats::write(&model, &about, origin.precision)?;
     output::write_atomic(out, &bytes)?;
     let (summary, seconds) = (run.summary(trainer), run.elapsed());
     Ok(json!({

@@ -109,7 +109,7 @@ impl Group {
                 MIN_TRANSMITTANCE,
                 room,
             );
-            job.marcher.advance(simd, bundle, &most, |lane, _, u| {
+            job.marcher.advance(simd, bundle, [&most, &[1.0; LANES]], |lane, _, u| {
                 [x[n], y[n], z[n]] = u;
                 owners[n] = (number * LANES + lane) as u32;
                 n += 1;
