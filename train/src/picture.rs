@@ -78,13 +78,29 @@ impl Picture {
     }
 }
 
-/// Rows of a picture that one thread renders.
-struct Band<'p> {
-    /// The topmost row.
-    y: u32,
-    rgba: &'p mut [f32],
+/// A tile of a picture, and the pieces of the picture's rows that it covers.
+struct Part<'p> {
+    tile: Tile,
+    rgba: Vec<&'p mut [f32]>,
     /// Empty where it was not asked for.
-    depth: &'p mut [f32],
+    depth: Vec<&'p mut [f32]>,
+}
+
+/// Cuts a picture of so many columns into tiles.
+fn parts<'p>(width: u32, height: u32, rgba: &'p mut [f32], depth: &'p mut [f32]) -> Vec<Part<'p>> {
+    let part = |tile| Part { tile, rgba: Vec::new(), depth: Vec::new() };
+    let mut parts: Vec<Part<'p>> = tiles(width, height).into_iter().map(part).collect();
+    let (row, [w, h]) = (width.max(1) as usize, TILE.map(|side| side as usize));
+    let first = |y: usize| y / h * row.div_ceil(w);
+    for (y, row) in rgba.chunks_mut(4 * row).enumerate() {
+        let pieces = row.chunks_mut(4 * w).zip(&mut parts[first(y)..]);
+        pieces.for_each(|(piece, part)| part.rgba.push(piece));
+    }
+    for (y, row) in depth.chunks_mut(row).enumerate() {
+        let pieces = row.chunks_mut(w).zip(&mut parts[first(y)..]);
+        pieces.for_each(|(piece, part)| part.depth.push(piece));
+    }
+    parts
 }
 
 /// What a thread needs: the renderer's scratch and a tile.
@@ -101,27 +117,22 @@ impl Worker {
         Self { scratch, rgba: vec![0.0; 4 * n], depth: vec![0.0; n] }
     }
 
-    /// Renders a band, tile by tile.
+    /// Renders a tile.
     fn render(
         &mut self,
         model: &Model<'_>,
         camera: &Camera,
         options: &RenderOptions,
-        band: Band<'_>,
+        part: Part<'_>,
     ) -> Result<RenderStats, Error> {
-        let (y, row) = (band.y, camera.width as usize);
-        let height = (band.rgba.len() / (4 * row)) as u32;
-        let mut stats = RenderStats::default();
-        for x in (0..camera.width).step_by(TILE[0] as usize) {
-            let tile = Tile { x, y, width: TILE[0].min(camera.width - x), height };
-            let rgba = &mut self.rgba[..4 * tile.pixels()];
-            let depth = (!band.depth.is_empty()).then_some(&mut self.depth[..tile.pixels()]);
-            stats += render_tile(model, camera, tile, options, &mut self.scratch, rgba, depth)?;
-            copy_rows(rgba, band.rgba, 4, tile, row);
-            if !band.depth.is_empty() {
-                copy_rows(&self.depth, band.depth, 1, tile, row);
-            }
-        }
+        let (tile, width) = (part.tile, part.tile.width as usize);
+        let rgba = &mut self.rgba[..4 * tile.pixels()];
+        let depth = (!part.depth.is_empty()).then_some(&mut self.depth[..tile.pixels()]);
+        let stats = render_tile(model, camera, tile, options, &mut self.scratch, rgba, depth)?;
+        let rows = self.rgba.chunks_exact(4 * width).zip(part.rgba);
+        rows.for_each(|(from, to)| to.copy_from_slice(from));
+        let rows = self.depth.chunks_exact(width).zip(part.depth);
+        rows.for_each(|(from, to)| to.copy_from_slice(from));
         Ok(stats)
     }
 }
@@ -166,16 +177,12 @@ pub fn render_with(
     let pixels = width as usize * height as usize;
     let mut rgba = vec![0.0; pixels * 4];
     let mut depth = vec![0.0; if depth { pixels } else { 0 }];
-    let rows = (width * TILE[1]).max(1) as usize;
-    let depths = depth.chunks_mut(rows).chain(std::iter::repeat_with(|| &mut [][..]));
-    let bands = rgba.chunks_mut(rows * 4).zip(depths).zip((0..).step_by(TILE[1] as usize));
-    let bands: Vec<Band<'_>> = bands.map(|((rgba, depth), y)| Band { y, rgba, depth }).collect();
-    let stats = bands
+    let stats = parts(width, height, &mut rgba, &mut depth)
         .into_par_iter()
         .with_max_len(1)
         .map_init(
             || Worker::new(options),
-            |worker, band| worker.render(model, camera, options, band),
+            |worker, part| worker.render(model, camera, options, part),
         )
         .try_reduce(RenderStats::default, |mut a, b| {
             a += b;

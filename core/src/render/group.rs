@@ -134,18 +134,36 @@ impl Group<'_, '_, '_, '_> {
             }
             let most = flight::samples_needed(rows, self.min_transmittance, room);
             let steps = flight::choose_steps(rows, self.late);
+            let start = n;
             let mut bundle = flight::bundle(rows);
-            self.marcher.advance(simd, &mut bundle, [&most, &steps], |lane, distance, u| {
-                [x[n], y[n], z[n]] = u;
-                t[n] = distance;
-                owners[n] = (number * LANES + lane) as f32;
-                if shading == Shading::PerSample {
-                    for (row, d) in directions.iter_mut().zip(&rows[flight::DIRECTION]) {
-                        row[n] = d[lane];
+            let first = (number * LANES) as f32;
+            self.marcher.advance(simd, &mut bundle, [&most, &steps], |found| {
+                let to = n..n + LANES;
+                if found.is_full() && to.end <= x.len() {
+                    for (row, values) in [&mut *x, y, z].into_iter().zip(&found.u) {
+                        row[to.clone()].copy_from_slice(values);
+                    }
+                    t[to.clone()].copy_from_slice(&found.t);
+                    for (lane, owner) in owners[to].iter_mut().enumerate() {
+                        *owner = first + lane as f32;
+                    }
+                    n += LANES;
+                } else {
+                    for lane in found.lanes() {
+                        [x[n], y[n], z[n]] = [0, 1, 2].map(|a| found.u[a][lane]);
+                        t[n] = found.t[lane];
+                        owners[n] = first + lane as f32;
+                        n += 1;
                     }
                 }
-                n += 1;
             });
+            if shading == Shading::PerSample {
+                for (row, d) in directions.iter_mut().zip(&rows[flight::DIRECTION]) {
+                    for (value, owner) in row[start..n].iter_mut().zip(&owners[start..n]) {
+                        *value = d[*owner as usize % LANES];
+                    }
+                }
+            }
             flight::moved(rows, &bundle);
         }
         n

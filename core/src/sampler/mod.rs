@@ -8,7 +8,7 @@ mod stride;
 mod touching_tests;
 
 pub use bundle::{Bundle, LANES};
-pub use occupancy_march::Marcher;
+pub use occupancy_march::{Found, Marcher};
 
 /// The sampling that a model was made for. All distances are Euclidean and in
 /// scene units.

@@ -94,17 +94,16 @@ impl<'a> Marcher<'a> {
     }
 
     /// Takes up to `most[lane]` occupied samples (a whole number) from each ray of
-    /// the bundle, nearest first: calls `emit(lane, t, u)` with the distance and the unit coordinates
-    /// of each. Samples of one ray come in order, those of different rays mixed.
-    /// Each stands for `steps[lane]` steps (a whole number), in whose middle it lies,
-    /// or for what is left of them in the space.
+    /// the bundle, nearest first: calls `emit` with some of them at a time, no two of
+    /// one ray. Each stands for `steps[lane]` steps (a whole number), in whose middle
+    /// it lies, or for what is left of them in the space.
     #[inline(always)]
     pub fn advance<S: Simd>(
         &self,
         simd: S,
         bundle: &mut Bundle,
         [most, steps]: [&[f32; LANES]; 2],
-        mut emit: impl FnMut(usize, f32, [f32; 3]),
+        mut emit: impl FnMut(&Found),
     ) {
         simd.vectorize(
             #[inline(always)]
@@ -123,7 +122,7 @@ impl<'a> Marcher<'a> {
         bundle: &mut Bundle,
         first: usize,
         [most, steps]: [&[f32; LANES]; 2],
-        emit: &mut impl FnMut(usize, f32, [f32; 3]),
+        emit: &mut impl FnMut(&Found),
     ) {
         let n = S::f32s::LEN;
         let [zero, one] = [0.0, 1.0].map(|v| S::f32s::splat(simd, v));
@@ -138,31 +137,38 @@ impl<'a> Marcher<'a> {
         }
         let rays = Rays::load(simd, bundle, first);
         let stride = Stride::new(simd, &rays, &self.map, &self.sampling);
-        let mut lanes = Found { t: [0.0; LANES], u: [[0.0; LANES]; 3] };
+        let mut found = Found { lanes: 0, t: [0.0; LANES], u: [[0.0; LANES]; 3] };
         loop {
             let alive = left.simd_gt(zero);
             if !alive.any_true() {
                 break;
             }
-            let t = rays.distance((k + middle).min(end - one), &self.sampling);
-            let u = self.unit(&rays, t);
+            let mut t = rays.distance((k + middle).min(end - one), &self.sampling);
+            let mut u = self.unit(&rays, t);
             let (occupied, ahead) = self.look(simd, &stride, u, t);
-            let ahead = occupied.select(steps, ahead);
-            let found = occupied & alive;
-            let mut bits = found.to_bitmask();
-            if bits != 0 {
-                t.store_slice(&mut lanes.t[..n]);
-                for (to, u) in lanes.u.iter_mut().zip(u) {
-                    u.store_slice(&mut to[..n]);
+            // What lies ahead in the same cell needs no other look.
+            let in_cell = ((ahead - one) / steps).floor() + one;
+            let mut run = (occupied & alive).select(in_cell.min(left), zero);
+            k = (alive & !occupied).select(k + ahead, k);
+            loop {
+                let taken = run.simd_gt(zero);
+                let bits = taken.to_bitmask();
+                if bits == 0 {
+                    break;
                 }
-                while bits != 0 {
-                    let lane = bits.trailing_zeros() as usize % LANES;
-                    emit(first + lane, lanes.t[lane], axes(|a| lanes.u[a][lane]));
-                    bits &= bits - 1;
+                found.lanes = (bits as u32) << first;
+                t.store_slice(&mut found.t[first..first + n]);
+                for (to, u) in found.u.iter_mut().zip(u) {
+                    u.store_slice(&mut to[first..first + n]);
                 }
+                emit(&found);
+                k = taken.select(k + steps, k);
+                left = taken.select(left - one, left);
+                run = taken.select(run - one, run);
+                run = k.simd_lt(end).select(run, zero);
+                t = rays.distance((k + middle).min(end - one), &self.sampling);
+                u = self.unit(&rays, t);
             }
-            left = found.select(left - one, left);
-            k = alive.select(k + ahead, k);
             left = k.simd_lt(end).select(left, zero);
         }
         k.min(end).store_slice(&mut bundle.next[first..first + n]);
@@ -176,7 +182,7 @@ impl<'a> Marcher<'a> {
     }
 
     /// Whether there may be something at `u`, at distances `t`, and how many
-    /// steps it is to what may be different.
+    /// steps it is to what may be different: all before are the same.
     #[inline(always)]
     fn look<S: Simd>(
         &self,
@@ -190,11 +196,11 @@ impl<'a> Marcher<'a> {
             return (one.simd_eq(one), one);
         };
         let cell = Cell::around(simd, occupancy, u);
-        let occupied = cell.is_occupied();
+        let occupied = cell.is_occupied;
         if !self.skip {
             return (occupied, one);
         }
-        (occupied, occupied.select(one, stride.steps_to_leave(simd, u, &cell, t)))
+        (occupied, stride.steps_to_leave(simd, u, &cell, t))
     }
 
     /// Moves the bundle's rays on to their next occupied samples, without taking
@@ -233,10 +239,35 @@ impl<'a> Marcher<'a> {
     }
 }
 
-/// Where the samples lie that a round of steps has found.
-struct Found {
-    t: [f32; LANES],
-    u: [[f32; LANES]; 3],
+/// Samples of several rays, at most one of each.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// A bit for every ray: whether it has one.
+    lanes: u32,
+    /// Distances along the rays; what is in the other lanes means nothing.
+    pub t: [f32; LANES],
+    /// Unit coordinates, likewise.
+    pub u: [[f32; LANES]; 3],
+}
+
+impl Found {
+    /// Whether every ray has one.
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_full(&self) -> bool {
+        self.lanes == (1 << LANES) - 1
+    }
+
+    /// The rays that have one.
+    #[inline(always)]
+    pub fn lanes(&self) -> impl Iterator<Item = usize> + use<> {
+        let mut bits = self.lanes;
+        core::iter::from_fn(move || {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits.wrapping_sub(1);
+            (lane < LANES).then_some(lane)
+        })
+    }
 }
 
 #[cfg(test)]

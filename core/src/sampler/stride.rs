@@ -11,9 +11,10 @@ use crate::space::UnitMap;
 
 /// The occupied cell, or the empty cube, around each point of a register.
 pub(super) struct Cell<S: Simd> {
-    /// The empty cube's smallest corner, in cells.
+    pub(super) is_occupied: S::mask32s,
+    /// The smallest corner, in cells.
     corner: [S::f32s; 3],
-    /// Its side, in cells; 0: the cell is occupied.
+    /// The side, in cells.
     side: S::f32s,
     /// Cells per unit length.
     resolution: f32,
@@ -43,15 +44,11 @@ impl<S: Simd> Cell<S> {
             side[lane] = occupancy.empty_side(number[lane], place[lane]);
         }
         let side = S::f32s::from_slice(simd, &side[..n]);
-        // Sides are powers of two: nothing is rounded. What a side of 0 gives is
-        // not used.
+        let is_occupied = side.simd_eq(0.0);
+        let side = side.max(splat(1.0));
+        // Sides are powers of two: nothing is rounded.
         let corner = axes(|a| (cell[a] / side).floor() * side);
-        Self { corner, side, resolution }
-    }
-
-    #[inline(always)]
-    pub(super) fn is_occupied(&self) -> S::mask32s {
-        self.side.simd_eq(0.0)
+        Self { is_occupied, corner, side, resolution }
     }
 }
 

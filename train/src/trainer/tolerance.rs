@@ -13,7 +13,7 @@ use crate::random::Random;
 /// Tolerances to choose from.
 const LADDER: [f32; 11] = [0.2, 0.16, 0.13, 0.1, 0.08, 0.065, 0.05, 0.04, 0.03, 0.02, 0.01];
 /// Loss that is borne, dB of the training views' PSNR.
-const LOSS: f64 = 0.04;
+const LOSS: f64 = 0.03;
 /// Tiles that are tried.
 const TILES: usize = 48;
 /// Distinguishes these random numbers from others of the same seed.

@@ -25,9 +25,12 @@ fn samples(
         while bundle.alive() > 0 {
             let mut counts = [0; LANES];
             let wanted = [[most as f32; LANES], [steps; LANES]];
-            marcher.advance(simd, &mut bundle, [&wanted[0], &wanted[1]], |lane, t, _| {
-                counts[lane] += 1;
-                all[lane].push(t.to_bits());
+            marcher.advance(simd, &mut bundle, [&wanted[0], &wanted[1]], |found| {
+                for lane in found.lanes() {
+                    counts[lane] += 1;
+                    all[lane].push(found.t[lane].to_bits());
+                }
+                assert_eq!(found.is_full(), found.lanes().count() == LANES);
             });
             assert!(counts.iter().all(|count| *count <= most));
         }

@@ -109,10 +109,12 @@ impl Group {
                 MIN_TRANSMITTANCE,
                 room,
             );
-            job.marcher.advance(simd, bundle, [&most, &[1.0; LANES]], |lane, _, u| {
-                [x[n], y[n], z[n]] = u;
-                owners[n] = (number * LANES + lane) as u32;
-                n += 1;
+            job.marcher.advance(simd, bundle, [&most, &[1.0; LANES]], |found| {
+                for lane in found.lanes() {
+                    [x[n], y[n], z[n]] = [0, 1, 2].map(|a| found.u[a][lane]);
+                    owners[n] = (number * LANES + lane) as u32;
+                    n += 1;
+                }
             });
             if per_sample {
                 for (row, d) in directions.iter_mut().zip(&bundle.direction) {
