@@ -46,7 +46,7 @@ impl Tuning {
 /// the cache.
 const ALIGNMENT: usize = 15;
 /// Numbers kept for a ray in flight, beside its channels.
-pub(crate) const RAY_ROWS: usize = 15;
+pub(crate) const RAY_ROWS: usize = 16;
 /// Sums kept for a ray: of what is in a field's rows of output, in whole
 /// registers.
 pub(crate) const fn sums_len(channels: usize) -> usize {

@@ -19,8 +19,14 @@ const PASSED: usize = 12;
 /// The bits of the number of the ray's pixel.
 const PIXEL: usize = 13;
 
-/// Steps that the ray's samples of this round stand for.
+/// Steps that each of the ray's samples stands for.
 const STEPS: usize = 14;
+/// Samples of which that is still true.
+const LEFT: usize = 15;
+
+/// Most samples that a ray adds to a batch. Few: nothing is asked behind an
+/// opaque surface. Many: fewer rounds.
+pub(super) const RUN: usize = 4;
 
 /// The bundle in the first rows.
 #[inline(always)]
@@ -38,7 +44,7 @@ pub(super) fn start(rows: &mut Rows, to: usize, bundle: &Bundle, from: usize, pi
     for (row, value) in first.iter_mut().zip(rays) {
         row[to] = value[from];
     }
-    let fresh = [1.0, 0.0, 0.0, 1.0, f32::from_bits(pixel), 1.0];
+    let fresh = [1.0, 0.0, 0.0, 1.0, f32::from_bits(pixel), 1.0, 0.0];
     for (row, value) in rest.iter_mut().zip(fresh) {
         row[to] = value;
     }
@@ -54,6 +60,46 @@ pub(super) fn stop(rows: &mut Rows, lane: usize) {
 #[inline(always)]
 pub(super) fn any_alive(rows: &Rows) -> bool {
     rows[NEXT].iter().zip(&rows[END]).any(|(next, end)| next < end)
+}
+
+/// Whether a ray has steps left.
+#[inline(always)]
+fn is_alive(rays: &[Rows], ray: usize) -> bool {
+    let (rows, lane) = (&rays[ray / LANES], ray % LANES);
+    rows[NEXT][lane] < rows[END][lane]
+}
+
+/// Brings the first `living` rays that have steps left to the front; gives
+/// their number. `swapped` is told which rays have changed places.
+#[inline(always)]
+pub(super) fn gather_living(
+    rays: &mut [Rows],
+    mut living: usize,
+    mut swapped: impl FnMut(usize, usize),
+) -> usize {
+    let mut dead = 0;
+    loop {
+        while dead < living && is_alive(rays, dead) {
+            dead += 1;
+        }
+        while dead < living && !is_alive(rays, living - 1) {
+            living -= 1;
+        }
+        if dead == living {
+            return living;
+        }
+        let (a, b) = (dead, living - 1);
+        let (before, after) = rays.split_at_mut(b / LANES);
+        let (lane_a, lane_b) = (a % LANES, b % LANES);
+        if let Some(rows) = before.get_mut(a / LANES) {
+            for (row, other) in rows.iter_mut().zip(&mut after[0]) {
+                core::mem::swap(&mut row[lane_a], &mut other[lane_b]);
+            }
+        } else {
+            after[0].iter_mut().for_each(|row| row.swap(lane_a, lane_b));
+        }
+        swapped(a, b);
+    }
 }
 
 /// Notes how far the rays have come.
@@ -87,30 +133,34 @@ pub(super) fn gather(rows: &mut Rows, lane: usize, gathered: &Gathered, alpha: f
     rows[PASSED][lane] = 1.0 - alpha;
 }
 
-/// Chooses how many steps the rays' next samples stand for.
+/// How many samples the rays are to take next, at most `room`, and how many steps
+/// each stands for. Steps change after every [`RUN`] samples of a ray and nowhere
+/// else: what a ray gathers does not depend on the rays beside it.
 #[inline(always)]
-pub(super) fn choose_steps(rows: &mut Rows, late: f32) -> [f32; LANES] {
-    let chosen = rows[TRANSMITTANCE].map(|t| {
-        if t >= late {
-            1.0
-        } else if t >= late * 0.25 {
-            2.0
-        } else {
-            4.0
-        }
-    });
-    rows[STEPS] = chosen;
-    chosen
+pub(super) fn next_samples(
+    rows: &mut Rows,
+    [min_transmittance, late]: [f32; 2],
+    room: usize,
+) -> [[f32; LANES]; 2] {
+    let needed =
+        composite::samples_needed(&rows[TRANSMITTANCE], &rows[PASSED], min_transmittance, room);
+    let (mut most, mut steps, mut left) = (needed, rows[STEPS], rows[LEFT]);
+    for lane in 0..LANES {
+        let passes = rows[TRANSMITTANCE][lane];
+        let later = if passes >= late * 0.25 { 2.0 } else { 4.0 };
+        let chosen = if passes >= late { 1.0 } else { later };
+        let is_over = left[lane] == 0.0;
+        steps[lane] = if is_over { chosen } else { steps[lane] };
+        left[lane] = if is_over { RUN as f32 } else { left[lane] };
+        most[lane] = most[lane].min(left[lane]);
+        left[lane] -= most[lane];
+    }
+    (rows[STEPS], rows[LEFT]) = (steps, left);
+    [most, steps]
 }
 
 /// Steps that a ray's sample of this round stands for.
 #[inline(always)]
 pub(super) fn steps(rows: &Rows, lane: usize) -> f32 {
     rows[STEPS][lane]
-}
-
-/// Samples that rays will still need, at most `most`.
-#[inline(always)]
-pub(super) fn samples_needed(rows: &Rows, min_transmittance: f32, most: usize) -> [f32; LANES] {
-    composite::samples_needed(&rows[TRANSMITTANCE], &rows[PASSED], min_transmittance, most)
 }

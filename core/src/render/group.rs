@@ -15,10 +15,6 @@ use crate::sampler::{Bundle, LANES, Marcher};
 use crate::scratch::{Scratch, Tuning, sums_len};
 use crate::store::Store;
 
-/// Most samples that a ray adds to a batch. Few: nothing is asked behind an
-/// opaque surface. Many: fewer rounds.
-const RUN: usize = 4;
-
 /// Rays that travel together.
 pub(super) struct Group<'m, 's, 'o, 'f> {
     pub(super) model: &'m Model<'m>,
@@ -85,8 +81,9 @@ impl Group<'_, '_, '_, '_> {
             let last = &mut self.scratch.rays[self.count / LANES];
             (self.count % LANES..LANES).for_each(|lane| flight::stop(last, lane));
         }
+        let mut living = self.count;
         loop {
-            let n = self.gather(simd, field.decoder().shading);
+            let n = self.gather(simd, field.decoder().shading, living);
             self.ended(Stage::March, n);
             if n == 0 {
                 break;
@@ -110,6 +107,7 @@ impl Group<'_, '_, '_, '_> {
             let step = self.model.sampling.step;
             composite::opacities(simd, &mut self.scratch.work.output[..padded], step);
             self.composite(simd, channels, n);
+            living = self.gather_living(channels, living);
             self.ended(Stage::Composite, n);
         }
     }
@@ -120,20 +118,20 @@ impl Group<'_, '_, '_, '_> {
     }
 
     /// Fills a batch with the next samples of the living rays; gives their number.
-    fn gather<S: Simd>(&mut self, simd: S, shading: Shading) -> usize {
+    fn gather<S: Simd>(&mut self, simd: S, shading: Shading, living: usize) -> usize {
         let Scratch { rays, points: [x, y, z], directions, t, owners, .. } = &mut self.scratch;
         let mut n = 0;
-        for (number, rows) in rays[..self.count.div_ceil(LANES)].iter_mut().enumerate() {
+        for (number, rows) in rays[..living.div_ceil(LANES)].iter_mut().enumerate() {
             // Every lane may take all it is allowed.
-            let room = RUN.min((self.tuning.samples - n) / LANES);
+            let room = flight::RUN.min((self.tuning.samples - n) / LANES);
             if room == 0 {
                 break;
             }
             if !flight::any_alive(rows) {
                 continue;
             }
-            let most = flight::samples_needed(rows, self.min_transmittance, room);
-            let steps = flight::choose_steps(rows, self.late);
+            let [most, steps] =
+                flight::next_samples(rows, [self.min_transmittance, self.late], room);
             let start = n;
             let mut bundle = flight::bundle(rows);
             let first = (number * LANES) as f32;
@@ -167,6 +165,19 @@ impl Group<'_, '_, '_, '_> {
             flight::moved(rows, &bundle);
         }
         n
+    }
+
+    /// Brings the living among the first `living` rays together, so that bundles
+    /// are full; gives their number.
+    #[inline(always)]
+    fn gather_living(&mut self, channels: usize, living: usize) -> usize {
+        let Scratch { rays, sums, .. } = &mut self.scratch;
+        let row_len = sums_len(channels);
+        flight::gather_living(rays, living, |a, b| {
+            for i in 0..row_len {
+                sums.swap(a * row_len + i, b * row_len + i);
+            }
+        })
     }
 
     /// Adds the batch to its rays; opaque rays end.

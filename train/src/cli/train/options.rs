@@ -40,6 +40,9 @@ pub(in crate::cli) struct Train {
     /// (scene.pnerf: scene.ckpt.pnerf), the last at the end; none unless told.
     #[arg(long, value_name = "S")]
     pub(super) save_every: Option<f64>,
+    /// What the model is to be good at.
+    #[arg(long, value_enum, default_value_t, conflicts_with = "resume")]
+    profile: Profile,
     /// Where random numbers begin; 0 unless told.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -71,6 +74,16 @@ pub(in crate::cli) struct Train {
     /// Base-two logarithm of the most entries of a grid level.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: Option<u32>,
+}
+
+/// What a model is to be good at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum Profile {
+    /// As much detail as the time allows
+    #[default]
+    Fine,
+    /// Pictures in half the time, at about 1 dB less
+    Fast,
 }
 
 fn parse_precision(text: &str) -> Result<Precision, String> {
@@ -126,6 +139,9 @@ impl Train {
     /// The settings of a new run.
     pub(super) fn config(&self) -> TrainConfig {
         let mut config = TrainConfig::hash_grid().for_length(self.length());
+        if self.profile == Profile::Fast {
+            config = config.for_speed();
+        }
         config.seed = self.seed.unwrap_or(config.seed);
         config.aabb = self.aabb;
         config.near = self.near.unwrap_or(config.near);
