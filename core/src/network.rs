@@ -1,5 +1,7 @@
 //! Small dense networks: layers with ReLU between them and none after the last.
 
+use core::ops::Range;
+
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use crate::store::Store;
@@ -103,7 +105,7 @@ pub const fn panel_len(n_in: usize) -> usize {
 /// passes ReLU, on every machine: a density that is no number ends as empty
 /// space, a colour that is none as black.
 ///
-/// `x` is `[n_in][stride]`, `y` is `[n_out][stride]`; `n` is a multiple of 32
+/// `x` is `[n_in][stride]`, `y` is `[n_out][stride]`; `n` is a multiple of 16
 /// and at most `stride`. `panel` holds at least [`panel_len`]`(n_in)` values.
 #[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
 pub fn dense<S: Simd, T: Store>(
@@ -133,11 +135,10 @@ pub fn dense<S: Simd, T: Store>(
                 }
                 let rows = &mut y[first * stride..];
                 // With 32 registers, sixteen sums hide the latency of the additions.
-                if S::f32s::LEN == 16 {
-                    multiply_panel::<S, 2>(simd, panel, &bias, width, x, rows, n, stride, relu);
-                } else {
-                    multiply_panel::<S, 1>(simd, panel, &bias, width, x, rows, n, stride, relu);
-                }
+                let pairs = if S::f32s::LEN == 16 { n - n % 32 } else { 0 };
+                let (x, bias) = ((x, stride), (&bias, width));
+                multiply_panel::<S, 2>(simd, panel, bias, x, rows, 0..pairs, relu);
+                multiply_panel::<S, 1>(simd, panel, bias, x, rows, pairs..n, relu);
             }
         },
     );
@@ -166,22 +167,20 @@ fn load_panel<T: Store>(weight: &TensorView<'_>, first: usize, width: usize, pan
     }
 }
 
+/// The first `width` outputs of a panel at `points`, `V` registers at a time.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "the innermost kernel; a struct would hide nothing")]
 fn multiply_panel<S: Simd, const V: usize>(
     simd: S,
     panel: &[f32],
-    bias: &[f32; PANEL],
-    width: usize,
-    x: &[f32],
+    (bias, width): (&[f32; PANEL], usize),
+    (x, stride): (&[f32], usize),
     y: &mut [f32],
-    n: usize,
-    stride: usize,
+    points: Range<usize>,
     relu: bool,
 ) {
     let lanes = S::f32s::LEN;
     let zero = S::f32s::splat(simd, 0.0);
-    for at in (0..n).step_by(V * lanes) {
+    for at in points.step_by(V * lanes) {
         let mut sums = [[zero; V]; PANEL];
         for (sums, b) in sums.iter_mut().zip(bias) {
             *sums = [S::f32s::splat(simd, *b); V];
@@ -211,7 +210,7 @@ fn multiply_panel<S: Simd, const V: usize>(
 }
 
 impl Mlp<'_> {
-    /// Applies all layers to `n` points (a multiple of 32, at most `stride`).
+    /// Applies all layers to `n` points (a multiple of 16, at most `stride`).
     ///
     /// `input` is `[n_input][stride]` and is overwritten, `other` is scratch of
     /// as many rows as the widest layer, like `input`; the result goes to

@@ -5,8 +5,21 @@ use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuni
 use rayon::prelude::*;
 
 /// Width and height of a tile: so many pixels that its passes fill batches, so
-/// few that its part of the tables stays in the cache and threads end together.
+/// few that its part of the tables stays in the cache.
 pub(crate) const TILE: [u32; 2] = [128, 64];
+/// Tiles of a picture at least, so that threads end together.
+const TILES: u32 = 48;
+/// Rows of a tile at least.
+const LEAST_ROWS: u32 = 16;
+
+/// Width and height of the tiles of such a picture.
+pub(crate) fn tile_size(width: u32, height: u32) -> [u32; 2] {
+    let [w, mut h] = TILE;
+    while h > LEAST_ROWS && width.div_ceil(w).saturating_mul(height.div_ceil(h)) < TILES {
+        h /= 2;
+    }
+    [w, h]
+}
 
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +103,8 @@ struct Part<'p> {
 fn parts<'p>(width: u32, height: u32, rgba: &'p mut [f32], depth: &'p mut [f32]) -> Vec<Part<'p>> {
     let part = |tile| Part { tile, rgba: Vec::new(), depth: Vec::new() };
     let mut parts: Vec<Part<'p>> = tiles(width, height).into_iter().map(part).collect();
-    let (row, [w, h]) = (width.max(1) as usize, TILE.map(|side| side as usize));
+    let row = width.max(1) as usize;
+    let [w, h] = tile_size(width, height).map(|side| side as usize);
     let first = |y: usize| y / h * row.div_ceil(w);
     for (y, row) in rgba.chunks_mut(4 * row).enumerate() {
         let pieces = row.chunks_mut(4 * w).zip(&mut parts[first(y)..]);
@@ -148,7 +162,7 @@ pub(crate) fn copy_rows(from: &[f32], to: &mut [f32], channels: usize, tile: Til
 /// The tiles of a picture, row after row.
 pub(crate) fn tiles(width: u32, height: u32) -> Vec<Tile> {
     let starts = |n: u32, side: u32| (0..n).step_by(side as usize);
-    let [w, h] = TILE;
+    let [w, h] = tile_size(width, height);
     let corners = starts(height, h).flat_map(|y| starts(width, w).map(move |x| (x, y)));
     corners
         .map(|(x, y)| Tile { x, y, width: w.min(width - x), height: h.min(height - y) })

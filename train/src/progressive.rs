@@ -7,7 +7,7 @@ use pocketnerf_core::render::{Refinement, Refinements, RenderStats, refine_tile}
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
 use rayon::prelude::*;
 
-use crate::picture::{Picture, Settings, TILE, copy_rows};
+use crate::picture::{Picture, Settings, copy_rows, tile_size};
 
 /// Time to put tiles together, a pixel: kept back from the deadline.
 const ASSEMBLE: Duration = Duration::from_nanos(6);
@@ -41,7 +41,8 @@ impl<'m> Progressive<'m> {
     /// The picture that `camera` takes, nothing of it rendered.
     #[must_use]
     pub fn new(model: &'m Model<'m>, camera: &Camera, settings: &Settings) -> Self {
-        let coarsest = Refinements::new([camera.width, camera.height], TILE);
+        let tile = tile_size(camera.width, camera.height);
+        let coarsest = Refinements::new([camera.width, camera.height], tile);
         let parts = coarsest.take_while(|piece| piece.known == 0).map(|piece| Part {
             tile: piece.tile,
             rgba: vec![0.0; piece.tile.pixels() * 4],

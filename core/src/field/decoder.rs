@@ -123,7 +123,7 @@ impl Decoder<'_> {
 
     /// From features in the first `n_features` rows of `work.a` and unit
     /// directions to colours in rows 1 to 3 of `work.output`, in [0, 1].
-    /// `n` is a multiple of 32.
+    /// `n` is a multiple of 16.
     pub fn colors<S: Simd, T: Store>(
         &self,
         simd: S,

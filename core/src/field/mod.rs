@@ -29,7 +29,7 @@ compile_error!(
 pub const MAX_CHANNELS: usize = 32;
 
 /// A batch of points to ask a field about. All slices have the same length, a
-/// multiple of 32.
+/// multiple of 16.
 #[derive(Clone, Copy, Debug)]
 pub struct Samples<'s> {
     /// x, y and z in unit coordinates.

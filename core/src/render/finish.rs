@@ -77,7 +77,7 @@ impl Group<'_, '_, '_, '_> {
                 n += 1;
             }
         }
-        let padded = n.next_multiple_of(32);
+        let padded = n.next_multiple_of(LANES);
         let work = &mut self.scratch.work;
         for row in work.a.chunks_mut(work.stride).take(channels) {
             row[n..padded].fill(0.0);

@@ -89,7 +89,7 @@ impl Group<'_, '_, '_, '_> {
                 break;
             }
             self.samples += n as u64;
-            let padded = n.next_multiple_of(32);
+            let padded = n.next_multiple_of(LANES);
             let Scratch { work, points, directions, .. } = &mut self.scratch;
             for row in points.iter_mut().chain(directions.iter_mut()) {
                 row[n..padded].fill(0.0);

@@ -3,6 +3,7 @@
 //! silence.
 
 mod determinism;
+mod finished;
 mod guard;
 mod mutated;
 mod refusals;

@@ -73,7 +73,8 @@ pub(crate) fn advance(trainer: &mut Trainer, run: &mut Run, n: u32) -> Result<bo
 /// The model as `pocketnerf train` writes it, after all steps.
 pub(crate) fn finish((mut trainer, mut run): (Trainer, Run)) -> Vec<u8> {
     while run.step(&mut trainer).unwrap().is_some() {}
-    pocketnerf_formats::write(&trainer.model(), &about(&trainer, &run), Precision::F16).unwrap()
+    let finished = trainer.finished(SimdLevel::detect()).unwrap();
+    pocketnerf_formats::write(&finished.model(), &about(&trainer, &run), Precision::F16).unwrap()
 }
 
 fn about(trainer: &Trainer, run: &Run) -> About<'static> {

@@ -112,7 +112,7 @@ impl TrainConfig {
     /// networks, however long the run.
     #[must_use]
     pub fn for_speed(mut self) -> Self {
-        self.samples_per_side = 210.0;
+        self.samples_per_side = 300.0;
         self.field.density_hidden = vec![32];
         self.field.color_hidden = vec![64, 64];
         self

@@ -4,6 +4,7 @@ mod aim;
 mod cells;
 pub mod checkpoint;
 mod config;
+mod finished;
 #[cfg(test)]
 mod gradient_tests;
 mod group;
@@ -29,6 +30,7 @@ use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Sp
 pub use cells::{dilated, pack};
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use config::TrainConfig;
+pub use finished::Finished;
 pub use guard::{Diverged, MAX_RESTARTS, Trouble};
 pub use hull::Hull;
 pub use occupancy_grid::OccupancyGrid;

@@ -18,21 +18,28 @@ use crate::random::Random;
 
 /// A cell is looked at in one of so many updates.
 const PERIOD: usize = 4;
-/// What remains of a cell's density when it is looked at again.
+/// What remains of a cell's density when it is looked at again, while the field
+/// changes.
 const DECAY: f32 = 0.8;
+/// Looks at each cell of a finer grid.
+const LOOKS: usize = 8;
+/// Updates after which a finer grid is known.
+pub(crate) const FINER_UPDATES: usize = LOOKS * PERIOD;
 /// Optical thickness of one step above which a cell is occupied.
 const THRESHOLD: f32 = 0.006;
 /// Cells a task.
 const TASK: usize = 512;
 
 /// Decaying densities of the candidate cells, and the bits made from them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct OccupancyGrid {
     resolution: u32,
     /// Cells that may hold something, ascending; the rest never will.
     candidates: Vec<u32>,
     /// Greatest density of each candidate, 1 / scene unit.
     density: Vec<f32>,
+    /// What remains of a density when its cell is looked at again.
+    decay: f32,
     /// Coarse blocks as core reads them.
     coarse: Vec<u8>,
     /// Fine bits as core reads them.
@@ -49,6 +56,7 @@ impl OccupancyGrid {
         let mut grid = Self {
             resolution,
             density: vec![f32::INFINITY; candidates.len()],
+            decay: DECAY,
             candidates,
             coarse: Vec::new(),
             fine: Vec::new(),
@@ -85,6 +93,25 @@ impl OccupancyGrid {
     pub fn fraction(&self) -> f32 {
         let all = f64::from(self.resolution).powi(3);
         (f64::from(self.view().fraction()) * all / self.candidates.len().max(1) as f64) as f32
+    }
+
+    /// Cells half as wide, where those of this grid are occupied, for a field that
+    /// no longer changes. [`FINER_UPDATES`] updates find the occupied among them.
+    #[must_use]
+    pub(crate) fn finer(&self) -> Self {
+        let n = self.resolution;
+        let (view, mut candidates) = (self.view(), Vec::new());
+        let at = |c: u32| (c as f32 + 0.5) / n as f32;
+        for cell in &self.candidates {
+            let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+            if view.at([at(x), at(y), at(z)]) {
+                for (k, j, i) in (0..8).map(|c| (c >> 2, c >> 1 & 1, c & 1)) {
+                    candidates.push(((2 * z + k) * 2 * n + 2 * y + j) * 2 * n + 2 * x + i);
+                }
+            }
+        }
+        candidates.sort_unstable();
+        Self { decay: 1.0, ..Self::new(2 * n, candidates) }
     }
 
     /// The cells that are denser than `sigma`, 1 / scene unit.
@@ -130,7 +157,7 @@ impl OccupancyGrid {
         let phase = self.updates as usize % PERIOD;
         let update = u64::from(self.updates);
         let first_look = self.updates < PERIOD as u32;
-        let candidates = &self.candidates;
+        let (candidates, decay) = (&self.candidates, self.decay);
         self.density.par_chunks_mut(TASK * PERIOD).enumerate().for_each(|(task, densities)| {
             let mut worker = workers.take(&new);
             let first = task * TASK * PERIOD;
@@ -147,7 +174,7 @@ impl OccupancyGrid {
             let sigmas = worker.densities::<T, F>(level, field, count);
             let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
             for (density, sigma) in looked_at.zip(sigmas) {
-                let before = if first_look { 0.0 } else { *density * DECAY };
+                let before = if first_look { 0.0 } else { *density * decay };
                 *density = before.max(*sigma);
             }
             workers.put(worker);

@@ -10,6 +10,7 @@ use pocketnerf_core::store::{F16, Store};
 use rayon::prelude::*;
 
 use super::group::{Group, GroupStats, Job, Worker};
+use super::occupancy_grid::OccupancyGrid;
 use super::{GROUPS, Trainer};
 use crate::random::Random;
 use crate::stopwatch::{Laps, Stage};
@@ -78,7 +79,14 @@ impl Trainer {
     }
 
     pub(super) fn update_occupancy(&mut self) {
-        let Self { grid, layout, config, half, level, backward, limits, workers, seed, .. } = self;
+        let mut grid = std::mem::take(&mut self.grid);
+        self.look_at_cells(&mut grid);
+        self.grid = grid;
+    }
+
+    /// One update of a grid of cells.
+    pub(super) fn look_at_cells(&self, grid: &mut OccupancyGrid) {
+        let Self { layout, config, half, level, backward, limits, workers, seed, .. } = self;
         let field = layout.view_half(&config.field, half).expect("checked when training began");
         let new = || Worker::new(*limits, backward);
         let step = self.sampling.step;

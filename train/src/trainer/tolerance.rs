@@ -5,7 +5,6 @@ use pocketnerf_core::render::{Detail, rehearse_tile};
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use rayon::prelude::*;
 
-use super::Trainer;
 use super::rays::RaySource;
 use crate::picture::TILE;
 use crate::random::Random;
@@ -22,38 +21,37 @@ const STREAM: u64 = 4;
 /// Squared errors of one tile: with every tolerance of the ladder, and rendered whole.
 type Errors = ([f64; LADDER.len()], f64);
 
-impl Trainer {
-    /// The [tolerance](pocketnerf_core::Display::tolerance) for the model as it
-    /// stands: the largest with which pictures of the training views hardly differ
-    /// more from the photographs than without.
-    ///
-    /// # Errors
-    /// Those of [`render_tile`].
-    pub fn tolerance(&self, simd: SimdLevel) -> Result<f32, Error> {
-        let model = self.model();
-        let usual = RenderOptions::new(&model, simd, Tuning::FAST);
-        let detail = Detail { tolerances: [0.0; 4], ..usual.detail };
-        let options = RenderOptions { detail, ..usual };
-        let tiles: Result<Vec<Errors>, Error> = (0..TILES)
-            .into_par_iter()
-            .with_max_len(1)
-            .map_init(
-                || vec![0.0; options.scratch_len()],
-                |scratch, number| {
-                    let mut random = Random::new(self.seed, [STREAM, number as u64, 0]);
-                    try_tile(&model, &options, &self.source, &mut random, scratch)
-                },
-            )
-            .collect();
-        let (mut rough, mut fine) = ([0.0; LADDER.len()], 0.0);
-        for (errors, whole) in tiles? {
-            rough.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error);
-            fine += whole;
-        }
-        let bearable = fine * 10.0f64.powf(LOSS / 10.0);
-        let borne = LADDER.iter().zip(rough).find(|(_, error)| *error <= bearable);
-        Ok(borne.map_or(0.0, |(tolerance, _)| *tolerance))
+/// The [tolerance](pocketnerf_core::Display::tolerance) for a model: the largest
+/// with which pictures of the training views hardly differ more from the
+/// photographs than without.
+pub(super) fn find(
+    model: &Model<'_>,
+    source: &RaySource,
+    seed: u64,
+    simd: SimdLevel,
+) -> Result<f32, Error> {
+    let usual = RenderOptions::new(model, simd, Tuning::FAST);
+    let detail = Detail { tolerances: [0.0; 4], ..usual.detail };
+    let options = RenderOptions { detail, ..usual };
+    let tiles: Result<Vec<Errors>, Error> = (0..TILES)
+        .into_par_iter()
+        .with_max_len(1)
+        .map_init(
+            || vec![0.0; options.scratch_len()],
+            |scratch, number| {
+                let mut random = Random::new(seed, [STREAM, number as u64, 0]);
+                try_tile(model, &options, source, &mut random, scratch)
+            },
+        )
+        .collect();
+    let (mut rough, mut fine) = ([0.0; LADDER.len()], 0.0);
+    for (errors, whole) in tiles? {
+        rough.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error);
+        fine += whole;
     }
+    let bearable = fine * 10.0f64.powf(LOSS / 10.0);
+    let borne = LADDER.iter().zip(rough).find(|(_, error)| *error <= bearable);
+    Ok(borne.map_or(0.0, |(tolerance, _)| *tolerance))
 }
 
 /// Renders a random tile of a random view, and tries every tolerance on it.

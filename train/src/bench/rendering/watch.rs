@@ -44,7 +44,7 @@ pub(super) fn watch(
                 render::Stage::Shade => counts.hits += n as u64,
                 render::Stage::Density => {
                     counts.samples += n as u64;
-                    counts.rows += n.next_multiple_of(32) as u64;
+                    counts.rows += n.next_multiple_of(16) as u64;
                 }
                 _ => {}
             }

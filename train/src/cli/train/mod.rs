@@ -98,9 +98,8 @@ fn finish(
     simd: SimdLevel,
 ) -> Result<Value, Failure> {
     let about = origin.about(trainer, run);
-    let mut model = trainer.model();
-    model.display.tolerance = trainer.tolerance(simd)?;
-    let bytes = pocketnerf_formats::write(&model, &about, origin.precision)?;
+    let finished = trainer.finished(simd)?;
+    let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
     output::write_atomic(out, &bytes)?;
     let (summary, seconds) = (run.summary(trainer), run.elapsed());
     Ok(json!({
