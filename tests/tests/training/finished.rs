@@ -2,6 +2,7 @@
 
 use pocketnerf_core::{Model, Occupancy, SimdLevel};
 use pocketnerf_train::evaluate::evaluate;
+use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::Length;
 
@@ -17,7 +18,13 @@ fn occupied(occupancy: Occupancy<'_>) -> Vec<[f32; 3]> {
 
 #[test]
 fn smaller_cells_hold_all_that_shows() {
-    let (mut trainer, mut run) = begin(config(), Length::Steps(400));
+    // Tables large enough for smaller cells to be worth their bytes.
+    let mut config = config();
+    if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+        grid.log2_hashmap_size = 16;
+        grid.per_level_scale = 3.0;
+    }
+    let (mut trainer, mut run) = begin(config, Length::Steps(400));
     advance(&mut trainer, &mut run, 400).unwrap();
     let finished = trainer.finished(SimdLevel::detect()).unwrap();
     let (rough, fine) = (trainer.model().occupancy.unwrap(), finished.model().occupancy.unwrap());
@@ -51,6 +58,9 @@ fn the_tolerance_costs_the_training_views_next_to_nothing() {
     };
     let tolerance = finished.model().display.tolerance;
     let (whole, usual) = (score(0.0), score(tolerance));
+    // The tables are tiny: smaller cells would be half of the file.
+    let cells = |model: Model<'_>| model.occupancy.unwrap().resolution();
+    assert_eq!(cells(finished.model()), cells(trainer.model()));
     println!("{tolerance}: {whole:.3}, {usual:.3} dB; the most: {:.3} dB", score(0.2));
     assert!(whole - usual < 0.06);
 }

@@ -8,6 +8,10 @@ use super::{Trainer, tolerance};
 /// Cells along an axis at most: the format's limit.
 const MAX_RESOLUTION: u32 = 512;
 
+/// Smaller cells may add a byte to so many parameters, which take a byte or two
+/// each.
+const PARAMETERS_A_BYTE: usize = 8;
+
 /// The parts of a finished model that training does without.
 #[derive(Debug)]
 pub struct Finished<'t> {
@@ -17,23 +21,33 @@ pub struct Finished<'t> {
 }
 
 impl Trainer {
-    /// The model as it stands, ready to be rendered: occupied cells are halved
-    /// where one half is empty, so that fewer samples lie in front of surfaces, and it
-    /// is tried how much of a picture may be interpolated.
+    /// The model as it stands, ready to be rendered: cells become half as wide, so
+    /// that fewer samples lie in front of surfaces, unless that would make the file
+    /// much larger; and it is tried how much of a picture may be interpolated.
     ///
     /// # Errors
     /// When the SIMD level is not there.
     pub fn finished(&self, simd: SimdLevel) -> Result<Finished<'_>, Error> {
-        let mut occupancy = self.grid.clone();
-        if 2 * self.config.occupancy_resolution <= MAX_RESOLUTION {
-            occupancy = occupancy.finer();
-            for _ in 0..FINER_UPDATES {
-                self.look_at_cells(&mut occupancy);
-            }
-        }
+        let occupancy = self.finer_occupancy().unwrap_or_else(|| self.grid.clone());
         let model = Model { occupancy: Some(occupancy.view()), ..self.model() };
         let tolerance = tolerance::find(&model, &self.source, self.seed, simd)?;
         Ok(Finished { trainer: self, occupancy, tolerance })
+    }
+
+    /// `None` where smaller cells are not to be had, or not worth their bytes.
+    fn finer_occupancy(&self) -> Option<OccupancyGrid> {
+        if 2 * self.config.occupancy_resolution > MAX_RESOLUTION {
+            return None;
+        }
+        let mut finer = self.grid.finer();
+        for _ in 0..FINER_UPDATES {
+            self.look_at_cells(&mut finer);
+        }
+        let bytes = |grid: &OccupancyGrid| {
+            grid.view().coarse_bytes().len() + grid.view().fine_bytes().len()
+        };
+        let most = bytes(&self.grid) + self.parameters.len() / PARAMETERS_A_BYTE;
+        (bytes(&finer) <= most).then_some(finer)
     }
 }
 
