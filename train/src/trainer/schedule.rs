@@ -34,7 +34,7 @@ impl Plan {
 }
 
 /// Time kept for finer cells, trying tolerances, packing and writing the model, seconds.
-const WRITING: f64 = 0.9;
+const WRITING: f64 = 1.6;
 /// Share of the time that calibrates the number of steps.
 const CALIBRATION: f64 = 0.1;
 /// Share of the remaining time after which the plan is adjusted.
