@@ -12,6 +12,9 @@ use crate::aligned::Aligned;
 use crate::field::Layout;
 use crate::field::half::round_all;
 
+/// Steps that are taken this way. Longer runs end better with Adam, which goes
+/// on from both moments: they are kept here as well.
+pub(super) const STEPS: u32 = 8000;
 /// Decay of the mean gradient.
 const MOMENTUM: f32 = 0.9;
 /// Root mean square of a step, times the learning rate.
@@ -51,6 +54,9 @@ pub(super) fn update_all<S: Simd>(
             half: &mut half[part],
         };
         if range.shape.into_iter().min() >= Some(NARROWEST) {
+            for (square, g) in slices.square.iter_mut().zip(slices.gradient.iter()) {
+                *square += (g * g - *square) * (1.0 - adam.beta2);
+            }
             update(simd, rate, range.shape, slices);
         } else {
             adam.update(simd, adam_rate, slices);

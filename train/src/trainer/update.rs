@@ -17,7 +17,7 @@ type Task<'p> = (usize, GridLevel, [&'p mut [f32]; 2], &'p mut [u16]);
 
 impl Trainer {
     /// Scatter to the grid, sum the networks' gradients, and a step of each: Adam for
-    /// the grid, Muon for the networks beside it; Adam for networks alone.
+    /// the grid, Muon at first for the networks beside it; Adam for networks alone.
     pub(super) fn update_parameters(&mut self, settings: &StepSettings) {
         let Self {
             config,
@@ -75,7 +75,11 @@ impl Trainer {
         let largest_level = layout.levels().iter().map(|l| l.len()).max().unwrap_or(0);
         let update_networks = || {
             let mut laps = Laps::begin(stopwatch);
-            dispatch!(*level, simd => muon::update_all(simd, rate, layout, (adam, corrected), network));
+            if self.step <= muon::STEPS {
+                dispatch!(*level, simd => muon::update_all(simd, rate, layout, (adam, corrected), network));
+            } else {
+                dispatch!(*level, simd => adam.update(simd, corrected, network));
+            }
             laps.end(Stage::Adam, 0);
         };
         let update_level = |(l, grid_level, [parameters, square], half): Task<'_>| {
