@@ -98,23 +98,34 @@ impl<'a> Occupancy<'a> {
         self.fine.get(usize::from(number).wrapping_sub(1))
     }
 
-    /// The cells of a cube of 4 a side, in two halves: bit `x + 8 y + 4 z` of the
-    /// first for z = 0 and 1, of the second for the other two. The cube is that of block
-    /// number `block` whose rows begin at word `row` (`y / 4 + 2 z` within the block) and
-    /// bit `x`. Also the side, in cells, of the largest cube around it of which this is
-    /// known: 8 where the block is empty or outside the grid.
+    /// How large the empty space around a cell is: the side, in cells, of the
+    /// largest of the cubes of 8, 4, 2 and 1 cells that holds it and no occupied
+    /// cell; 0 where it is occupied. The cell is bit `x + 8 (y + 8 z)` of the block
+    /// with this number; outside the grid it is 8.
     #[inline(always)]
-    pub(crate) fn cube(&self, block: u32, row: u32, x: u32) -> ([u32; 2], f32) {
+    pub(crate) fn empty_side(&self, block: u32, bit: u32) -> f32 {
         let number = self.coarse.get(block as usize).map_or(0, |b| u16::from_le_bytes(*b));
-        let Some(block) = self.fine.get(usize::from(number).wrapping_sub(1)) else {
-            return ([0; 2], 8.0);
+        if number == 0 {
+            return 8.0;
+        }
+        let Some(block) = self.fine.get(usize::from(number - 1)) else { return 8.0 };
+        // A layer of 8×8 cells is a word: a row is a byte.
+        let layers = block.as_chunks::<8>().0;
+        let layer = |z: u32| u64::from_le_bytes(layers[(z % BLOCK) as usize]);
+        let (x, y, z) = (bit % BLOCK, bit / BLOCK % BLOCK, bit / (BLOCK * BLOCK));
+        let two = z & 6;
+        let pair = layer(two) | layer(two + 1);
+        let other = layer(two ^ 2) | layer((two ^ 2) + 1);
+        let any = |cells: u64, mask: u64, side: u32| {
+            let (x, y) = (x & !(side - 1), y & !(side - 1));
+            cells >> (8 * y + x) & mask != 0
         };
-        let words = block.as_chunks::<4>().0;
-        let layer = |z: u32| {
-            let word = u32::from_le_bytes(words[(row + 2 * z) as usize % words.len()]);
-            word >> x & 0x0f0f_0f0f
-        };
-        ([layer(0) | layer(1) << 4, layer(2) | layer(3) << 4], 4.0)
+        // Without branches: where a ray is, is hard to predict.
+        let four = any(pair | other, 0x0f0f_0f0f, 4);
+        let two = any(pair, 0x0303, 2);
+        let one = any(layer(z), 1, 1);
+        let sides = [4.0, 2.0, 1.0, 0.0];
+        sides[usize::from(four) + usize::from(two) + usize::from(one)]
     }
 
     /// Whether cell (x, y, z) of cascade 0 is occupied. False outside the grid.
@@ -180,21 +191,21 @@ mod tests {
     }
 
     #[test]
-    fn cubes_by_hand() {
-        // The first of eight blocks, cell (5, 2, 7) occupied.
+    fn empty_sides_by_hand() {
+        // One block, cell (5, 2, 7) occupied.
         let mut fine = [0u8; 64];
         fine[2 + 8 * 7] = 1 << 5;
+        let occupancy = Occupancy::new(16, 1, &[0; 16], &fine).unwrap();
+        assert_eq!(occupancy.empty_side(0, 0), 8.0);
         let mut coarse = [0u8; 16];
         coarse[0] = 1;
         let occupancy = Occupancy::new(16, 1, &coarse, &fine).unwrap();
-        for (x, y, z) in (0..8).map(|c| (c & 1, c >> 1 & 1, c >> 2)) {
-            let holds_it = (x, y, z) == (1, 0, 1);
-            // (1, 2, 3) within the cube: the upper layer of the second half.
-            let expected = if holds_it { [0, 1 << (1 + 8 * 2 + 4)] } else { [0; 2] };
-            assert_eq!(occupancy.cube(0, y + 8 * z, 4 * x), (expected, 4.0), "{x} {y} {z}");
-        }
-        assert_eq!(occupancy.cube(1, 0, 0), ([0; 2], 8.0));
-        assert_eq!(occupancy.cube(u32::MAX, 8, 4), ([0; 2], 8.0));
+        let side = |x: u32, y: u32, z: u32| occupancy.empty_side(0, x + 8 * (y + 8 * z));
+        assert_eq!(side(5, 2, 7), 0.0);
+        assert_eq!([side(4, 2, 7), side(5, 3, 7), side(5, 2, 6)], [1.0; 3]);
+        assert_eq!([side(6, 2, 7), side(5, 1, 7), side(5, 2, 5)], [2.0; 3]);
+        assert_eq!([side(3, 2, 7), side(5, 4, 7), side(5, 2, 3)], [4.0; 3]);
+        assert_eq!((occupancy.empty_side(1, 0), occupancy.empty_side(u32::MAX, 0)), (8.0, 8.0));
     }
 
     #[test]

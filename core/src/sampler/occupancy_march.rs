@@ -12,7 +12,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 use crate::sampler::MAX_STEPS;
 use crate::sampler::bundle::{Bundle, LANES};
 use crate::sampler::rays::{Rays, axes};
-use crate::sampler::stride::{Cubes, Stride};
+use crate::sampler::stride::{Cell, Stride};
 use crate::space::UnitMap;
 use crate::{Model, Occupancy, Sampling, Space};
 
@@ -137,28 +137,38 @@ impl<'a> Marcher<'a> {
         }
         let rays = Rays::load(simd, bundle, first);
         let stride = Stride::new(simd, &rays, &self.map, &self.sampling);
-        let mut cubes = Cubes::unknown(simd);
         let mut found = Found { lanes: 0, t: [0.0; LANES], u: [[0.0; LANES]; 3] };
         loop {
             let alive = left.simd_gt(zero);
             if !alive.any_true() {
                 break;
             }
-            let t = rays.distance((k + middle).min(end - one), &self.sampling);
-            let u = self.unit(&rays, t);
-            let (occupied, ahead) = self.look(simd, &mut cubes, &stride, alive, (k, t, u));
-            let taken = occupied & alive;
-            let bits = taken.to_bitmask();
-            if bits != 0 {
+            let mut t = rays.distance((k + middle).min(end - one), &self.sampling);
+            let mut u = self.unit(&rays, t);
+            let (occupied, ahead) = self.look(simd, &stride, u, t);
+            // What lies ahead in the same cell needs no other look.
+            let in_cell = ((ahead - one) / steps).floor() + one;
+            let mut run = (occupied & alive).select(in_cell.min(left), zero);
+            k = (alive & !occupied).select(k + ahead, k);
+            loop {
+                let taken = run.simd_gt(zero);
+                let bits = taken.to_bitmask();
+                if bits == 0 {
+                    break;
+                }
                 found.lanes = (bits as u32) << first;
                 t.store_slice(&mut found.t[first..first + n]);
                 for (to, u) in found.u.iter_mut().zip(u) {
                     u.store_slice(&mut to[first..first + n]);
                 }
                 emit(&found);
+                k = taken.select(k + steps, k);
+                left = taken.select(left - one, left);
+                run = taken.select(run - one, run);
+                run = k.simd_lt(end).select(run, zero);
+                t = rays.distance((k + middle).min(end - one), &self.sampling);
+                u = self.unit(&rays, t);
             }
-            k = alive.select(k + taken.select(steps, ahead), k);
-            left = taken.select(left - one, left);
             left = k.simd_lt(end).select(left, zero);
         }
         k.min(end).store_slice(&mut bundle.next[first..first + n]);
@@ -171,26 +181,26 @@ impl<'a> Marcher<'a> {
         axes(|a| (p[a] - self.map.min[a]) * self.map.scale)
     }
 
-    /// Whether there may be something at the rays' steps, distances and unit points,
-    /// and if not, how many steps it is to where there may be.
+    /// Whether there may be something at `u`, at distances `t`, and how many
+    /// steps it is to what may be different: all before are the same.
     #[inline(always)]
     fn look<S: Simd>(
         &self,
         simd: S,
-        cubes: &mut Cubes<S>,
         stride: &Stride<S>,
-        alive: S::mask32s,
-        at: (S::f32s, S::f32s, [S::f32s; 3]),
+        u: [S::f32s; 3],
+        t: S::f32s,
     ) -> (S::mask32s, S::f32s) {
         let one = S::f32s::splat(simd, 1.0);
         let Some(occupancy) = &self.occupancy else {
             return (one.simd_eq(one), one);
         };
-        if self.skip {
-            return cubes.look(simd, occupancy, stride, alive, at);
+        let cell = Cell::around(simd, occupancy, u);
+        let occupied = cell.is_occupied;
+        if !self.skip {
+            return (occupied, one);
         }
-        let (occupied, _) = Cubes::unknown(simd).look(simd, occupancy, stride, alive, at);
-        (occupied, one)
+        (occupied, stride.steps_to_leave(simd, u, &cell, t))
     }
 
     /// Moves the bundle's rays on to their next occupied samples, without taking
@@ -218,11 +228,9 @@ impl<'a> Marcher<'a> {
         }
         let rays = Rays::load(simd, bundle, first);
         let stride = Stride::new(simd, &rays, &self.map, &self.sampling);
-        let mut cubes = Cubes::unknown(simd);
         while seeking.any_true() {
             let t = rays.distance(k, &self.sampling);
-            let at = (k, t, self.unit(&rays, t));
-            let (occupied, ahead) = self.look(simd, &mut cubes, &stride, seeking, at);
+            let (occupied, ahead) = self.look(simd, &stride, self.unit(&rays, t), t);
             seeking &= !occupied;
             k = seeking.select(k + ahead, k);
             seeking &= k.simd_lt(end);
