@@ -191,9 +191,10 @@ pub fn render_with(
     let pixels = width as usize * height as usize;
     let mut rgba = vec![0.0; pixels * 4];
     let mut depth = vec![0.0; if depth { pixels } else { 0 }];
+    // A bridge: a thread makes its memory once, not for every tile that it takes.
     let stats = parts(width, height, &mut rgba, &mut depth)
-        .into_par_iter()
-        .with_max_len(1)
+        .into_iter()
+        .par_bridge()
         .map_init(
             || Worker::new(options),
             |worker, part| worker.render(model, camera, options, part),

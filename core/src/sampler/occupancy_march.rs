@@ -71,19 +71,15 @@ impl<'a> Marcher<'a> {
         let steps = |t: S::f32s| ((t - near) / step).trunc();
         let mut next = hit.select((steps(t0) - 2.0).max(0.0), splat(0.0));
         let mut end = hit.select((steps(t1) + 3.0).min(MAX_STEPS as f32), splat(0.0));
-        let outside = |k: S::f32s| {
-            let t = rays.distance(k, &self.sampling);
-            t.simd_gt(splat(far)) | !rays.inside(simd, t, &self.space)
-        };
         loop {
-            let late = next.simd_lt(end) & outside(next);
+            let late = next.simd_lt(end) & self.outside(simd, &rays, next);
             if !late.any_true() {
                 break;
             }
             next = late.select(next + 1.0, next);
         }
         loop {
-            let early = next.simd_lt(end) & outside(end - 1.0);
+            let early = next.simd_lt(end) & self.outside(simd, &rays, end - 1.0);
             if !early.any_true() {
                 break;
             }
@@ -91,6 +87,15 @@ impl<'a> Marcher<'a> {
         }
         next.store_slice(&mut bundle.next[first..first + S::f32s::LEN]);
         end.store_slice(&mut bundle.end[first..first + S::f32s::LEN]);
+    }
+
+    /// Whether the samples of these steps lie outside the space. Not a closure: as
+    /// for [`axes`].
+    #[inline(always)]
+    fn outside<S: Simd>(&self, simd: S, rays: &Rays<S>, k: S::f32s) -> S::mask32s {
+        let t = rays.distance(k, &self.sampling);
+        let far = S::f32s::splat(simd, self.sampling.far);
+        t.simd_gt(far) | !rays.inside(simd, t, &self.space)
     }
 
     /// Takes up to `most[lane]` occupied samples (a whole number) from each ray of
