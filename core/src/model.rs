@@ -50,7 +50,32 @@ pub struct Model<'a> {
     pub display: Display,
 }
 
-impl Model<'_> {
+impl<'a> Model<'a> {
+    /// Bytes that [`with_table`](Self::with_table) needs.
+    #[must_use]
+    pub const fn table_len(&self) -> usize {
+        match &self.occupancy {
+            Some(occupancy) => occupancy.table_len(),
+            None => 0,
+        }
+    }
+
+    /// The same model with a [table](Occupancy::with_table) of what lies around the
+    /// cells of its occupancy, in the caller's `memory`: the same pictures in less
+    /// time.
+    ///
+    /// # Errors
+    /// [`Error::OutputLength`] where `memory` is shorter than
+    /// [`table_len`](Self::table_len).
+    pub fn with_table<'b>(&self, memory: &'b mut [u8]) -> Result<Model<'b>, Error>
+    where
+        'a: 'b,
+    {
+        let model: Model<'b> = *self;
+        let occupancy = self.occupancy.map(|o| o.with_table(memory)).transpose()?;
+        Ok(Model { occupancy, ..model })
+    }
+
     /// Checks that the parts fit together and every number can be used.
     ///
     /// # Errors

@@ -11,6 +11,11 @@
 //! unit cube's centre, each with the same resolution; cascades follow one
 //! another in `coarse` and share the numbering of `fine`.
 
+mod surroundings;
+
+pub(crate) use surroundings::OCCUPIED;
+use surroundings::Table;
+
 use crate::Error;
 
 /// Cells along one side of a block.
@@ -25,6 +30,7 @@ pub struct Occupancy<'a> {
     n_cascades: u32,
     coarse: &'a [[u8; 2]],
     fine: &'a [[u8; BLOCK_BYTES]],
+    table: Table<'a>,
 }
 
 impl<'a> Occupancy<'a> {
@@ -58,7 +64,7 @@ impl<'a> Occupancy<'a> {
         if coarse.iter().any(|b| usize::from(u16::from_le_bytes(*b)) > fine.len()) {
             return Err(Error::Shape("occupancy: a block number beyond the fine bits"));
         }
-        Ok(Self { resolution, n_cascades, coarse, fine })
+        Ok(Self { resolution, n_cascades, coarse, fine, table: Table::default() })
     }
 
     /// Cells along an axis.
@@ -96,36 +102,6 @@ impl<'a> Occupancy<'a> {
         }
         let number = u16::from_le_bytes(*self.coarse.get((x + n * (y + n * z)) as usize)?);
         self.fine.get(usize::from(number).wrapping_sub(1))
-    }
-
-    /// How large the empty space around a cell is: the side, in cells, of the
-    /// largest of the cubes of 8, 4, 2 and 1 cells that holds it and no occupied
-    /// cell; 0 where it is occupied. The cell is bit `x + 8 (y + 8 z)` of the block
-    /// with this number; outside the grid it is 8.
-    #[inline(always)]
-    pub(crate) fn empty_side(&self, block: u32, bit: u32) -> f32 {
-        let number = self.coarse.get(block as usize).map_or(0, |b| u16::from_le_bytes(*b));
-        if number == 0 {
-            return 8.0;
-        }
-        let Some(block) = self.fine.get(usize::from(number - 1)) else { return 8.0 };
-        // A layer of 8×8 cells is a word: a row is a byte.
-        let layers = block.as_chunks::<8>().0;
-        let layer = |z: u32| u64::from_le_bytes(layers[(z % BLOCK) as usize]);
-        let (x, y, z) = (bit % BLOCK, bit / BLOCK % BLOCK, bit / (BLOCK * BLOCK));
-        let two = z & 6;
-        let pair = layer(two) | layer(two + 1);
-        let other = layer(two ^ 2) | layer((two ^ 2) + 1);
-        let any = |cells: u64, mask: u64, side: u32| {
-            let (x, y) = (x & !(side - 1), y & !(side - 1));
-            cells >> (8 * y + x) & mask != 0
-        };
-        // Without branches: where a ray is, is hard to predict.
-        let four = any(pair | other, 0x0f0f_0f0f, 4);
-        let two = any(pair, 0x0303, 2);
-        let one = any(layer(z), 1, 1);
-        let sides = [4.0, 2.0, 1.0, 0.0];
-        sides[usize::from(four) + usize::from(two) + usize::from(one)]
     }
 
     /// Whether cell (x, y, z) of cascade 0 is occupied. False outside the grid.
@@ -188,24 +164,6 @@ mod tests {
         assert!(occupancy.at([10.5 / 16.0, 3.5 / 16.0, 12.5 / 16.0]));
         assert!(!occupancy.at([f32::NAN, 0.2, 0.8]) && !occupancy.at([1.0, 0.2, 0.8]));
         assert_eq!(occupancy.fraction(), 1.0 / 4096.0);
-    }
-
-    #[test]
-    fn empty_sides_by_hand() {
-        // One block, cell (5, 2, 7) occupied.
-        let mut fine = [0u8; 64];
-        fine[2 + 8 * 7] = 1 << 5;
-        let occupancy = Occupancy::new(16, 1, &[0; 16], &fine).unwrap();
-        assert_eq!(occupancy.empty_side(0, 0), 8.0);
-        let mut coarse = [0u8; 16];
-        coarse[0] = 1;
-        let occupancy = Occupancy::new(16, 1, &coarse, &fine).unwrap();
-        let side = |x: u32, y: u32, z: u32| occupancy.empty_side(0, x + 8 * (y + 8 * z));
-        assert_eq!(side(5, 2, 7), 0.0);
-        assert_eq!([side(4, 2, 7), side(5, 3, 7), side(5, 2, 6)], [1.0; 3]);
-        assert_eq!([side(6, 2, 7), side(5, 1, 7), side(5, 2, 5)], [2.0; 3]);
-        assert_eq!([side(3, 2, 7), side(5, 4, 7), side(5, 2, 3)], [4.0; 3]);
-        assert_eq!((occupancy.empty_side(1, 0), occupancy.empty_side(u32::MAX, 0)), (8.0, 8.0));
     }
 
     #[test]

@@ -1,15 +1,15 @@
 //! What lies around the points of a register, and how far it is to the end of it.
 
-use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt};
 
 use crate::Occupancy;
-use crate::occupancy::BLOCK;
+use crate::occupancy::{BLOCK, OCCUPIED};
 use crate::sampler::Sampling;
 use crate::sampler::bundle::LANES;
 use crate::sampler::rays::{Rays, axes};
 use crate::space::UnitMap;
 
-/// The occupied cell, or the empty cube, around each point of a register.
+/// The cube of cells that are alike around each point of a register.
 pub(super) struct Cell<S: Simd> {
     pub(super) is_occupied: S::mask32s,
     /// The smallest corner, in cells.
@@ -37,19 +37,27 @@ impl<S: Simd> Cell<S> {
         let block = inside.select((z * blocks + y) * blocks + x, outside);
         let [x, y, z] = axes(|a| whole[a] & (BLOCK - 1));
         let bit = (z * BLOCK + y) * BLOCK + x;
-        let (mut number, mut place, mut side) = ([0; LANES], [0; LANES], [0.0; LANES]);
+        let (mut number, mut place, mut around) = ([0; LANES], [0; LANES], [0; LANES]);
         block.store_slice(&mut number[..n]);
         bit.store_slice(&mut place[..n]);
         for lane in 0..n {
-            side[lane] = occupancy.empty_side(number[lane], place[lane]);
+            around[lane] = occupancy.around(number[lane], place[lane]).into();
         }
-        let side = S::f32s::from_slice(simd, &side[..n]);
-        let is_occupied = side.simd_eq(0.0);
-        let side = side.max(splat(1.0));
-        // Sides are powers of two: nothing is rounded.
-        let corner = axes(|a| (cell[a] / side).floor() * side);
+        let around = S::u32s::from_slice(simd, &around[..n]);
+        let is_occupied = (around & u32::from(OCCUPIED)).simd_ge(1);
+        let side = around & u32::from(OCCUPIED - 1);
+        // Powers of two: all ones above the side's bit.
+        let above = !side + 1;
+        let corner = axes(|a| to_float::<S>(whole[a] & above));
+        let side = to_float::<S>(side);
         Self { is_occupied, corner, side, resolution }
     }
+}
+
+/// Whole numbers below 2^31.
+#[inline(always)]
+fn to_float<S: Simd>(whole: S::u32s) -> S::f32s {
+    whole.bitcast::<S::i32s>().to_float()
 }
 
 /// How many steps rays need to cross a cell.

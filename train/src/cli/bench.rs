@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pocketnerf_formats::{About, DefaultCamera, Precision};
 
-use super::{Common, Failure, open, print_line, read_model};
+use super::{Common, Failure, open, open_to_render, print_line, read_model};
 use crate::bench::{Machine, Report, machine, rendering, training};
 use crate::builtin;
 use crate::cameras::Orbit;
@@ -65,7 +65,8 @@ impl Bench {
         };
         drop(trainer);
         say(common, &format!("rendering {}", path.display()));
-        let file = open(&path, &bytes)?;
+        let mut table = Vec::new();
+        let file = open_to_render(&path, &bytes, &mut table)?;
         let own = file.about.camera.map(|c| c.camera());
         let orbit =
             Orbit::around(&file.model.space, own.as_ref(), VIEWS, Orbit::fov_x(own.as_ref()));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pocketnerf_formats::Precision;
 
-use super::{Common, Failure, make_folder, open, print_line, read_model, train};
+use super::{Common, Failure, make_folder, open_to_render, print_line, read_model, train};
 use crate::dataset::Split;
 use crate::evaluate::evaluate;
 use crate::field::EncodingConfig;
@@ -46,7 +46,8 @@ impl Demo {
         let mut value =
             train::train((&mut trainer, &mut run), &origin, &path, common, |_, _| Ok(()))?;
         let bytes = read_model(&path)?;
-        let file = open(&path, &bytes)?;
+        let mut table = Vec::new();
+        let file = open_to_render(&path, &bytes, &mut table)?;
         let background = file.model.display.background;
         let mut failure = None;
         let settings = common.picture();

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Common, Failure, make_folder, open, print_line, read_model};
+use super::{Common, Failure, make_folder, open_to_render, print_line, read_model};
 use crate::dataset::{self, Split};
 use crate::evaluate::evaluate;
 use crate::image_file;
@@ -32,7 +32,8 @@ pub(super) struct Eval {
 impl Eval {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         let bytes = read_model(&self.model)?;
-        let file = open(&self.model, &bytes)?;
+        let mut table = Vec::new();
+        let file = open_to_render(&self.model, &bytes, &mut table)?;
         let dataset = dataset::load(&self.data, self.split, self.downscale_factor)?;
         let background = self.background.unwrap_or(file.model.display.background);
         let folder = self.out.as_deref().map(make_folder).transpose()?;

@@ -176,6 +176,18 @@ fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<pocketnerf_formats::ModelFil
     pocketnerf_formats::open_verified(bytes).map_err(|e| format!("{}: {e}", path.display()).into())
 }
 
+/// The same, to be rendered: `table` becomes the model's table of surroundings.
+fn open_to_render<'a>(
+    path: &Path,
+    bytes: &'a [u8],
+    table: &'a mut Vec<u8>,
+) -> Result<pocketnerf_formats::ModelFile<'a>, Failure> {
+    let mut file = open(path, bytes)?;
+    table.resize(file.model.table_len(), 0);
+    file.model = file.model.with_table(table)?;
+    Ok(file)
+}
+
 /// Makes a folder for results.
 fn make_folder(path: &Path) -> Result<PathBuf, Failure> {
     std::fs::create_dir_all(path)

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use pocketnerf_core::{Camera, Model};
 use pocketnerf_formats::ModelFile;
 
-use super::{Common, Failure, make_folder, open, read_model};
+use super::{Common, Failure, make_folder, open_to_render, read_model};
 use crate::cameras::{self, Orbit};
 use crate::picture::Picture;
 use crate::progressive::Progressive;
@@ -53,7 +53,8 @@ pub(super) struct Render {
 impl Render {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         let bytes = read_model(&self.model)?;
-        let file = open(&self.model, &bytes)?;
+        let mut table = Vec::new();
+        let file = open_to_render(&self.model, &bytes, &mut table)?;
         let cameras = self.cameras(&file)?;
         let background = self.background.unwrap_or(file.model.display.background);
         let folder = (cameras.len() > 1).then(|| make_folder(&self.out)).transpose()?;

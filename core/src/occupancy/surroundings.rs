@@ -1,0 +1,188 @@
+//! What lies around a cell, and how far rays can go without another look.
+
+use super::{BLOCK, BLOCK_BYTES, Occupancy};
+use crate::Error;
+
+/// A cell and what is like it: the lower bits are the side, in cells, of the largest
+/// of the cubes of 8, 4, 2 and 1 cells around it whose cells are all occupied or all
+/// empty; a table knows of empty cubes of 32 and 16 too. [`OCCUPIED`] says which.
+pub(crate) type Surroundings = u8;
+
+/// The bit of [`Surroundings`] that says that the cell is occupied.
+pub(crate) const OCCUPIED: Surroundings = 0x80;
+/// A block without occupied cells, and all that is outside the grid.
+const EMPTY: Surroundings = BLOCK as u8;
+/// Cells of a block.
+const CELLS: usize = 8 * BLOCK_BYTES;
+/// Empty cubes of 1, 2 and 4 blocks a side: the first rows of a table.
+const EMPTY_ROWS: usize = 3;
+
+/// What lies around every cell, written down.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Table<'a> {
+    /// The row of each block, little-endian; nothing where there is no table.
+    row_of: &'a [[u8; 2]],
+    /// [`Surroundings`] of a block's cells: of [`EMPTY_ROWS`] kinds of empty ones,
+    /// then of those with fine bits.
+    rows: &'a [[Surroundings; CELLS]],
+}
+
+impl<'a> Occupancy<'a> {
+    /// Bytes that [`with_table`](Self::with_table) needs: 2 a block, 512 more one
+    /// that holds anything, and 1536.
+    #[must_use]
+    pub const fn table_len(&self) -> usize {
+        2 * self.coarse.len() + (EMPTY_ROWS + self.fine.len()) * CELLS
+    }
+
+    /// The same cells with a table of what lies around each, in the caller's
+    /// `memory`: rays cross them in less time, and find the same. `memory` may hold
+    /// anything.
+    ///
+    /// # Errors
+    /// [`Error::OutputLength`] where it holds fewer than
+    /// [`table_len`](Self::table_len) bytes.
+    pub fn with_table<'b>(&self, memory: &'b mut [u8]) -> Result<Occupancy<'b>, Error>
+    where
+        'a: 'b,
+    {
+        let (needed, given) = (self.table_len(), memory.len());
+        let memory = memory.get_mut(..needed).ok_or(Error::OutputLength { needed, given })?;
+        let (row_of, rows) = memory.split_at_mut(2 * self.coarse.len());
+        let (row_of, rows) = (row_of.as_chunks_mut().0, rows.as_chunks_mut::<CELLS>().0);
+        if self.fine.len() + EMPTY_ROWS > usize::from(u16::MAX) {
+            // More than rows can be numbered; such a scene has no empty space to cross.
+            return Ok(*self);
+        }
+        for (block, to) in row_of.iter_mut().enumerate() {
+            *to = self.row_of(block).to_le_bytes();
+        }
+        let (empty, full) = rows.split_at_mut(EMPTY_ROWS);
+        for (kind, row) in empty.iter_mut().enumerate() {
+            row.fill(EMPTY << kind);
+        }
+        for (row, fine) in full.iter_mut().zip(self.fine) {
+            for (bit, to) in row.iter_mut().enumerate() {
+                *to = surroundings(fine, bit as u32);
+            }
+        }
+        Ok(Occupancy { table: Table { row_of, rows }, ..*self })
+    }
+
+    /// The row of a block in a table.
+    fn row_of(&self, block: usize) -> u16 {
+        let number = |block: usize| self.coarse.get(block).map_or(0, |b| u16::from_le_bytes(*b));
+        if number(block) > 0 {
+            return number(block) - 1 + EMPTY_ROWS as u16;
+        }
+        let n = (self.resolution / BLOCK) as usize;
+        // Cascades lie one behind another along z.
+        let corner = [block % n, block / n % n, block / (n * n)];
+        let is_empty = |side: usize| {
+            let low = corner.map(|c| c - c % side);
+            let blocks = |a: usize| low[a]..(low[a] + side).min(n);
+            corner[2] < n
+                && blocks(2).all(|z| {
+                    blocks(1).all(|y| blocks(0).all(|x| number(x + n * (y + n * z)) == 0))
+                })
+        };
+        (1..EMPTY_ROWS).take_while(|kind| is_empty(1 << kind)).count() as u16
+    }
+
+    /// What lies around a cell: bit `x + 8 (y + 8 z)` of the block with this number.
+    #[inline(always)]
+    pub(crate) fn around(&self, block: u32, bit: u32) -> Surroundings {
+        if !self.table.row_of.is_empty() {
+            // Without branches: where a ray is, is hard to predict.
+            let row = self.table.row_of.get(block as usize).map_or(0, |r| u16::from_le_bytes(*r));
+            let row = self.table.rows.get(usize::from(row));
+            return row.map_or(EMPTY, |row| row[bit as usize % CELLS]);
+        }
+        let number = self.coarse.get(block as usize).map_or(0, |b| u16::from_le_bytes(*b));
+        match self.fine.get(usize::from(number).wrapping_sub(1)) {
+            Some(fine) => surroundings(fine, bit),
+            None => EMPTY,
+        }
+    }
+}
+
+/// What lies around a cell of a block.
+fn surroundings(fine: &[u8; BLOCK_BYTES], bit: u32) -> Surroundings {
+    let (x, y, z) = (bit % BLOCK, bit / BLOCK % BLOCK, bit / (BLOCK * BLOCK));
+    // A layer of 8×8 cells is a word: a row is a byte.
+    let layers = fine.as_chunks::<8>().0;
+    let layer = |z: u32| u64::from_le_bytes(layers[(z % BLOCK) as usize]);
+    let occupied = layer(z) >> (8 * y + x) & 1;
+    // A bit for every cell that is unlike this one.
+    let unlike = |z: u32| layer(z) ^ occupied.wrapping_neg();
+    let two = z & 6;
+    let pair = unlike(two) | unlike(two + 1);
+    let other = unlike(two ^ 2) | unlike((two ^ 2) + 1);
+    let alike = |cells: u64, mask: u64, side: u32| {
+        let (x, y) = (x & !(side - 1), y & !(side - 1));
+        cells >> (8 * y + x) & mask == 0
+    };
+    let two = alike(pair, 0x0303, 2);
+    let four = two && alike(pair | other, 0x0f0f_0f0f, 4);
+    1 << (u8::from(two) + u8::from(four)) | (occupied as u8) << 7
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    /// One block of 16³ cells.
+    fn with_block<T>(fine: [u8; BLOCK_BYTES], each: impl Fn(&Occupancy<'_>) -> T) -> T {
+        let mut coarse = [0u8; 16];
+        coarse[0] = 1;
+        each(&Occupancy::new(16, 1, &coarse, &fine).unwrap())
+    }
+
+    #[test]
+    fn cubes_by_hand() {
+        // Cell (5, 2, 7) is occupied.
+        let mut fine = [0u8; 64];
+        fine[2 + 8 * 7] = 1 << 5;
+        let cells = [
+            ([5, 2, 7], 1 | OCCUPIED),
+            ([4, 2, 7], 1),
+            ([5, 3, 7], 1),
+            ([5, 2, 6], 1),
+            ([6, 2, 7], 2),
+            ([5, 1, 7], 2),
+            ([5, 2, 5], 2),
+            ([3, 2, 7], 4),
+            ([5, 4, 7], 4),
+            ([5, 2, 3], 4),
+        ];
+        let mut memory = [0xff; 2 * CELLS];
+        for ([x, y, z], expected) in cells {
+            let bit = x + 8 * (y + 8 * z);
+            with_block(fine, |occupancy| {
+                assert_eq!(occupancy.around(0, bit), expected, "{x} {y} {z}");
+                assert_eq!((occupancy.around(1, bit), occupancy.around(u32::MAX, 0)), (8, 8));
+            });
+            // The same cell where all others are occupied.
+            with_block(fine.map(|byte| !byte), |occupancy| {
+                assert_eq!(occupancy.around(0, bit), expected ^ OCCUPIED, "{x} {y} {z}");
+            });
+        }
+        with_block(fine, |occupancy| {
+            let with_table = occupancy.with_table(&mut memory).unwrap();
+            for block in [0, 1, 7, 8, u32::MAX] {
+                for bit in 0..512 {
+                    assert_eq!(with_table.around(block, bit), occupancy.around(block, bit));
+                }
+            }
+        });
+    }
+
+    #[test]
+    fn a_table_needs_its_memory() {
+        with_block([0; 64], |occupancy| {
+            let error = occupancy.with_table(&mut [0; 1023]).unwrap_err();
+            assert_eq!(error, Error::OutputLength { needed: 1024, given: 1023 });
+        });
+    }
+}
