@@ -135,7 +135,7 @@ impl Group<'_, '_, '_, '_> {
             let start = n;
             let mut bundle = flight::bundle(rows);
             let first = (number * LANES) as f32;
-            self.marcher.advance(simd, &mut bundle, [&most, &steps], |found| {
+            self.marcher.advance(simd, &mut bundle, [&most, &steps], &mut |found| {
                 let to = n..n + LANES;
                 if found.is_full() && to.end <= x.len() {
                     for (row, values) in [&mut *x, y, z].into_iter().zip(&found.u) {

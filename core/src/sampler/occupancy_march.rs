@@ -108,13 +108,13 @@ impl<'a> Marcher<'a> {
         simd: S,
         bundle: &mut Bundle,
         [most, steps]: [&[f32; LANES]; 2],
-        mut emit: impl FnMut(&Found),
+        emit: &mut dyn FnMut(&Found),
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
                 for first in (0..LANES).step_by(S::f32s::LEN) {
-                    self.advance_register(simd, bundle, first, [most, steps], &mut emit);
+                    self.advance_register(simd, bundle, first, [most, steps], emit);
                 }
             },
         );
@@ -127,7 +127,7 @@ impl<'a> Marcher<'a> {
         bundle: &mut Bundle,
         first: usize,
         [most, steps]: [&[f32; LANES]; 2],
-        emit: &mut impl FnMut(&Found),
+        emit: &mut dyn FnMut(&Found),
     ) {
         let n = S::f32s::LEN;
         let [zero, one] = [0.0, 1.0].map(|v| S::f32s::splat(simd, v));
@@ -212,35 +212,11 @@ impl<'a> Marcher<'a> {
     /// them; rays that meet none end.
     #[inline(always)]
     pub fn seek<S: Simd>(&self, simd: S, bundle: &mut Bundle) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                for first in (0..LANES).step_by(S::f32s::LEN) {
-                    self.seek_register(simd, bundle, first);
-                }
-            },
-        );
-    }
-
-    #[inline(always)]
-    fn seek_register<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize) {
-        let lanes = first..first + S::f32s::LEN;
-        let end = S::f32s::from_slice(simd, &bundle.end[lanes.clone()]);
-        let mut k = S::f32s::from_slice(simd, &bundle.next[lanes.clone()]);
-        let mut seeking = k.simd_lt(end);
-        if !seeking.any_true() {
-            return;
+        let mut taken = 0;
+        self.advance(simd, bundle, [&[1.0; LANES]; 2], &mut |found| taken |= found.lanes);
+        for (lane, next) in bundle.next.iter_mut().enumerate() {
+            *next -= (taken >> lane & 1) as f32;
         }
-        let rays = Rays::load(simd, bundle, first);
-        let stride = Stride::new(simd, &rays, &self.map, &self.sampling);
-        while seeking.any_true() {
-            let t = rays.distance(k, &self.sampling);
-            let (occupied, ahead) = self.look(simd, &stride, self.unit(&rays, t), t);
-            seeking &= !occupied;
-            k = seeking.select(k + ahead, k);
-            seeking &= k.simd_lt(end);
-        }
-        k.min(end).store_slice(&mut bundle.next[lanes]);
     }
 }
 

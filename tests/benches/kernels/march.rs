@@ -56,7 +56,7 @@ fn hollow_ball(bencher: Bencher<'_, '_>, most: usize) {
             dispatch!(level, simd => {
                 marcher.enter(simd, &mut bundle);
                 while bundle.alive() > 0 {
-                    marcher.advance(simd, &mut bundle, [&most, &[1.0; LANES]], |found| sum += found.t[0] + found.u[0][0]);
+                    marcher.advance(simd, &mut bundle, [&most, &[1.0; LANES]], &mut |found| sum += found.t[0] + found.u[0][0]);
                 }
             });
         }

@@ -25,7 +25,7 @@ fn samples(
         while bundle.alive() > 0 {
             let mut counts = [0; LANES];
             let wanted = [[most as f32; LANES], [steps; LANES]];
-            marcher.advance(simd, &mut bundle, [&wanted[0], &wanted[1]], |found| {
+            marcher.advance(simd, &mut bundle, [&wanted[0], &wanted[1]], &mut |found| {
                 for lane in found.lanes() {
                     counts[lane] += 1;
                     all[lane].push(found.t[lane].to_bits());

@@ -49,7 +49,7 @@ impl Loss {
                 marcher.enter(simd, &mut bundle);
                 (1..LANES).for_each(|lane| bundle.stop(lane));
                 let all = MAX_STEPS as usize;
-                marcher.advance(simd, &mut bundle, [&[all as f32; 16], &[1.0; 16]], |found| samples.extend(found.lanes().map(|lane| encoding(&config, [0, 1, 2].map(|a| found.u[a][lane])))));
+                marcher.advance(simd, &mut bundle, [&[all as f32; 16], &[1.0; 16]], &mut |found| samples.extend(found.lanes().map(|lane| encoding(&config, [0, 1, 2].map(|a| found.u[a][lane])))));
             });
             let mut harmonics = [0.0; 16];
             spherical_harmonics::evaluate(config.sh_degree, ray.ray.direction, &mut harmonics);

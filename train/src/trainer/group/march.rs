@@ -109,7 +109,7 @@ impl Group {
                 MIN_TRANSMITTANCE,
                 room,
             );
-            job.marcher.advance(simd, bundle, [&most, &[1.0; LANES]], |found| {
+            job.marcher.advance(simd, bundle, [&most, &[1.0; LANES]], &mut |found| {
                 for lane in found.lanes() {
                     [x[n], y[n], z[n]] = [0, 1, 2].map(|a| found.u[a][lane]);
                     owners[n] = (number * LANES + lane) as u32;
