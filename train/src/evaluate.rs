@@ -63,9 +63,10 @@ pub fn evaluate(
     mut each: impl FnMut(usize, &[u8], &[u8]),
 ) -> Result<Evaluation, Error> {
     let (mut times, mut per_view, mut rays, mut samples) = (Vec::new(), Vec::new(), 0, 0);
+    let mut renderer = picture::Renderer::new(model, settings);
     for (i, view) in dataset.views.iter().enumerate() {
         let begun = Instant::now();
-        let rendered = picture::render(model, &view.camera, settings)?;
+        let rendered = renderer.render(&view.camera)?;
         times.push(begun.elapsed().as_secs_f64());
         rays += u64::from(rendered.width) * u64::from(rendered.height);
         samples += rendered.stats.samples;

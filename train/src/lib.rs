@@ -49,6 +49,7 @@ pub mod json;
 pub mod metrics;
 pub mod output;
 pub mod picture;
+mod pool;
 pub mod pose;
 pub mod progressive;
 pub mod random;

@@ -4,6 +4,8 @@ use pocketnerf_core::render::RenderStats;
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use rayon::prelude::*;
 
+use crate::pool::Pool;
+
 /// Width and height of a tile: so many pixels that its passes fill batches, so
 /// few that its part of the tables stays in the cache.
 pub(crate) const TILE: [u32; 2] = [128, 64];
@@ -62,7 +64,7 @@ impl Settings {
 }
 
 /// A rendered picture.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Picture {
     /// Pixels along x.
     pub width: u32,
@@ -118,6 +120,7 @@ fn parts<'p>(width: u32, height: u32, rgba: &'p mut [f32], depth: &'p mut [f32])
 }
 
 /// What a thread needs: the renderer's scratch and a tile.
+#[derive(Debug)]
 struct Worker {
     scratch: Vec<f32>,
     rgba: Vec<f32>,
@@ -169,39 +172,64 @@ pub(crate) fn tiles(width: u32, height: u32) -> Vec<Tile> {
         .collect()
 }
 
-/// Renders the picture that `camera` takes, on all threads of the current pool.
+/// Renders pictures one after another, in memory that it keeps.
+#[derive(Debug)]
+pub struct Renderer<'m> {
+    model: &'m Model<'m>,
+    options: RenderOptions,
+    depth: bool,
+    workers: Pool<Worker>,
+    picture: Picture,
+}
+
+impl<'m> Renderer<'m> {
+    /// To render `model`.
+    #[must_use]
+    pub fn new(model: &'m Model<'m>, settings: &Settings) -> Self {
+        Self::with_options(model, settings.options(model), settings.depth)
+    }
+
+    /// The same with any options, and with `depth` where wanted.
+    #[must_use]
+    pub fn with_options(model: &'m Model<'m>, options: RenderOptions, depth: bool) -> Self {
+        Self { model, options, depth, workers: Pool::default(), picture: Picture::default() }
+    }
+
+    /// Renders the picture that `camera` takes, on all threads of the current pool.
+    ///
+    /// # Errors
+    /// Whatever [`render_tile`] reports.
+    pub fn render(&mut self, camera: &Camera) -> Result<&Picture, Error> {
+        let Self { model, options, workers, picture, .. } = self;
+        let (width, height) = (camera.width, camera.height);
+        let pixels = width as usize * height as usize;
+        picture.rgba.resize(pixels * 4, 0.0);
+        picture.depth.resize(if self.depth { pixels } else { 0 }, 0.0);
+        let stats = parts(width, height, &mut picture.rgba, &mut picture.depth)
+            .into_iter()
+            // A bridge hands tiles out in their order: neighbours at the same time.
+            .par_bridge()
+            .map(|part| {
+                let mut worker = workers.take(|| Worker::new(options));
+                let stats = worker.render(model, camera, options, part);
+                workers.put(worker);
+                stats
+            })
+            .try_reduce(RenderStats::default, |mut a, b| {
+                a += b;
+                Ok(a)
+            })?;
+        (picture.width, picture.height, picture.stats) = (width, height, stats);
+        Ok(picture)
+    }
+}
+
+/// Renders one picture: see [`Renderer::render`].
 ///
 /// # Errors
 /// Whatever [`render_tile`] reports.
 pub fn render(model: &Model<'_>, camera: &Camera, settings: &Settings) -> Result<Picture, Error> {
-    render_with(model, camera, &settings.options(model), settings.depth)
-}
-
-/// The same with any options, and with `depth` where wanted.
-///
-/// # Errors
-/// Whatever [`render_tile`] reports.
-pub fn render_with(
-    model: &Model<'_>,
-    camera: &Camera,
-    options: &RenderOptions,
-    depth: bool,
-) -> Result<Picture, Error> {
-    let (width, height) = (camera.width, camera.height);
-    let pixels = width as usize * height as usize;
-    let mut rgba = vec![0.0; pixels * 4];
-    let mut depth = vec![0.0; if depth { pixels } else { 0 }];
-    // A bridge: a thread makes its memory once, not for every tile that it takes.
-    let stats = parts(width, height, &mut rgba, &mut depth)
-        .into_iter()
-        .par_bridge()
-        .map_init(
-            || Worker::new(options),
-            |worker, part| worker.render(model, camera, options, part),
-        )
-        .try_reduce(RenderStats::default, |mut a, b| {
-            a += b;
-            Ok(a)
-        })?;
-    Ok(Picture { width, height, rgba, depth, stats })
+    let mut renderer = Renderer::new(model, settings);
+    renderer.render(camera)?;
+    Ok(renderer.picture)
 }

@@ -82,9 +82,8 @@ impl<'a> Occupancy<'a> {
             let low = corner.map(|c| c - c % side);
             let blocks = |a: usize| low[a]..(low[a] + side).min(n);
             corner[2] < n
-                && blocks(2).all(|z| {
-                    blocks(1).all(|y| blocks(0).all(|x| number(x + n * (y + n * z)) == 0))
-                })
+                && blocks(2)
+                    .all(|z| blocks(1).all(|y| blocks(0).all(|x| number(x + n * (y + n * z)) == 0)))
         };
         (1..EMPTY_ROWS).take_while(|kind| is_empty(1 << kind)).count() as u16
     }

@@ -62,16 +62,19 @@ impl Render {
             output::check_output(&self.out)?;
         }
         let settings = picture::Settings { depth: self.depth, ..common.picture() };
+        let mut renderer = picture::Renderer::new(&file.model, &settings);
+        let mut refined;
         for (i, camera) in cameras.iter().enumerate() {
             let path = match &folder {
                 Some(folder) => folder.join(format!("{i:03}.png")),
                 None => self.out.clone(),
             };
             let rendered = match self.deadline_ms {
-                None => picture::render(&file.model, camera, &settings)?,
+                None => renderer.render(camera)?,
                 Some(ms) => {
                     let within = Duration::from_millis(ms.into());
-                    in_time(&file.model, camera, &settings, within, common)?
+                    refined = in_time(&file.model, camera, &settings, within, common)?;
+                    &refined
                 }
             };
             let rgb = metrics::quantize_all(&rendered.over(background));

@@ -13,7 +13,6 @@ mod hull;
 mod muon;
 mod occupancy_grid;
 mod optimizer;
-mod pool;
 mod rays;
 mod run;
 mod scene_box;
@@ -45,10 +44,10 @@ use crate::aligned::Aligned;
 use crate::dataset::Dataset;
 use crate::field::half::round_all;
 use crate::field::{Backward, EncodingConfig, Layout, initialize};
+use crate::pool::Pool;
 use crate::stopwatch::Stopwatch;
 use aim::Aim;
 use group::{Group, MIN_TRANSMITTANCE, Worker};
-use pool::Pool;
 
 /// Shares that a step is cut into, at any number of threads.
 pub(crate) const GROUPS: usize = 16;

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::cells::{Grown, pack};
 use super::group::{STRIDE, Worker};
-use super::pool::Pool;
+use crate::pool::Pool;
 use crate::random::Random;
 
 /// A cell is looked at in one of so many updates.

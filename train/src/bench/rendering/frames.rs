@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::watch::{Counts, empty, watch};
 use crate::bench::machine::Probe;
-use crate::picture::render_with;
+use crate::picture::Renderer;
 use crate::stopwatch::{Stage, Stopwatch};
 
 /// Stages of rendering, in their order.
@@ -105,19 +105,20 @@ impl Job<'_> {
 
     /// Seconds of all pictures, or of those behind the cameras.
     fn pictures(&self, options: &RenderOptions, behind: bool) -> Result<f64, Error> {
+        let mut renderer = Renderer::with_options(self.model, *options, false);
         let begun = Instant::now();
         for camera in self.cameras {
             let camera = if behind { turned(camera) } else { *camera };
-            std::hint::black_box(render_with(self.model, &camera, options, false)?);
+            std::hint::black_box(renderer.render(&camera)?);
         }
         Ok(begun.elapsed().as_secs_f64())
     }
 
     /// Samples that the renderer itself asks for.
     pub(super) fn samples(&self, options: &RenderOptions) -> Result<u64, Error> {
-        let samples = |camera: &Camera| {
-            render_with(self.model, camera, options, false).map(|picture| picture.stats.samples)
-        };
+        let mut renderer = Renderer::with_options(self.model, *options, false);
+        let samples =
+            |camera: &Camera| renderer.render(camera).map(|picture| picture.stats.samples);
         self.cameras.iter().map(samples).sum()
     }
 
