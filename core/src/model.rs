@@ -72,8 +72,10 @@ impl<'a> Model<'a> {
         'a: 'b,
     {
         let model: Model<'b> = *self;
-        let occupancy = self.occupancy.map(|o| o.with_table(memory)).transpose()?;
-        Ok(Model { occupancy, ..model })
+        let Some(occupancy) = self.occupancy else { return Ok(model) };
+        occupancy.write_table(memory)?;
+        let occupancy = occupancy.with_table(&memory[..occupancy.table_len()])?;
+        Ok(Model { occupancy: Some(occupancy), ..model })
     }
 
     /// Checks that the parts fit together and every number can be used.

@@ -28,36 +28,26 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> Occupancy<'a> {
-    /// Bytes that [`with_table`](Self::with_table) needs: 2 a block, 512 more one
+    /// Bytes that [`write_table`](Self::write_table) needs: 2 a block, 512 more one
     /// that holds anything, and 1536.
     #[must_use]
     pub const fn table_len(&self) -> usize {
         2 * self.coarse.len() + (EMPTY_ROWS + self.fine.len()) * CELLS
     }
 
-    /// The same cells with a table of what lies around each, in the caller's
-    /// `memory`: rays cross them in less time, and find the same. `memory` may hold
-    /// anything.
+    /// Writes down what lies around each cell, for [`with_table`](Self::with_table).
     ///
     /// # Errors
-    /// [`Error::OutputLength`] where it holds fewer than
+    /// [`Error::OutputLength`] where `memory` holds fewer than
     /// [`table_len`](Self::table_len) bytes.
-    pub fn with_table<'b>(&self, memory: &'b mut [u8]) -> Result<Occupancy<'b>, Error>
-    where
-        'a: 'b,
-    {
+    pub fn write_table(&self, memory: &mut [u8]) -> Result<(), Error> {
         let (needed, given) = (self.table_len(), memory.len());
         let memory = memory.get_mut(..needed).ok_or(Error::OutputLength { needed, given })?;
         let (row_of, rows) = memory.split_at_mut(2 * self.coarse.len());
-        let (row_of, rows) = (row_of.as_chunks_mut().0, rows.as_chunks_mut::<CELLS>().0);
-        if self.fine.len() + EMPTY_ROWS > usize::from(u16::MAX) {
-            // More than rows can be numbered; such a scene has no empty space to cross.
-            return Ok(*self);
-        }
-        for (block, to) in row_of.iter_mut().enumerate() {
+        for (block, to) in row_of.as_chunks_mut().0.iter_mut().enumerate() {
             *to = self.row_of(block).to_le_bytes();
         }
-        let (empty, full) = rows.split_at_mut(EMPTY_ROWS);
+        let (empty, full) = rows.as_chunks_mut::<CELLS>().0.split_at_mut(EMPTY_ROWS);
         for (kind, row) in empty.iter_mut().enumerate() {
             row.fill(EMPTY << kind);
         }
@@ -66,14 +56,35 @@ impl<'a> Occupancy<'a> {
                 *to = surroundings(fine, bit as u32);
             }
         }
-        Ok(Occupancy { table: Table { row_of, rows }, ..*self })
+        Ok(())
+    }
+
+    /// The same cells with the table that [`write_table`](Self::write_table) wrote
+    /// for them: rays cross them in less time, and find the same.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where its length is not [`table_len`](Self::table_len).
+    pub fn with_table<'b>(&self, table: &'b [u8]) -> Result<Occupancy<'b>, Error>
+    where
+        'a: 'b,
+    {
+        if table.len() != self.table_len() {
+            return Err(Error::Shape("occupancy: cells and their table"));
+        }
+        if self.fine.len() + EMPTY_ROWS > usize::from(u16::MAX) {
+            // More rows than can be numbered; such a scene has no space to cross.
+            return Ok(*self);
+        }
+        let (row_of, rows) = table.split_at(2 * self.coarse.len());
+        let table = Table { row_of: row_of.as_chunks().0, rows: rows.as_chunks().0 };
+        Ok(Occupancy { table, ..*self })
     }
 
     /// The row of a block in a table.
     fn row_of(&self, block: usize) -> u16 {
         let number = |block: usize| self.coarse.get(block).map_or(0, |b| u16::from_le_bytes(*b));
         if number(block) > 0 {
-            return number(block) - 1 + EMPTY_ROWS as u16;
+            return (number(block) - 1).saturating_add(EMPTY_ROWS as u16);
         }
         let n = (self.resolution / BLOCK) as usize;
         // Cascades lie one behind another along z.
@@ -130,6 +141,7 @@ fn surroundings(fine: &[u8; BLOCK_BYTES], bit: u32) -> Surroundings {
 mod tests {
     extern crate std;
     use super::*;
+    use std::vec;
 
     /// One block of 16³ cells.
     fn with_block<T>(fine: [u8; BLOCK_BYTES], each: impl Fn(&Occupancy<'_>) -> T) -> T {
@@ -155,7 +167,6 @@ mod tests {
             ([5, 4, 7], 4),
             ([5, 2, 3], 4),
         ];
-        let mut memory = [0xff; 2 * CELLS];
         for ([x, y, z], expected) in cells {
             let bit = x + 8 * (y + 8 * z);
             with_block(fine, |occupancy| {
@@ -168,7 +179,9 @@ mod tests {
             });
         }
         with_block(fine, |occupancy| {
-            let with_table = occupancy.with_table(&mut memory).unwrap();
+            let mut memory = vec![0xff; occupancy.table_len()];
+            occupancy.write_table(&mut memory).unwrap();
+            let with_table = occupancy.with_table(&memory).unwrap();
             for block in [0, 1, 7, 8, u32::MAX] {
                 for bit in 0..512 {
                     assert_eq!(with_table.around(block, bit), occupancy.around(block, bit));
@@ -178,10 +191,36 @@ mod tests {
     }
 
     #[test]
+    fn tables_know_of_large_empty_cubes() {
+        // 72³ cells, 9³ blocks; block (5, 0, 2) holds something.
+        let mut coarse = [0u8; 2 * 9 * 9 * 9];
+        let block = |x: u32, y: u32, z: u32| x + 9 * (y + 9 * z);
+        coarse[2 * block(5, 0, 2) as usize] = 1;
+        let occupancy = Occupancy::new(72, 1, &coarse, &[0xff; 64]).unwrap();
+        let mut table = vec![0; occupancy.table_len()];
+        occupancy.write_table(&mut table).unwrap();
+        let occupancy = occupancy.with_table(&table).unwrap();
+        assert_eq!(occupancy.around(block(5, 0, 2), 77), 4 | OCCUPIED);
+        assert_eq!(occupancy.around(block(4, 0, 2), 77), 8);
+        assert_eq!(occupancy.around(block(5, 1, 3), 77), 8);
+        assert_eq!(occupancy.around(block(6, 0, 2), 77), 16);
+        assert_eq!(occupancy.around(block(7, 3, 1), 77), 16);
+        assert_eq!(occupancy.around(block(3, 0, 2), 77), 32);
+        assert_eq!(occupancy.around(block(5, 0, 4), 77), 32);
+        // Cubes may reach beyond the grid, where nothing is.
+        assert_eq!(occupancy.around(block(8, 8, 8), 77), 32);
+        assert_eq!(occupancy.around(9 * 9 * 9, 0), 8);
+    }
+
+    #[test]
     fn a_table_needs_its_memory() {
         with_block([0; 64], |occupancy| {
-            let error = occupancy.with_table(&mut [0; 1023]).unwrap_err();
-            assert_eq!(error, Error::OutputLength { needed: 1024, given: 1023 });
+            let needed = 2 * 8 + 4 * 512;
+            assert_eq!(occupancy.table_len(), needed);
+            let error = occupancy.write_table(&mut vec![0; needed - 1]).unwrap_err();
+            assert_eq!(error, Error::OutputLength { needed, given: needed - 1 });
+            assert!(occupancy.with_table(&vec![0; needed - 1]).is_err());
+            assert!(occupancy.with_table(&vec![0; needed + 1]).is_err());
         });
     }
 }

@@ -1,7 +1,7 @@
 //! Sets of cells: as core reads them, and with all their neighbours.
 
-use pocketnerf_core::Occupancy;
 use pocketnerf_core::occupancy::{BLOCK, BLOCK_BYTES};
+use pocketnerf_core::{Error, Occupancy};
 use rayon::prelude::*;
 
 /// The cells of an occupancy and all their neighbours, a bit a cell.
@@ -93,6 +93,38 @@ pub fn pack(resolution: u32, cells: impl Iterator<Item = u32>) -> (Vec<u8>, Vec<
         coarse.extend(number.to_le_bytes());
     }
     (coarse, fine)
+}
+
+/// Cells as core reads them, and a table of what lies around each.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Packed {
+    resolution: u32,
+    coarse: Vec<u8>,
+    fine: Vec<u8>,
+    table: Vec<u8>,
+}
+
+impl Packed {
+    /// Of some cells.
+    pub(super) fn of(resolution: u32, cells: impl Iterator<Item = u32>) -> Self {
+        let (coarse, fine) = pack(resolution, cells);
+        Self::new(resolution, coarse, fine).expect("packed for this resolution")
+    }
+
+    /// Of coarse blocks and fine bits.
+    pub(super) fn new(resolution: u32, coarse: Vec<u8>, fine: Vec<u8>) -> Result<Self, Error> {
+        let occupancy = Occupancy::new(resolution, 1, &coarse, &fine)?;
+        let mut table = vec![0; occupancy.table_len()];
+        occupancy.write_table(&mut table)?;
+        Ok(Self { resolution, coarse, fine, table })
+    }
+
+    /// For core to march through.
+    pub(super) fn view(&self) -> Occupancy<'_> {
+        Occupancy::new(self.resolution, 1, &self.coarse, &self.fine)
+            .and_then(|occupancy| occupancy.with_table(&self.table))
+            .expect("checked when it was packed")
+    }
 }
 
 /// The cells of an occupancy and all their neighbours.

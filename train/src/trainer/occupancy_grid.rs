@@ -11,7 +11,7 @@ use pocketnerf_core::field::{Field, Samples};
 use pocketnerf_core::store::Store;
 use rayon::prelude::*;
 
-use super::cells::{Grown, pack};
+use super::cells::{Grown, Packed};
 use super::group::{STRIDE, Worker};
 use crate::pool::Pool;
 use crate::random::Random;
@@ -40,12 +40,10 @@ pub struct OccupancyGrid {
     density: Vec<f32>,
     /// What remains of a density when its cell is looked at again.
     decay: f32,
-    /// Coarse blocks as core reads them.
-    coarse: Vec<u8>,
-    /// Fine bits as core reads them.
-    fine: Vec<u8>,
-    /// Coarse blocks and fine bits of the occupied cells and their neighbours.
-    grown: (Vec<u8>, Vec<u8>),
+    /// The occupied cells.
+    occupied: Packed,
+    /// The occupied cells and their neighbours.
+    grown: Packed,
     updates: u32,
 }
 
@@ -58,9 +56,8 @@ impl OccupancyGrid {
             density: vec![f32::INFINITY; candidates.len()],
             decay: DECAY,
             candidates,
-            coarse: Vec::new(),
-            fine: Vec::new(),
-            grown: (Vec::new(), Vec::new()),
+            occupied: Packed::default(),
+            grown: Packed::default(),
             updates: 0,
         };
         grid.reset();
@@ -77,15 +74,13 @@ impl OccupancyGrid {
     /// The bits, for core to march through.
     #[must_use]
     pub fn view(&self) -> Occupancy<'_> {
-        Occupancy::new(self.resolution, 1, &self.coarse, &self.fine)
-            .expect("made for this resolution")
+        self.occupied.view()
     }
 
     /// The occupied cells and all their neighbours, candidates or not.
     #[must_use]
     pub fn grown(&self) -> Occupancy<'_> {
-        Occupancy::new(self.resolution, 1, &self.grown.0, &self.grown.1)
-            .expect("made for this resolution")
+        self.grown.view()
     }
 
     /// Fraction of the candidates that are occupied.
@@ -130,16 +125,15 @@ impl OccupancyGrid {
     /// [`OccupancyGrid::view`]. False where the sizes differ.
     #[must_use]
     pub fn restore(&mut self, density: &[f32], updates: u32, coarse: &[u8], fine: &[u8]) -> bool {
-        let fits = density.len() == self.density.len()
-            && Occupancy::new(self.resolution, 1, coarse, fine).is_ok();
-        if fits {
-            self.density.copy_from_slice(density);
-            self.updates = updates;
-            self.coarse = coarse.to_vec();
-            self.fine = fine.to_vec();
-            self.grow();
-        }
-        fits
+        let occupied = Packed::new(self.resolution, coarse.to_vec(), fine.to_vec());
+        let (Ok(occupied), true) = (occupied, density.len() == self.density.len()) else {
+            return false;
+        };
+        self.density.copy_from_slice(density);
+        self.updates = updates;
+        self.occupied = occupied;
+        self.grow();
+        true
     }
 
     /// Looks at a share of the candidates, one random point each, and sets the
@@ -192,15 +186,13 @@ impl OccupancyGrid {
 
     fn set_bits(&mut self, occupied: impl Fn(usize) -> bool) {
         let cells = self.candidates.iter().enumerate().filter(|(i, _)| occupied(*i));
-        let (coarse, fine) = pack(self.resolution, cells.map(|(_, cell)| *cell));
-        self.coarse = coarse;
-        self.fine = fine;
+        self.occupied = Packed::of(self.resolution, cells.map(|(_, cell)| *cell));
         self.grow();
     }
 
     fn grow(&mut self) {
         let near = Grown::new(&self.view());
-        self.grown = pack(self.resolution, near.cells());
+        self.grown = Packed::of(self.resolution, near.cells());
     }
 }
 
