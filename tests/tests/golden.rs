@@ -8,9 +8,10 @@ use std::fs;
 use std::path::PathBuf;
 
 use pocketnerf_core::encoding::hash_grid::HASH_PRIMES;
-use pocketnerf_core::{AnyField, DType, Model};
+use pocketnerf_core::{AnyField, DType, Display, Model};
 use pocketnerf_formats::{
-    ContainerWriter, FormatError, Precision, SectionId, TensorName, open, open_verified, write,
+    ContainerWriter, FormatError, Precision, SectionId, TensorName, kind, open, open_verified,
+    write,
 };
 use pocketnerf_tests::checksums::{crc32, number};
 use pocketnerf_tests::tiny::{self, Tiny};
@@ -161,6 +162,24 @@ fn frequency_f16() {
     assert_eq!(file.about, about);
     assert_same_but_weights(&file.model, &model);
     assert_same_weights(&file.model, &model, F16_ROUNDING);
+}
+
+/// A model that says what its pictures bear, and so has a section DETAIL.
+#[test]
+fn detail_f16() {
+    let tiny = Tiny::new();
+    let usual = tiny.hash_grid();
+    let model = Model { display: Display { tolerance: 0.0625, ..usual.display }, ..usual };
+    let bytes = write(&model, &tiny::about(), Precision::F16).unwrap();
+    let bytes = golden("detail-f16.pnerf", &bytes);
+    let file = open_verified(&bytes).unwrap();
+    assert_eq!(file.model.display.tolerance, 0.0625);
+    assert_same_but_weights(&file.model, &model);
+    // What was read writes the same file again.
+    assert!(write(&file.model, &file.about, Precision::F16).unwrap() == bytes);
+    // The usual tolerance goes without saying.
+    let usual = write(&usual, &tiny::about(), Precision::F16).unwrap();
+    assert!(open(&usual).unwrap().container().find(SectionId::first(kind::DETAIL)).is_none());
 }
 
 #[test]

@@ -33,10 +33,13 @@ fn use_everything(bytes: &[u8]) -> bool {
 
 fn goldens() -> [Vec<u8>; 3] {
     let tiny = Tiny::new();
+    // One with a section DETAIL.
+    let mut detailed = tiny.hash_grid();
+    detailed.display.tolerance = 0.0625;
     [
         write(&tiny.hash_grid(), &tiny::about(), Precision::F16).unwrap(),
         write(&tiny.frequency(), &tiny::about(), Precision::F32).unwrap(),
-        write(&tiny.hash_grid(), &tiny::about(), Precision::I8).unwrap(),
+        write(&detailed, &tiny::about(), Precision::I8).unwrap(),
     ]
 }
 

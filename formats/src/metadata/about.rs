@@ -242,6 +242,21 @@ mod tests {
     }
 
     #[test]
+    fn bytes_of_detail_v1() {
+        let bytes = write_detail(0.125);
+        assert_eq!(bytes, [0, 0, 0, 0x3e]);
+        assert_eq!(read_detail(fields(kind::DETAIL, &bytes)), Ok(0.125));
+        assert_eq!(read_detail(fields(kind::DETAIL, &write_detail(0.0))), Ok(0.0));
+        for tolerance in [-0.01, 0.25, f32::NAN, f32::INFINITY] {
+            let bytes = write_detail(tolerance);
+            let error = bad(kind::DETAIL, "tolerance");
+            assert_eq!(read_detail(fields(kind::DETAIL, &bytes)), error, "{tolerance}");
+        }
+        assert!(read_detail(fields(kind::DETAIL, &bytes[..3])).is_err());
+        assert!(read_detail(fields(kind::DETAIL, &[0, 0, 0, 0x3e, 0])).is_err());
+    }
+
+    #[test]
     fn bytes_of_provenance_v1() {
         let provenance = Provenance {
             program: "p",

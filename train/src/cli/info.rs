@@ -55,6 +55,7 @@ impl Info {
             "precision": precision(&file),
             "sections": sections,
             "aabb": [min, max],
+            "tolerance": file.model.display.tolerance,
             "occupancy_fraction": file.model.occupancy.map(|o| o.fraction()),
             "trained_on": provenance.map(|p| {
                 json!({"dataset": p.dataset, "fingerprint": format!("{:016x}", p.trained_on),
