@@ -40,9 +40,10 @@ fn a_deadline_long_enough_gives_the_same_picture_and_a_short_one_a_coarser() {
     }
     let [whole, long, short] = paths.map(|path| pixels(&path));
     assert_eq!(whole, long);
-    // Every 16th pixel at least: more than nothing. A millisecond may be enough for all.
-    let blank = vec![255; whole.len()];
-    assert!(difference(&whole, &short) < 0.8 * difference(&whole, &blank));
+    // At least every 16th pixel, whatever the machine: off by 66.7 levels, nothing at
+    // all by 94.7. A millisecond may be enough for more.
+    let short = difference(&whole, &short);
+    assert!(short < 67.0, "{short}");
 }
 
 #[test]

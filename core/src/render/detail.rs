@@ -54,7 +54,9 @@ impl Detail {
     pub(crate) fn validate(&self) -> Result<(), Error> {
         let mut fractions = self.tolerances.iter().chain([&self.min_transmittance, &self.late]);
         if !fractions.all(|v| (0.0..1.0).contains(v)) {
-            return Err(Error::Range("detail: tolerances, min_transmittance and late, from 0 to below 1"));
+            return Err(Error::Range(
+                "detail: tolerances, min_transmittance and late, from 0 to below 1",
+            ));
         }
         Ok(())
     }

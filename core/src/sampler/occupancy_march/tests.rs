@@ -40,6 +40,25 @@ fn samples(
     all
 }
 
+/// The distances of the samples to which seeking takes up to sixteen rays.
+fn sought(marcher: &Marcher<'_>, rays: &[Ray], simd: SimdLevel) -> Vec<Option<u32>> {
+    let mut bundle = Bundle::EMPTY;
+    for (lane, ray) in rays.iter().enumerate() {
+        bundle.set(lane, ray, 0.5);
+    }
+    dispatch!(simd.token().unwrap(), simd => {
+        marcher.enter(simd, &mut bundle);
+        marcher.seek(simd, &mut bundle);
+    });
+    let Sampling { step, near, .. } = marcher.sampling;
+    (0..rays.len())
+        .map(|lane| {
+            let (next, end) = (bundle.next[lane], bundle.end[lane]);
+            (next < end).then(|| ((next + 0.5) * step + near).to_bits())
+        })
+        .collect()
+}
+
 /// A little random grid; deterministic.
 fn random(state: &mut u32) -> f32 {
     *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -81,6 +100,10 @@ fn every_level_finds_the_samples_of_the_definition() {
     let sampling = Sampling { step: 0.007, near: 0.3, far: 9.0, min_transmittance: 1e-3 };
     let slow = Marcher::from_parts(Some(occupancy), space, sampling, false);
     let fast = Marcher::from_parts(Some(occupancy), space, sampling, true);
+    let mut table = vec![0; occupancy.table_len()];
+    occupancy.write_table(&mut table).unwrap();
+    let tabled = occupancy.with_table(&table).unwrap();
+    let tabled = Marcher::from_parts(Some(tabled), space, sampling, true);
     let rays: Vec<Ray> = (0..600).map(|i| random_ray(i, &mut state)).collect();
     // Step after step: where the space is, and where something is, the step's sample;
     // then the steps that it stands for are over.
@@ -108,6 +131,11 @@ fn every_level_finds_the_samples_of_the_definition() {
         for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
             assert_eq!(expected, samples(&slow, rays, (1000, steps), simd), "{simd:?}");
             assert_eq!(expected, samples(&fast, rays, (5, steps), simd), "{simd:?}");
+            assert_eq!(expected, samples(&tabled, rays, (5, steps), simd), "{simd:?}");
+            if steps == 1.0 {
+                let first: Vec<Option<u32>> = expected.iter().map(|e| e.first().copied()).collect();
+                assert_eq!(first, sought(&tabled, rays, simd), "{simd:?}");
+            }
         }
     }
     assert!(found > 5000, "the test saw {found} samples");
