@@ -11,16 +11,20 @@ use crate::pool::Pool;
 pub(crate) const TILE: [u32; 2] = [128, 64];
 /// Tiles of a picture at least, so that threads end together.
 const TILES: u32 = 48;
+/// Widths of tiles are multiples of this, the spacing of the coarsest picture.
+const WIDTH_STEP: u32 = 16;
 /// Rows of a tile at least.
 const LEAST_ROWS: u32 = 16;
 
-/// Width and height of the tiles of such a picture.
+/// Width and height of the tiles of such a picture: as wide as [`TILE`] or a little
+/// narrower, so that none is left much narrower than the others.
 pub(crate) fn tile_size(width: u32, height: u32) -> [u32; 2] {
     let [w, mut h] = TILE;
-    while h > LEAST_ROWS && width.div_ceil(w).saturating_mul(height.div_ceil(h)) < TILES {
+    let columns = width.div_ceil(w).max(1);
+    while h > LEAST_ROWS && columns.saturating_mul(height.div_ceil(h)) < TILES {
         h /= 2;
     }
-    [w, h]
+    [width.div_ceil(columns).next_multiple_of(WIDTH_STEP).clamp(WIDTH_STEP, w), h]
 }
 
 /// How to render.
