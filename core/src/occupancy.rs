@@ -13,8 +13,8 @@
 
 mod surroundings;
 
-pub(crate) use surroundings::OCCUPIED;
 use surroundings::Table;
+pub(crate) use surroundings::{OCCUPIED, place};
 
 use crate::Error;
 

@@ -132,10 +132,10 @@ struct Worker {
 }
 
 impl Worker {
-    fn new(options: &RenderOptions) -> Self {
+    fn new(options: &RenderOptions, depth: bool) -> Self {
         let n = (TILE[0] * TILE[1]) as usize;
         let scratch = vec![0.0; options.scratch_len()];
-        Self { scratch, rgba: vec![0.0; 4 * n], depth: vec![0.0; n] }
+        Self { scratch, rgba: vec![0.0; 4 * n], depth: vec![0.0; if depth { n } else { 0 }] }
     }
 
     /// Renders a tile.
@@ -148,7 +148,7 @@ impl Worker {
     ) -> Result<RenderStats, Error> {
         let (tile, width) = (part.tile, part.tile.width as usize);
         let rgba = &mut self.rgba[..4 * tile.pixels()];
-        let depth = (!part.depth.is_empty()).then_some(&mut self.depth[..tile.pixels()]);
+        let depth = (!part.depth.is_empty()).then(|| &mut self.depth[..tile.pixels()]);
         let stats = render_tile(model, camera, tile, options, &mut self.scratch, rgba, depth)?;
         let rows = self.rgba.chunks_exact(4 * width).zip(part.rgba);
         rows.for_each(|(from, to)| to.copy_from_slice(from));
@@ -204,17 +204,17 @@ impl<'m> Renderer<'m> {
     /// # Errors
     /// Whatever [`render_tile`] reports.
     pub fn render(&mut self, camera: &Camera) -> Result<&Picture, Error> {
-        let Self { model, options, workers, picture, .. } = self;
+        let Self { model, options, depth, workers, picture } = self;
         let (width, height) = (camera.width, camera.height);
         let pixels = width as usize * height as usize;
         picture.rgba.resize(pixels * 4, 0.0);
-        picture.depth.resize(if self.depth { pixels } else { 0 }, 0.0);
+        picture.depth.resize(if *depth { pixels } else { 0 }, 0.0);
         let stats = parts(width, height, &mut picture.rgba, &mut picture.depth)
             .into_iter()
             // A bridge hands tiles out in their order: neighbours at the same time.
             .par_bridge()
             .map(|part| {
-                let mut worker = workers.take(|| Worker::new(options));
+                let mut worker = workers.take(|| Worker::new(options, *depth));
                 let stats = worker.render(model, camera, options, part);
                 workers.put(worker);
                 stats

@@ -12,8 +12,8 @@ pub(crate) type Surroundings = u8;
 pub(crate) const OCCUPIED: Surroundings = 0x80;
 /// A block without occupied cells, and all that is outside the grid.
 const EMPTY: Surroundings = BLOCK as u8;
-/// Cells of a block.
-const CELLS: usize = 8 * BLOCK_BYTES;
+/// Cubes of 2×2×2 cells in a block.
+const CUBES: usize = BLOCK_BYTES;
 /// Empty cubes of 1, 2 and 4 blocks a side: the first rows of a table.
 const EMPTY_ROWS: usize = 3;
 
@@ -22,17 +22,42 @@ const EMPTY_ROWS: usize = 3;
 pub(super) struct Table<'a> {
     /// The row of each block, little-endian; nothing where there is no table.
     row_of: &'a [[u8; 2]],
-    /// [`Surroundings`] of a block's cells: of [`EMPTY_ROWS`] kinds of empty ones,
-    /// then of those with fine bits.
-    rows: &'a [[Surroundings; CELLS]],
+    /// A block's cubes of 2×2×2 cells: of [`EMPTY_ROWS`] kinds of empty blocks, then
+    /// of those with fine bits.
+    rows: &'a [[Cube; CUBES]],
+}
+
+/// A bit for each of 2×2×2 cells, x first: whether it is occupied; and the side of
+/// the largest cube around all of them whose cells are alike, 1 where they are not.
+type Cube = [u8; 2];
+
+/// Where a cell lies in its block: `8 cube + corner`. Cubes of 2×2×2 cells stand in
+/// the order `x + 4 (y + 4 z)`, a cube's cells in the order `x + 2 (y + 2 z)`.
+#[inline(always)]
+pub(crate) fn place<T>([x, y, z]: [T; 3]) -> T
+where
+    T: Copy
+        + core::ops::Shr<u32, Output = T>
+        + core::ops::Shl<u32, Output = T>
+        + core::ops::BitAnd<u32, Output = T>
+        + core::ops::BitOr<T, Output = T>,
+{
+    let cube = x >> 1 | (y >> 1) << 2 | (z >> 1) << 4;
+    cube << 3 | (x & 1) | (y & 1) << 1 | (z & 1) << 2
+}
+
+/// The cell at a [`place`].
+fn cell(place: u32) -> [u32; 3] {
+    let axis = |a: u32| (place >> (3 + 2 * a) & 3) << 1 | (place >> a & 1);
+    [axis(0), axis(1), axis(2)]
 }
 
 impl<'a> Occupancy<'a> {
-    /// Bytes that [`write_table`](Self::write_table) needs: 2 a block, 512 more one
-    /// that holds anything, and 1536.
+    /// Bytes that [`write_table`](Self::write_table) needs: 2 a block, 128 more one
+    /// that holds anything, and 384.
     #[must_use]
     pub const fn table_len(&self) -> usize {
-        2 * self.coarse.len() + (EMPTY_ROWS + self.fine.len()) * CELLS
+        2 * self.coarse.len() + (EMPTY_ROWS + self.fine.len()) * size_of::<[Cube; CUBES]>()
     }
 
     /// Writes down what lies around each cell, for [`with_table`](Self::with_table).
@@ -47,13 +72,16 @@ impl<'a> Occupancy<'a> {
         for (block, to) in row_of.as_chunks_mut().0.iter_mut().enumerate() {
             *to = self.row_of(block).to_le_bytes();
         }
-        let (empty, full) = rows.as_chunks_mut::<CELLS>().0.split_at_mut(EMPTY_ROWS);
+        let rows = rows.as_chunks_mut::<2>().0.as_chunks_mut::<CUBES>().0;
+        let (empty, full) = rows.split_at_mut(EMPTY_ROWS);
         for (kind, row) in empty.iter_mut().enumerate() {
-            row.fill(EMPTY << kind);
+            row.fill([0, EMPTY << kind]);
         }
         for (row, fine) in full.iter_mut().zip(self.fine) {
-            for (bit, to) in row.iter_mut().enumerate() {
-                *to = surroundings(fine, bit as u32);
+            for (cube, to) in row.iter_mut().enumerate() {
+                let around = |corner: u32| surroundings(fine, 8 * cube as u32 + corner);
+                let occupied = |corner: u32| around(corner) / OCCUPIED << corner;
+                *to = [(0..8).map(occupied).sum(), around(0) % OCCUPIED];
             }
         }
         Ok(())
@@ -76,7 +104,8 @@ impl<'a> Occupancy<'a> {
             return Ok(*self);
         }
         let (row_of, rows) = table.split_at(2 * self.coarse.len());
-        let table = Table { row_of: row_of.as_chunks().0, rows: rows.as_chunks().0 };
+        let rows = rows.as_chunks().0.as_chunks().0;
+        let table = Table { row_of: row_of.as_chunks().0, rows };
         Ok(Occupancy { table, ..*self })
     }
 
@@ -99,26 +128,27 @@ impl<'a> Occupancy<'a> {
         (1..EMPTY_ROWS).take_while(|kind| is_empty(1 << kind)).count() as u16
     }
 
-    /// What lies around a cell: bit `x + 8 (y + 8 z)` of the block with this number.
+    /// What lies around the cell at a [`place`] of the block with this number.
     #[inline(always)]
-    pub(crate) fn around(&self, block: u32, bit: u32) -> Surroundings {
+    pub(crate) fn around(&self, block: u32, place: u32) -> Surroundings {
         if !self.table.row_of.is_empty() {
             // Without branches: where a ray is, is hard to predict.
             let row = self.table.row_of.get(block as usize).map_or(0, |r| u16::from_le_bytes(*r));
             let row = self.table.rows.get(usize::from(row));
-            return row.map_or(EMPTY, |row| row[bit as usize % CELLS]);
+            let [cells, side] = row.map_or([0, EMPTY], |row| row[place as usize / 8 % CUBES]);
+            return (cells >> (place % 8)) << 7 | side;
         }
         let number = self.coarse.get(block as usize).map_or(0, |b| u16::from_le_bytes(*b));
         match self.fine.get(usize::from(number).wrapping_sub(1)) {
-            Some(fine) => surroundings(fine, bit),
+            Some(fine) => surroundings(fine, place),
             None => EMPTY,
         }
     }
 }
 
-/// What lies around a cell of a block.
-fn surroundings(fine: &[u8; BLOCK_BYTES], bit: u32) -> Surroundings {
-    let (x, y, z) = (bit % BLOCK, bit / BLOCK % BLOCK, bit / (BLOCK * BLOCK));
+/// What lies around the cell at a [`place`] of a block.
+fn surroundings(fine: &[u8; BLOCK_BYTES], place: u32) -> Surroundings {
+    let [x, y, z] = cell(place);
     // A layer of 8×8 cells is a word: a row is a byte.
     let layers = fine.as_chunks::<8>().0;
     let layer = |z: u32| u64::from_le_bytes(layers[(z % BLOCK) as usize]);
@@ -168,7 +198,8 @@ mod tests {
             ([5, 2, 3], 4),
         ];
         for ([x, y, z], expected) in cells {
-            let bit = x + 8 * (y + 8 * z);
+            let bit = place([x, y, z]);
+            assert_eq!(cell(bit), [x, y, z]);
             with_block(fine, |occupancy| {
                 assert_eq!(occupancy.around(0, bit), expected, "{x} {y} {z}");
                 assert_eq!((occupancy.around(1, bit), occupancy.around(u32::MAX, 0)), (8, 8));
@@ -215,7 +246,7 @@ mod tests {
     #[test]
     fn a_table_needs_its_memory() {
         with_block([0; 64], |occupancy| {
-            let needed = 2 * 8 + 4 * 512;
+            let needed = 2 * 8 + 4 * 128;
             assert_eq!(occupancy.table_len(), needed);
             let error = occupancy.write_table(&mut vec![0; needed - 1]).unwrap_err();
             assert_eq!(error, Error::OutputLength { needed, given: needed - 1 });

@@ -3,7 +3,7 @@
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt};
 
 use crate::Occupancy;
-use crate::occupancy::{BLOCK, OCCUPIED};
+use crate::occupancy::{BLOCK, OCCUPIED, place};
 use crate::sampler::Sampling;
 use crate::sampler::bundle::LANES;
 use crate::sampler::rays::{Rays, axes};
@@ -35,13 +35,12 @@ impl<S: Simd> Cell<S> {
         let blocks = occupancy.resolution() / BLOCK;
         let outside = S::u32s::splat(simd, u32::MAX);
         let block = inside.select((z * blocks + y) * blocks + x, outside);
-        let [x, y, z] = axes(|a| whole[a] & (BLOCK - 1));
-        let bit = (z * BLOCK + y) * BLOCK + x;
-        let (mut number, mut place, mut around) = ([0; LANES], [0; LANES], [0; LANES]);
+        let cell_place = place(axes(|a| whole[a] & (BLOCK - 1)));
+        let (mut number, mut places, mut around) = ([0; LANES], [0; LANES], [0; LANES]);
         block.store_slice(&mut number[..n]);
-        bit.store_slice(&mut place[..n]);
+        cell_place.store_slice(&mut places[..n]);
         for lane in 0..n {
-            around[lane] = occupancy.around(number[lane], place[lane]).into();
+            around[lane] = occupancy.around(number[lane], places[lane]).into();
         }
         let around = S::u32s::from_slice(simd, &around[..n]);
         let is_occupied = (around & u32::from(OCCUPIED)).simd_ge(1);
