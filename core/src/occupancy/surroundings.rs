@@ -80,7 +80,7 @@ impl<'a> Occupancy<'a> {
         for (row, fine) in full.iter_mut().zip(self.fine) {
             for (cube, to) in row.iter_mut().enumerate() {
                 let around = |corner: u32| surroundings(fine, 8 * cube as u32 + corner);
-                let occupied = |corner: u32| around(corner) / OCCUPIED << corner;
+                let occupied = |corner: u32| (around(corner) / OCCUPIED) << corner;
                 *to = [(0..8).map(occupied).sum(), around(0) % OCCUPIED];
             }
         }
