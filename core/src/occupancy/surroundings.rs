@@ -88,7 +88,8 @@ impl<'a> Occupancy<'a> {
     }
 
     /// The same cells with the table that [`write_table`](Self::write_table) wrote
-    /// for them: rays cross them in less time, and find the same.
+    /// for them: rays cross them in less time, and find the same. Without a table
+    /// where more blocks hold something than it can number, 65,532.
     ///
     /// # Errors
     /// [`Error::Shape`] where its length is not [`table_len`](Self::table_len).
@@ -197,6 +198,8 @@ mod tests {
             ([5, 4, 7], 4),
             ([5, 2, 3], 4),
         ];
+        let empty = Occupancy::new(16, 1, &[0; 16], &fine).unwrap();
+        assert_eq!(empty.around(0, 0), 8);
         for ([x, y, z], expected) in cells {
             let bit = place([x, y, z]);
             assert_eq!(cell(bit), [x, y, z]);
