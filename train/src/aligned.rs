@@ -1,7 +1,7 @@
 //! Buffers that begin at a cache line.
 //!
-//! A 2×2×2 block of a hash grid's entries is one line in half precision, a
-//! register of 16 values is one line: begun elsewhere, each would straddle two.
+//! A register of 16 values is one line, a 2×2×2 block of a hash grid's entries half
+//! of one in eight bits: begun elsewhere, they would straddle two.
 
 use std::ops::{Deref, DerefMut};
 

@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use pocketnerf_core::SimdLevel;
-use pocketnerf_formats::open_verified;
+use pocketnerf_formats::{Container, ContainerWriter, open_verified};
+use pocketnerf_train::trainer::checkpoint::kind;
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
 use super::setup::{
@@ -59,6 +60,32 @@ fn interrupted_again_and_again() {
         saved = save(&trainer, &run);
     }
     assert!(finish(resume(&saved)) == expected);
+}
+
+#[test]
+fn tables_are_rounded_on_as_they_were() {
+    let expected = whole(config());
+    let (mut trainer, mut run) = begin(config(), Length::Steps(STEPS));
+    advance(&mut trainer, &mut run, 41).unwrap();
+    let saved = save(&trainer, &run);
+    let with_scales = |change: &dyn Fn(u8) -> Option<u8>| {
+        let mut writer = ContainerWriter::new();
+        for section in Container::open(&saved).unwrap().sections() {
+            let bytes = match section.id.kind {
+                kind::SCALES => section.bytes.iter().map_while(|byte| change(*byte)).collect(),
+                _ => section.bytes.to_vec(),
+            };
+            if !bytes.is_empty() {
+                writer.add(section.id, section.version, section.is_critical(), bytes);
+            }
+        }
+        finish(resume(&writer.finish().unwrap()))
+    };
+    assert!(with_scales(&Some) == expected);
+    // Twice as coarsely: not the same run.
+    assert!(with_scales(&|byte| Some(byte + 1)) != expected);
+    // From a program that did not write them down.
+    open_verified(&with_scales(&|_| None)).unwrap();
 }
 
 #[test]

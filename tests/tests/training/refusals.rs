@@ -111,10 +111,23 @@ fn sections_that_cannot_be_used() {
         line(&with(&saved, kind::DENSITY, |_, bytes| negative(bytes)))
             .starts_with("the trainer's state cannot be used: section DENSITY is ")
     );
+    assert!(
+        line(&with(&saved, kind::SCALES, |_, bytes| bytes[0] = 0x80))
+            .starts_with("the trainer's state cannot be used: section SCALES is ")
+    );
+    let levels = count_levels(&saved);
+    assert!(line(&with(&saved, kind::SCALES, |_, bytes| bytes.push(0))).starts_with(&format!(
+        "section of kind 0x1005: {} bytes where {levels} were expected",
+        levels + 1
+    )));
 }
 
 fn is_grid(name: TensorName) -> bool {
     matches!(name, TensorName::GridLevel(_))
+}
+
+fn count_levels(saved: &[u8]) -> usize {
+    open(saved).unwrap().tensors().filter(|(name, _)| is_grid(*name)).count()
 }
 
 fn count(saved: &[u8], wanted: impl Fn(TensorName) -> bool) -> usize {

@@ -106,8 +106,8 @@ fn measured(
     let model = trainer.model();
     let decoder = model.field.decoder();
     let (density, color) = (&decoder.density, &decoder.color);
-    let [half, full] = [2.0, 4.0].map(|size| stored(&model.field, size));
-    let encode = || Demand::gather(half.clone(), work::encode_flops(&model.field));
+    let [bytes, full] = [1.0, 4.0].map(|size| stored(&model.field, size));
+    let encode = || Demand::gather(bytes.clone(), work::encode_flops(&model.field));
     let pixel = LevelReads { entries: 1.0, entry_bytes: 4.0, table_bytes: image_bytes as f64 };
     // Features to rows of samples, and from there to the rays' sums.
     let composited = 4.0 * 3.0 * (1 + decoder.channels()) as f64;

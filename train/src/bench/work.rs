@@ -69,7 +69,7 @@ mod tests {
     use pocketnerf_core::Error;
 
     use super::*;
-    use crate::field::{EncodingConfig, FieldConfig, Layout};
+    use crate::field::{EncodingConfig, FieldConfig, Layout, Rounded};
     use crate::trainer::TrainConfig;
 
     fn with_field<T>(
@@ -79,8 +79,8 @@ mod tests {
         let mut config = TrainConfig::hash_grid().field;
         change(&mut config);
         let layout = Layout::new(&config);
-        let parameters = vec![0u16; layout.len()];
-        Ok(look(&layout.view_half(&config, &parameters)?))
+        let rounded = Rounded::new(&layout);
+        Ok(look(&layout.view_rounded(&config, &rounded)?))
     }
 
     #[test]
@@ -94,14 +94,14 @@ mod tests {
                 assert_eq!(hidden_flops(&decoder.density), 2.0 * 2304.0);
                 assert_eq!(network_flops(&decoder.color), 2.0 * (1984.0 + 4096.0 + 192.0));
                 assert_eq!(backward_flops(&decoder.density), 4.0 * 3328.0);
-                // 9 levels of 8 corners: 4 features of 2 bytes; two multiplications for
+                // 9 levels of 8 corners: 4 features of a byte; two multiplications for
                 // each weight and two operations for each feature.
                 let levels = reads(field);
                 assert_eq!(levels.iter().map(|l| l.entries).sum::<f64>(), 72.0);
-                assert!(levels.iter().all(|l| l.entry_bytes == 8.0));
+                assert!(levels.iter().all(|l| l.entry_bytes == 4.0));
                 // 16 corners along an axis are 9 blocks of 2.
-                assert_eq!(levels[0].table_bytes, 9.0 * 9.0 * 9.0 * 8.0 * 8.0);
-                assert_eq!(levels[8].table_bytes, 131_072.0 * 8.0);
+                assert_eq!(levels[0].table_bytes, 9.0 * 9.0 * 9.0 * 8.0 * 4.0);
+                assert_eq!(levels[8].table_bytes, 131_072.0 * 4.0);
                 assert_eq!(encode_flops(field), Some(72.0 * 10.0));
             },
         )
@@ -116,7 +116,7 @@ mod tests {
         };
         with_field(two, |field| {
             assert_eq!(encode_flops(field), Some(3.0 * 8.0 * 6.0));
-            assert!(reads(field).iter().all(|l| l.entry_bytes == 4.0));
+            assert!(reads(field).iter().all(|l| l.entry_bytes == 2.0));
         })
         .unwrap();
         let frequency = |field: &mut FieldConfig| {

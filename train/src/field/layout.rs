@@ -5,7 +5,8 @@ use pocketnerf_core::field::{Decoder, FrequencyField, HashGridField};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::{AnyField, DType, Error, Layout as Order, TensorView};
 
-use super::{EncodingConfig, FieldConfig};
+use super::rounding::Half;
+use super::{EncodingConfig, FieldConfig, Rounded};
 
 /// What a range of parameters is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,19 +147,30 @@ impl Layout {
         })
     }
 
-    /// The same from [rounded](super::half) parameters.
+    /// The same from rounded parameters.
     ///
     /// # Errors
     /// Whatever core's validation reports.
-    pub fn view_half<'a>(
+    pub fn view_rounded<'a>(
         &self,
         config: &FieldConfig,
-        parameters: &'a [u16],
+        rounded: &'a Rounded,
     ) -> Result<AnyField<'a>, Error> {
+        let start = self.networks_start();
         self.view_with(config, |range| {
-            let bytes = bytemuck::must_cast_slice(&parameters[range.indices()]);
             let shape = range.shape.map(|n| n as u32);
-            TensorView::new(bytes, DType::F16, shape, super::half::SCALE_LOG2, Order::RowMajor)
+            let (bytes, dtype, scale_log2) = match range.part {
+                Part::GridLevel(level) => (
+                    &rounded.tables[range.indices()],
+                    DType::I8,
+                    rounded.scales[level].scale_log2(),
+                ),
+                _ => {
+                    let values = &rounded.networks[range.start - start..][..range.len()];
+                    (bytemuck::must_cast_slice(values), DType::F16, Half::SCALE_LOG2)
+                }
+            };
+            TensorView::new(bytes, dtype, shape, scale_log2, Order::RowMajor)
         })
     }
 

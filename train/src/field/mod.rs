@@ -6,14 +6,16 @@
 
 mod backward;
 mod config;
-pub mod half;
 mod hash_grid;
 mod init;
 mod layout;
 mod network;
+mod rounded;
+pub mod rounding;
 
 pub use backward::{Backward, Gradients};
 pub use config::{EncodingConfig, FieldConfig};
 pub use hash_grid::scatter_level;
 pub use init::initialize;
 pub use layout::{Layout, Part, Range};
+pub use rounded::Rounded;

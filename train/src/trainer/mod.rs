@@ -22,7 +22,7 @@ mod step;
 mod tolerance;
 mod update;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use pocketnerf_core::scratch::Limits;
 use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 
@@ -42,8 +42,7 @@ pub use step::{StepSettings, StepStats};
 
 use crate::aligned::Aligned;
 use crate::dataset::Dataset;
-use crate::field::half::round_all;
-use crate::field::{Backward, EncodingConfig, Layout, initialize};
+use crate::field::{Backward, EncodingConfig, Layout, Rounded, initialize};
 use crate::pool::Pool;
 use crate::stopwatch::Stopwatch;
 use aim::Aim;
@@ -77,8 +76,8 @@ pub struct Trainer {
     workers: Pool<Worker>,
     mean: Vec<f32>,
     square: Aligned<f32>,
-    /// The parameters in half precision: what the forward pass reads.
-    half: Aligned<u16>,
+    /// What the forward pass reads.
+    rounded: Rounded,
     /// Sum of the parameters after `averaged` steps; empty before the first.
     sum: Vec<f32>,
     /// Steps whose parameters are in `sum`.
@@ -174,7 +173,7 @@ impl Trainer {
             workers: Pool::default(),
             mean: vec![0.0; n_network],
             square: Aligned::new(layout.len()),
-            half: Aligned::new(layout.len()),
+            rounded: Rounded::new(&layout),
             sum: Vec::new(),
             averaged: 0,
             adam: Adam::default(),
@@ -270,8 +269,7 @@ impl Trainer {
     /// Sets all parameters at once; whatever follows from them belongs here.
     fn set_parameters(&mut self, set: impl FnOnce(&Layout, &mut [f32])) {
         set(&self.layout, &mut self.parameters);
-        let Self { level, parameters, half, .. } = self;
-        dispatch!(*level, simd => round_all(simd, parameters, half));
+        self.rounded.round(self.level, &self.layout, &self.parameters);
     }
 }
 

@@ -10,7 +10,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat};
 use super::optimizer::{Adam, Slices};
 use crate::aligned::Aligned;
 use crate::field::Layout;
-use crate::field::half::round_all;
+use crate::field::rounding::{Half, Rounding};
 
 /// Steps that are taken this way. Longer runs end better with Adam, which goes
 /// on from both moments: they are kept here as well.
@@ -40,9 +40,9 @@ pub(super) fn update_all<S: Simd>(
     rate: f32,
     layout: &Layout,
     (adam, adam_rate): (&Adam, f32),
-    slices: Slices<'_>,
+    slices: Slices<'_, u16>,
 ) {
-    let Slices { parameters, gradient, mean, square, half } = slices;
+    let Slices { parameters, gradient, mean, square, rounded } = slices;
     for range in layout.networks() {
         let start = range.start - layout.networks_start();
         let part = start..start + range.len();
@@ -51,7 +51,7 @@ pub(super) fn update_all<S: Simd>(
             gradient: &mut gradient[part.clone()],
             mean: &mut mean[part.clone()],
             square: &mut square[part.clone()],
-            half: &mut half[part],
+            rounded: &mut rounded[part],
         };
         if range.shape.into_iter().min() >= Some(NARROWEST) {
             for (square, g) in slices.square.iter_mut().zip(slices.gradient.iter()) {
@@ -59,15 +59,15 @@ pub(super) fn update_all<S: Simd>(
             }
             update(simd, rate, range.shape, slices);
         } else {
-            adam.update(simd, adam_rate, slices);
+            adam.update(simd, adam_rate, Half, slices);
         }
     }
 }
 
 /// One step of a matrix of `shape`, row after row.
 #[inline(always)]
-fn update<S: Simd>(simd: S, rate: f32, shape: [usize; 2], slices: Slices<'_>) {
-    let Slices { parameters, gradient, mean, half, .. } = slices;
+fn update<S: Simd>(simd: S, rate: f32, shape: [usize; 2], slices: Slices<'_, u16>) {
+    let Slices { parameters, gradient, mean, rounded, .. } = slices;
     let mut direction = Matrix::new(shape);
     for (i, (mean, gradient)) in mean.iter_mut().zip(gradient).enumerate() {
         *mean += (*gradient - *mean) * (1.0 - MOMENTUM);
@@ -85,7 +85,7 @@ fn update<S: Simd>(simd: S, rate: f32, shape: [usize; 2], slices: Slices<'_>) {
     for (i, parameter) in parameters.iter_mut().enumerate() {
         *parameter -= length * *direction.at(i);
     }
-    round_all(simd, parameters, half);
+    Half.round_all(simd, parameters, rounded);
 }
 
 /// A matrix that is at least as wide as it is high, filled up with zeros to
@@ -209,13 +209,13 @@ mod tests {
         let level = SimdLevel::detect().token().unwrap();
         let n = shape[0] * shape[1];
         let (mut parameters, mut gradient) = (vec![0.0; n], gradient.to_vec());
-        let (mut mean, mut half) = (vec![0.0; n], vec![0; n]);
+        let (mut mean, mut rounded) = (vec![0.0; n], vec![0; n]);
         dispatch!(level, simd => update(simd, 1.0, shape, Slices {
             parameters: &mut parameters,
             gradient: &mut gradient,
             mean: &mut mean,
             square: &mut [],
-            half: &mut half,
+            rounded: &mut rounded,
         }));
         assert!(gradient.iter().all(|g| *g == 0.0));
         parameters

@@ -3,7 +3,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask};
 
-use crate::field::half::{round, round_all};
+use crate::field::rounding::Rounding;
 
 /// Adam's constants. `beta1` 0 is Adam without momentum: no first moment is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ impl Default for Adam {
 
 /// Parameters with their gradient and both moments: slices of equal length.
 #[derive(Debug)]
-pub struct Slices<'p> {
+pub struct Slices<'p, B> {
     /// Changed.
     pub parameters: &'p mut [f32],
     /// Read, and zeroed for the next step.
@@ -38,8 +38,8 @@ pub struct Slices<'p> {
     pub mean: &'p mut [f32],
     /// Second moment.
     pub square: &'p mut [f32],
-    /// The parameters once more, rounded to half precision.
-    pub half: &'p mut [u16],
+    /// The parameters once more, rounded.
+    pub rounded: &'p mut [B],
 }
 
 impl Adam {
@@ -53,17 +53,28 @@ impl Adam {
     }
 
     /// One step of every parameter whose register of neighbours received a
-    /// gradient; `rate` comes from [`Adam::corrected`].
+    /// gradient; `rate` comes from [`Adam::corrected`]. Gives the largest magnitude
+    /// that any of them has now.
     #[inline(always)]
-    pub fn update<S: Simd>(&self, simd: S, rate: f32, slices: Slices<'_>) {
-        let Slices { parameters, gradient, mean, square, half } = slices;
+    pub fn update<S: Simd, R: Rounding>(
+        &self,
+        simd: S,
+        rate: f32,
+        rounding: R,
+        slices: Slices<'_, R::Bits>,
+    ) -> f32 {
+        let Slices { parameters, gradient, mean, square, rounded } = slices;
         let whole = parameters.len() / S::f32s::LEN * S::f32s::LEN;
         let kept = 1.0 - rate * self.decay;
-        if mean.is_empty() {
-            self.whole_registers::<S, false>(simd, rate, parameters, gradient, mean, square, half);
+        let mut largest = if mean.is_empty() {
+            self.whole_registers::<S, R, false>(
+                simd, rate, rounding, parameters, gradient, mean, square, rounded,
+            )
         } else {
-            self.whole_registers::<S, true>(simd, rate, parameters, gradient, mean, square, half);
-        }
+            self.whole_registers::<S, R, true>(
+                simd, rate, rounding, parameters, gradient, mean, square, rounded,
+            )
+        };
         for i in whole..parameters.len() {
             let g = std::mem::take(&mut gradient[i]);
             if g == 0.0 {
@@ -77,30 +88,34 @@ impl Adam {
             square[i] += (g * g - square[i]) * (1.0 - self.beta2);
             let change = direction / (square[i].sqrt() + self.epsilon);
             parameters[i] = kept * parameters[i] - rate * change;
+            largest = largest.max(parameters[i].abs());
         }
-        round_all(simd, &parameters[whole..], &mut half[whole..]);
+        rounding.round_all(simd, &parameters[whole..], &mut rounded[whole..]);
+        largest
     }
 
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "the parts of `Slices`")]
-    fn whole_registers<S: Simd, const MEAN: bool>(
+    fn whole_registers<S: Simd, R: Rounding, const MEAN: bool>(
         &self,
         simd: S,
         rate: f32,
+        rounding: R,
         parameters: &mut [f32],
         gradient: &mut [f32],
         mean: &mut [f32],
         square: &mut [f32],
-        half: &mut [u16],
-    ) {
+        rounded: &mut [R::Bits],
+    ) -> f32 {
         let n = S::f32s::LEN;
         let splat = |v: f32| S::f32s::splat(simd, v);
         let rows = parameters
             .chunks_exact_mut(n)
             .zip(gradient.chunks_exact_mut(n))
             .zip(square.chunks_exact_mut(n))
-            .zip(half.chunks_exact_mut(n));
-        for (i, (((p, g), v), h)) in rows.enumerate() {
+            .zip(rounded.chunks_exact_mut(n));
+        let mut largest = splat(0.0);
+        for (i, (((p, g), v), r)) in rows.enumerate() {
             let gradient = S::f32s::from_slice(simd, g);
             if gradient.simd_eq(splat(0.0)).all_true() {
                 continue;
@@ -118,10 +133,12 @@ impl Adam {
             let parameter = S::f32s::from_slice(simd, p);
             let parameter = change.mul_add(splat(-rate), parameter * (1.0 - rate * self.decay));
             parameter.store_slice(p);
-            round(simd, parameter, h);
+            largest = largest.max(parameter.abs());
+            rounding.round(simd, parameter, r);
             square.store_slice(v);
             splat(0.0).store_slice(g);
         }
+        largest.reduce_max()
     }
 }
 
@@ -131,6 +148,7 @@ mod tests {
     use pocketnerf_core::SimdLevel;
 
     use super::*;
+    use crate::field::rounding::Half;
 
     #[test]
     fn two_steps_by_hand() {
@@ -144,21 +162,21 @@ mod tests {
         for level in SimdLevel::ALL.into_iter().filter_map(|level| level.token().ok()) {
             // A register's worth and a rest; the last register has no gradient.
             let mut p = [1.0f32; 33];
-            let (mut g, mut v, mut half) = ([0.0; 33], [0.0; 33], [0; 33]);
+            let (mut g, mut v, mut rounded) = ([0.0; 33], [0.0; 33], [0; 33]);
             for (step, (gradient, expected)) in (1..).zip([2.0, 1.0].into_iter().zip(expected)) {
                 g[..16].fill(gradient);
                 g[32] = gradient;
                 let rate = adam.corrected(0.125, step);
-                dispatch!(level, simd => adam.update(simd, rate, Slices {
+                dispatch!(level, simd => adam.update(simd, rate, Half, Slices {
                     parameters: &mut p,
                     gradient: &mut g,
                     mean: &mut [],
                     square: &mut v,
-                    half: &mut half,
+                    rounded: &mut rounded,
                 }));
                 for i in (0..16).chain([32]) {
                     assert!((p[i] - expected).abs() < 1e-6, "{i}: {} {expected}", p[i]);
-                    assert_eq!(half[i], half[0]);
+                    assert_eq!(rounded[i], rounded[0]);
                 }
                 assert!(p[16..32].iter().all(|p| *p == 1.0) && g == [0.0; 33]);
             }

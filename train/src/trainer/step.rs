@@ -86,8 +86,9 @@ impl Trainer {
 
     /// One update of a grid of cells.
     pub(super) fn look_at_cells(&self, grid: &mut OccupancyGrid) {
-        let Self { layout, config, half, level, backward, limits, workers, seed, .. } = self;
-        let field = layout.view_half(&config.field, half).expect("checked when training began");
+        let Self { layout, config, rounded, level, backward, limits, workers, seed, .. } = self;
+        let field =
+            layout.view_rounded(&config.field, rounded).expect("checked when training began");
         let new = || Worker::new(*limits, backward);
         let step = self.sampling.step;
         match &field {
@@ -116,7 +117,7 @@ impl Trainer {
             roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
             stopwatch: self.stopwatch.as_ref(),
         };
-        let field = self.layout.view_half(&self.config.field, &self.half);
+        let field = self.layout.view_rounded(&self.config.field, &self.rounded);
         let field = field.expect("checked when training began");
         let (seed, step) = (self.seed, u64::from(self.step));
         let (level, limits, n_rays) = (self.level, self.limits, self.n_rays);
@@ -175,7 +176,7 @@ impl Trainer {
     }
 }
 
-/// `T` is how `field` stores its parameters.
+/// `T` is how `field` stores its networks.
 pub(super) fn run_group<T: Store>(
     level: Level,
     group: &mut Group,

@@ -8,12 +8,21 @@ use super::group::{Group, STRIDE};
 use super::optimizer::{Adam, Slices};
 use super::{StepSettings, Trainer, muon};
 use crate::aligned::Aligned;
-use crate::field::{EncodingConfig, scatter_level};
+use crate::field::rounding::{Eighths, Half, Rounding};
+use crate::field::{EncodingConfig, Rounded, scatter_level};
 use crate::stopwatch::{Laps, Stage};
 
-/// A level of the grid: its number, its shape, its parameters and second
-/// moments, its parameters in half precision.
-type Task<'p> = (usize, GridLevel, [&'p mut [f32]; 2], &'p mut [u16]);
+/// A level of the grid that is to be updated.
+struct Task<'p> {
+    number: usize,
+    shape: GridLevel,
+    parameters: &'p mut [f32],
+    /// Second moments.
+    square: &'p mut [f32],
+    /// The parameters, rounded.
+    table: &'p mut [u8],
+    rounding: &'p mut Eighths,
+}
 
 impl Trainer {
     /// Scatter to the grid, sum the networks' gradients, and a step of each: Adam for
@@ -27,7 +36,7 @@ impl Trainer {
             gradient,
             mean,
             square,
-            half,
+            rounded,
             adam,
             level,
             ..
@@ -37,35 +46,37 @@ impl Trainer {
         let start = layout.networks_start();
         let (grid_p, network_p) = parameters.split_at_mut(start);
         let (grid_v, network_v) = square.split_at_mut(start);
-        let (mut grid_h, network_h) = half.split_at_mut(start);
         for group in &*groups {
             for (sum, g) in gradient.iter_mut().zip(&group.network_gradient) {
                 *sum += g;
             }
         }
         laps.end(Stage::Reduce, 1);
-        let network =
-            Slices { parameters: network_p, gradient, mean, square: network_v, half: network_h };
+        let Rounded { tables, scales, networks } = rounded;
+        let network = Slices {
+            parameters: network_p,
+            gradient,
+            mean,
+            square: network_v,
+            rounded: &mut networks[..],
+        };
         let rate = config.network_rate * settings.rate;
         let corrected = adam.corrected(rate, self.step);
         let EncodingConfig::HashGrid(grid) = config.field.encoding else {
-            dispatch!(*level, simd => adam.update(simd, corrected, network));
+            dispatch!(*level, simd => adam.update(simd, corrected, Half, network));
             laps.end(Stage::Adam, 0);
             return;
         };
         let features = grid.n_features_per_level as usize;
         let n_encoded = grid.n_output();
-        let mut rest = [grid_p, grid_v];
+        let (mut rest, mut tables) = ([grid_p, grid_v], &mut tables[..]);
         let mut tasks: Vec<Task<'_>> = Vec::with_capacity(layout.levels().len());
-        for (l, range) in layout.levels().iter().enumerate() {
-            let [parameters, square] = rest.each_mut().map(|slice| {
-                let (head, tail) = std::mem::take(slice).split_at_mut(range.len());
-                *slice = tail;
-                head
-            });
-            let (half, tail) = std::mem::take(&mut grid_h).split_at_mut(range.len());
-            grid_h = tail;
-            tasks.push((l, grid.level(l), [parameters, square], half));
+        for ((number, range), rounding) in layout.levels().iter().enumerate().zip(scales) {
+            let [parameters, square] =
+                rest.each_mut().map(|slice| slice.split_off_mut(..range.len()).unwrap_or_default());
+            let table = tables.split_off_mut(..range.len()).unwrap_or_default();
+            let shape = grid.level(number);
+            tasks.push(Task { number, shape, parameters, square, table, rounding });
         }
         // Fine levels, which take longest, first.
         tasks.reverse();
@@ -78,21 +89,24 @@ impl Trainer {
             if self.step <= muon::STEPS {
                 dispatch!(*level, simd => muon::update_all(simd, rate, layout, (adam, corrected), network));
             } else {
-                dispatch!(*level, simd => adam.update(simd, corrected, network));
+                dispatch!(*level, simd => adam.update(simd, corrected, Half, network));
             }
             laps.end(Stage::Adam, 0);
         };
-        let update_level = |(l, grid_level, [parameters, square], half): Task<'_>| {
+        let update_level = |task: Task<'_>| {
+            let Task { number, shape, parameters, square, table: rounded, rounding } = task;
             let mut laps = Laps::begin(stopwatch);
             // Adam leaves the buffer zeroed.
             let mut buffer = level_gradients.take(|| Aligned::new(largest_level));
             let gradient = &mut buffer[..parameters.len()];
             dispatch!(*level, simd => {
-                scatter_groups(simd, groups, &grid_level, l, features, n_encoded, gradient);
+                scatter_groups(simd, groups, &shape, number, features, n_encoded, gradient);
                 laps.end(Stage::Scatter, 0);
-                let mean = &mut [];
-                let slices = Slices { parameters, gradient, mean, square, half };
-                grid_adam.update(simd, grid_rate, slices);
+                let slices = Slices { parameters, gradient, mean: &mut [], square, rounded };
+                let largest = grid_adam.update(simd, grid_rate, *rounding, slices);
+                if rounding.hold(largest) {
+                    rounding.round_all(simd, parameters, rounded);
+                }
                 laps.end(Stage::Adam, 0);
             });
             level_gradients.put(buffer);

@@ -24,6 +24,7 @@ pub use sections::{kind, section_name};
 use super::guard::{self, Averages};
 use super::{Length, Plan, Run, TrainConfig, Trainer};
 use crate::dataset::Dataset;
+use crate::field::rounding::Eighths;
 use record::RecordV1;
 use sections::V1;
 
@@ -51,6 +52,7 @@ pub struct Checkpoint {
     square: Vec<f32>,
     sum: Vec<f32>,
     density: Vec<f32>,
+    scales: Option<Vec<Eighths>>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
 }
@@ -73,6 +75,9 @@ pub fn write(
     add(kind::MEAN, bytemuck::must_cast_slice(&trainer.mean));
     add(kind::SQUARE, bytemuck::must_cast_slice(&trainer.square));
     add(kind::DENSITY, bytemuck::must_cast_slice(trainer.grid.state().0));
+    let scales: Vec<u8> =
+        trainer.rounded.scales().map(|s| s.scale_log2().cast_unsigned()).collect();
+    add(kind::SCALES, &scales);
     if trainer.averaged > 0 {
         add(kind::SUM, bytemuck::must_cast_slice(&trainer.sum));
     }
@@ -182,6 +187,10 @@ impl Checkpoint {
         let restored = trainer.grid.restore(density, updates, &self.coarse, &self.fine);
         changed("cells that may be occupied", restored)?;
         trainer.set_parameters(|_, parameters| parameters.copy_from_slice(&self.parameters));
+        if let Some(scales) = &self.scales {
+            let Trainer { rounded, level, layout, parameters, .. } = &mut trainer;
+            rounded.round_tables(*level, layout, scales, parameters);
+        }
         trainer.mean = self.mean;
         trainer.square.copy_from_slice(&self.square);
         (trainer.sum, trainer.averaged) = (self.sum, record.averaged);

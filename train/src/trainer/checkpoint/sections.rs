@@ -8,6 +8,7 @@ use pocketnerf_formats::{ModelFile, Section, SectionId};
 
 use super::record::RecordV1;
 use super::{Checkpoint, Problem};
+use crate::field::rounding::Eighths;
 use crate::field::{EncodingConfig, FieldConfig, Layout};
 
 /// Kinds of the sections that a checkpoint has beside those of a model.
@@ -26,6 +27,10 @@ pub mod kind {
     /// Sum of the parameters of the steps that are averaged, f32, in the order of
     /// the model's tensors; only once there are such steps.
     pub const SUM: u32 = PROGRAM + 4;
+    /// How the forward pass rounds each level of the grid: the exponents of its
+    /// units, a byte each. Programs that had none rounded otherwise: without it, as
+    /// finely as holds the parameters.
+    pub const SCALES: u32 = PROGRAM + 5;
 }
 
 /// Version of every section so far.
@@ -40,6 +45,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::SQUARE => Some("SQUARE"),
         kind::DENSITY => Some("DENSITY"),
         kind::SUM => Some("SUM"),
+        kind::SCALES => Some("SCALES"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -74,6 +80,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         0 => Vec::new(),
         _ => moments(kind::SUM, parameters.len())?,
     };
+    let scales = scales(&model_file, layout.levels().len())?;
     // How many there must be, the dataset will tell.
     let density = floats(section(&model_file, kind::DENSITY)?.bytes);
     if !density.iter().all(|d| *d >= 0.0) {
@@ -91,6 +98,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         square,
         sum,
         density,
+        scales,
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
         parameters,
@@ -105,6 +113,20 @@ fn section<'a>(file: &ModelFile<'a>, kind: u32) -> Result<Section<'a>, Problem> 
         return Err(Problem::Version { section: id, found: section.version });
     }
     Ok(section)
+}
+
+/// How the levels of the grid are rounded, where the file says it.
+fn scales(file: &ModelFile<'_>, n_levels: usize) -> Result<Option<Vec<Eighths>>, Problem> {
+    if file.container().find(SectionId::first(kind::SCALES)).is_none() {
+        return Ok(None);
+    }
+    let section = section(file, kind::SCALES)?;
+    let (expected, found) = (n_levels as u64, section.bytes.len() as u64);
+    if expected != found {
+        return Err(Problem::Length { section: section.id, expected, found });
+    }
+    let scales = section.bytes.iter().map(|byte| Eighths::at(byte.cast_signed()));
+    scales.collect::<Option<_>>().ok_or(Problem::State("section SCALES")).map(Some)
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {

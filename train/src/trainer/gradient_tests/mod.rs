@@ -1,12 +1,13 @@
 //! Gradients against finite differences, and the roulette against all samples.
 //!
 //! The loss is half the sum of squared errors. The groups run on `f32`
-//! parameters: half precision would round the steps of the differences away.
+//! parameters: those of the forward pass, rounded, would round the steps of the differences away.
 
 mod differences;
 mod loss;
 mod roulette;
 
+use fearless_simd::dispatch;
 use pocketnerf_core::Camera;
 use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;

@@ -1,0 +1,193 @@
+//! How parameters are rounded for the forward pass of training.
+
+use fearless_simd::{Bytes, Select, Simd, SimdBase};
+use pocketnerf_core::tensor::SCALE_LOG2;
+
+/// How parameters are rounded.
+pub trait Rounding: Copy {
+    /// A rounded parameter.
+    type Bits: Copy;
+
+    /// Rounds a register of parameters.
+    fn round<S: Simd>(self, simd: S, values: S::f32s, to: &mut [Self::Bits]);
+
+    /// Rounds all of `parameters`.
+    #[inline(always)]
+    fn round_all<S: Simd>(self, simd: S, parameters: &[f32], to: &mut [Self::Bits]) {
+        let n = S::f32s::LEN;
+        for (values, to) in parameters.chunks(n).zip(to.chunks_mut(n)) {
+            let mut padded = [0.0; 16];
+            padded[..values.len()].copy_from_slice(values);
+            self.round(simd, S::f32s::from_slice(simd, &padded[..n]), to);
+        }
+    }
+}
+
+/// To half precision, nearest and ties to even. What is too large becomes the
+/// largest; NaN stays NaN. For networks.
+#[derive(Clone, Copy, Debug)]
+pub struct Half;
+
+impl Half {
+    /// Exponent of the unit of the stored values: nothing that is learnt comes
+    /// near 255.
+    pub const SCALE_LOG2: i8 = -8;
+}
+
+/// f16's largest number.
+const MAX: f32 = 65504.0;
+/// 2^(8 − 112): the unit and the difference of f32's and f16's exponent biases.
+const SCALE: f32 = power(-112 - Half::SCALE_LOG2 as i32);
+/// 2^−112.
+const REBIAS: f32 = power(-112);
+
+/// 2^`exponent`.
+const fn power(exponent: i32) -> f32 {
+    f32::from_bits(((127 + exponent) as u32) << 23)
+}
+
+impl Rounding for Half {
+    type Bits = u16;
+
+    #[inline(always)]
+    fn round<S: Simd>(self, simd: S, values: S::f32s, to: &mut [u16]) {
+        let most = S::f32s::splat(simd, MAX * REBIAS);
+        let scaled = values * SCALE;
+        let cut = scaled.min_precise(most).max_precise(-most);
+        // Cutting off would hide NaN.
+        let bits: S::u32s = scaled.simd_eq(scaled).select(cut, scaled).bitcast();
+        let magnitude = bits & 0x7fff_ffff;
+        let rounded = (magnitude + ((magnitude >> 13) & 1) + 0xfff) >> 13;
+        let halves = rounded | ((bits >> 16) & 0x8000);
+        let mut wide = [0u32; 16];
+        halves.store_slice(&mut wide[..S::u32s::LEN]);
+        for (half, wide) in to.iter_mut().zip(&wide[..S::u32s::LEN]) {
+            *half = *wide as u16;
+        }
+    }
+}
+
+/// To whole multiples of a power of two that fit a byte, from -127 to 127, nearest
+/// and ties to even; what lies beyond becomes the largest, NaN anything. For tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Eighths {
+    /// Exponent of the unit of the stored values.
+    scale_log2: i8,
+}
+
+impl Eighths {
+    /// For magnitudes up to 2^-17: entries begin larger, and as different numbers.
+    pub const FINEST: Self = Self { scale_log2: -24 };
+    /// The coarsest that model files know.
+    const COARSEST: Self = Self { scale_log2: *SCALE_LOG2.end() };
+    /// Largest magnitude, in units.
+    const MOST: f32 = 127.0;
+
+    /// At this exponent, `None` where no run would have come to it.
+    #[must_use]
+    pub fn at(scale_log2: i8) -> Option<Self> {
+        let sound = Self::FINEST.scale_log2..=Self::COARSEST.scale_log2;
+        sound.contains(&scale_log2).then_some(Self { scale_log2 })
+    }
+
+    /// Exponent of the unit of the stored values.
+    #[must_use]
+    pub const fn scale_log2(self) -> i8 {
+        self.scale_log2
+    }
+
+    /// Becomes as coarse as values of this magnitude need; says whether it was not
+    /// before.
+    pub fn hold(&mut self, largest: f32) -> bool {
+        let before = *self;
+        while largest > Self::MOST * power(self.scale_log2.into()) && *self != Self::COARSEST {
+            self.scale_log2 += 1;
+        }
+        *self != before
+    }
+}
+
+impl Rounding for Eighths {
+    type Bits = u8;
+
+    #[inline(always)]
+    fn round<S: Simd>(self, simd: S, values: S::f32s, to: &mut [u8]) {
+        // The integers of f32 begin at 2^23: an addition rounds to them, and the
+        // lowest byte is that of the integer.
+        const INTEGERS: f32 = 12_582_912.0;
+        let most = S::f32s::splat(simd, Self::MOST);
+        let scaled = values * power(-i32::from(self.scale_log2));
+        let whole = scaled.min_precise(most).max_precise(-most) + INTEGERS;
+        let mut wide = [0u32; 16];
+        whole.bitcast::<S::u32s>().store_slice(&mut wide[..S::u32s::LEN]);
+        for (byte, wide) in to.iter_mut().zip(&wide[..S::u32s::LEN]) {
+            *byte = *wide as u8;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fearless_simd::{Level, dispatch};
+    use half::f16;
+
+    /// Numbers of many sizes, both signs, and some beyond what can be held.
+    fn numbers() -> Vec<f32> {
+        let mut values = vec![0.0f32, -0.0, 1.0, -1.0, 300.0, -1e9, f32::INFINITY, 1e-30];
+        let mut state = 1u32;
+        for _ in 0..4096 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let size = 2f32.powi((state >> 27) as i32 - 22);
+            values.push((state as f32 / 2f32.powi(31) - 1.0) * size);
+        }
+        // A tie between two neighbours, both ways.
+        values.extend([1.0 + 2f32.powi(-11), 1.0 + 3.0 * 2f32.powi(-11)]);
+        values
+    }
+
+    #[test]
+    fn halves_are_those_of_the_half_crate() {
+        let values = numbers();
+        let mut halves = vec![0u16; values.len()];
+        let level = Level::new();
+        dispatch!(level, simd => Half.round_all(simd, &values, &mut halves));
+        for (value, bits) in values.iter().zip(&halves) {
+            let expected = f16::from_f32((value * 256.0).clamp(-MAX, MAX));
+            assert_eq!(*bits, expected.to_bits(), "{value}");
+        }
+        let mut nan = [0u16; 1];
+        dispatch!(level, simd => Half.round_all(simd, &[f32::NAN], &mut nan));
+        assert!(f16::from_bits(nan[0]).is_nan());
+    }
+
+    #[test]
+    fn bytes_are_the_nearest_multiples() {
+        let mut values = numbers();
+        values.extend([0.5, 1.5, 2.5, -0.5, -1.5, 126.5, 127.5].map(|v| v / 128.0));
+        let scale = Eighths::at(-7).unwrap();
+        for level in pocketnerf_core::SimdLevel::ALL.into_iter().filter_map(|l| l.token().ok()) {
+            let mut bytes = vec![0u8; values.len()];
+            dispatch!(level, simd => scale.round_all(simd, &values, &mut bytes));
+            for (value, byte) in values.iter().zip(&bytes) {
+                let expected = (value * 128.0).round_ties_even().clamp(-127.0, 127.0);
+                assert_eq!(f32::from(byte.cast_signed()), expected, "{level:?} {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn units_grow_with_what_they_have_to_hold() {
+        let mut scale = Eighths::FINEST;
+        assert!(!scale.hold(0.0) && !scale.hold(f32::NAN));
+        // 127 units of 2^-7, and a little more.
+        assert!(scale.hold(127.0 / 128.0));
+        assert_eq!(scale.scale_log2(), -7);
+        assert!(!scale.hold(127.0 / 128.0) && !scale.hold(0.1));
+        assert!(scale.hold(1.0));
+        assert_eq!(scale.scale_log2(), -6);
+        assert!(scale.hold(f32::INFINITY) && !scale.hold(f32::INFINITY));
+        assert_eq!(Some(scale), Eighths::at(*SCALE_LOG2.end()));
+        assert_eq!(Eighths::at(-25), None);
+    }
+}
