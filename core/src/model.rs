@@ -110,6 +110,9 @@ impl<'a> Model<'a> {
         if needed.width > limits.width {
             return Err(Error::Limits("widest layer"));
         }
+        if needed.rows.iter().zip(&limits.rows).any(|(needed, given)| needed > given) {
+            return Err(Error::Limits("rows of samples"));
+        }
         if needed.channels > limits.channels {
             return Err(Error::Limits("channels of a ray"));
         }

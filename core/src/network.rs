@@ -212,8 +212,8 @@ fn multiply_panel<S: Simd, const V: usize>(
 impl Mlp<'_> {
     /// Applies all layers to `n` points (a multiple of 16, at most `stride`).
     ///
-    /// `input` is `[n_input][stride]` and is overwritten, `other` is scratch of
-    /// as many rows as the widest layer, like `input`; the result goes to
+    /// `input` is `[n_input][stride]` and is overwritten by every second hidden
+    /// layer, `other` is scratch for the layers between; the result goes to
     /// `output`, `[n_output][stride]`.
     #[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
     pub fn forward<S: Simd, T: Store>(

@@ -9,6 +9,10 @@ pub struct Limits {
     /// Widest layer: the position encoding's output, any network's input,
     /// hidden layer or output.
     pub width: usize,
+    /// Rows of a batch of samples in each of the two buffers that layers alternate
+    /// between: the position encoding's output and every second layer after it, and
+    /// the layers between. What is computed once a ray takes turns in them.
+    pub rows: [usize; 2],
     /// Features that the density network gives, and channels that a ray
     /// accumulates, whichever is more; at least 3.
     pub channels: usize,
@@ -25,7 +29,7 @@ pub struct Tuning {
 
 impl Limits {
     /// Enough for every hash grid with networks up to 64 wide.
-    pub const SMALL: Self = Self { width: 64, channels: 15 };
+    pub const SMALL: Self = Self { width: 64, rows: [64; 2], channels: 15 };
 }
 
 impl Tuning {
@@ -61,19 +65,26 @@ const SAMPLE_ROWS: usize = 8;
 pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
     let stride = tuning.stride();
     ALIGNMENT
-        + 2 * limits.width * stride
+        + buffer_len(limits, tuning, 0)
+        + buffer_len(limits, tuning, 1)
         + (1 + limits.channels) * stride
         + panel_len(limits.width)
         + SAMPLE_ROWS * stride
         + tuning.rays * (RAY_ROWS + sums_len(limits.channels))
 }
 
-/// Buffers of one batch of samples; rows are `stride` values apart.
+/// Values of a buffer: its rows of a batch, and sixteen columns of any layer.
+const fn buffer_len(limits: Limits, tuning: Tuning, buffer: usize) -> usize {
+    let (batch, least) = (limits.rows[buffer] * tuning.stride(), limits.width * LANES);
+    if batch > least { batch } else { least }
+}
+
+/// Buffers of one batch; rows are `stride` values apart.
 #[derive(Debug)]
 pub struct Workspace<'s> {
-    /// `[width][stride]`: encoded points, and every second layer.
+    /// `[rows][stride]`: encoded points, and every second layer.
     pub a: &'s mut [f32],
-    /// `[width][stride]`: the other layers.
+    /// `[rows][stride]`: the other layers.
     pub b: &'s mut [f32],
     /// `[1 + channels][stride]`: what a field gives.
     pub output: &'s mut [f32],
@@ -81,6 +92,18 @@ pub struct Workspace<'s> {
     pub panel: &'s mut [f32],
     /// Distance between rows.
     pub stride: usize,
+}
+
+impl Workspace<'_> {
+    /// The same memory for layers up to `width` wide: as many columns as find room,
+    /// at most as many as before; an odd number of sixteens, or rows would compete for
+    /// the same lines of the cache.
+    pub(crate) fn for_width(&mut self, width: usize) -> Workspace<'_> {
+        let Self { a, b, output, panel, stride } = self;
+        let sixteens = (a.len().min(b.len()) / width).min(*stride) / LANES;
+        let stride = ((sixteens - 1) | 1) * LANES;
+        Workspace { a, b, output, panel, stride }
+    }
 }
 
 /// All of the scratch.
@@ -115,8 +138,8 @@ impl<'s> Scratch<'s> {
         };
         Self {
             work: Workspace {
-                a: take(limits.width * stride),
-                b: take(limits.width * stride),
+                a: take(buffer_len(limits, tuning, 0)),
+                b: take(buffer_len(limits, tuning, 1)),
                 output: take((1 + limits.channels) * stride),
                 panel: take(panel_len(limits.width)),
                 stride,

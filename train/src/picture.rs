@@ -237,3 +237,27 @@ pub fn render(model: &Model<'_>, camera: &Camera, settings: &Settings) -> Result
     renderer.render(camera)?;
     Ok(renderer.picture)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Layout;
+    use crate::trainer::{Length, TrainConfig};
+
+    #[test]
+    fn a_thread_renders_in_less_than_a_mebibyte() {
+        // Of a table of half a mebibyte, each of two threads has half.
+        const TABLE: usize = (1 << 19) / 2;
+        let long = TrainConfig::hash_grid().for_length(Length::Seconds(1200.0));
+        for config in [TrainConfig::hash_grid(), long.clone(), long.for_speed()] {
+            let layout = Layout::new(&config.field);
+            let parameters = vec![0.0; layout.len()];
+            let field = layout.view(&config.field, &parameters).unwrap();
+            let tuning = Tuning::FAST;
+            let scratch = pocketnerf_core::scratch::scratch_len(field.limits(), tuning);
+            let tile = 4 * (TILE[0] * TILE[1]) as usize;
+            let bytes = size_of::<f32>() * (scratch + tile) + TABLE;
+            assert!(bytes <= 1 << 20, "{bytes}");
+        }
+    }
+}

@@ -84,6 +84,7 @@ pub trait Field {
         let decoder = self.decoder();
         Limits {
             width: self.n_encoded().max(decoder.density.max_width()).max(decoder.color.max_width()),
+            rows: decoder.rows(self.n_encoded()),
             channels: decoder.channels().max(decoder.n_features as usize).max(3),
         }
     }

@@ -60,43 +60,51 @@ impl Group<'_, '_, '_, '_> {
         target: &mut Target<'_>,
     ) {
         let channels = decoder.channels();
-        let mut n = 0;
-        for ray in 0..self.count {
-            let rows = &self.scratch.rays[ray / LANES];
-            let gathered = flight::gathered(rows, ray % LANES);
-            if gathered.opacity > 0.0 {
-                let work = &mut self.scratch.work;
-                let sums = &self.scratch.sums[ray * sums_len(channels) + 1..][..channels];
-                for (row, sum) in work.a.chunks_mut(work.stride).zip(sums) {
-                    row[n] = sum / gathered.opacity;
+        let rows = &self.scratch.rays[..self.count.div_ceil(LANES)];
+        let mut work = self.scratch.work.for_width(decoder.color.max_width());
+        let most = work.stride;
+        let mut first = 0;
+        while first < self.count {
+            // As many hit rays as find room.
+            let (mut n, mut end) = (0, first);
+            while end < self.count && n < most {
+                let (rows, lane) = (&rows[end / LANES], end % LANES);
+                let gathered = flight::gathered(rows, lane);
+                if gathered.opacity > 0.0 {
+                    let sums = &self.scratch.sums[end * sums_len(channels) + 1..][..channels];
+                    for (row, sum) in work.a.chunks_mut(work.stride).zip(sums) {
+                        row[n] = sum / gathered.opacity;
+                    }
+                    let directions = self.scratch.directions.iter_mut();
+                    for (row, d) in directions.zip(&rows[flight::DIRECTION]) {
+                        row[n] = d[lane];
+                    }
+                    n += 1;
                 }
-                let directions = self.scratch.directions.iter_mut();
-                for (row, d) in directions.zip(&rows[flight::DIRECTION]) {
-                    row[n] = d[ray % LANES];
+                end += 1;
+            }
+            let padded = n.next_multiple_of(LANES);
+            for row in work.a.chunks_mut(work.stride).take(channels) {
+                row[n..padded].fill(0.0);
+            }
+            for row in &mut self.scratch.directions {
+                row[n..padded].fill(0.0);
+            }
+            let directions = [0, 1, 2].map(|axis| &*self.scratch.directions[axis]);
+            decoder.colors::<S, T>(simd, directions, padded, &mut work);
+            let mut column = 0;
+            for ray in first..end {
+                let (rows, lane) = (&rows[ray / LANES], ray % LANES);
+                let (pixel, gathered) = (flight::pixel(rows, lane), flight::gathered(rows, lane));
+                target.rgba[pixel] = [0.0; 4];
+                if gathered.opacity > 0.0 {
+                    let alpha = gathered.alpha(self.min_transmittance);
+                    let color = |row: usize| alpha * work.output[row * work.stride + column];
+                    target.rgba[pixel] = [color(1), color(2), color(3), alpha];
+                    column += 1;
                 }
-                n += 1;
             }
-        }
-        let padded = n.next_multiple_of(LANES);
-        let work = &mut self.scratch.work;
-        for row in work.a.chunks_mut(work.stride).take(channels) {
-            row[n..padded].fill(0.0);
-        }
-        for row in &mut self.scratch.directions {
-            row[n..padded].fill(0.0);
-        }
-        let directions = [0, 1, 2].map(|axis| &*self.scratch.directions[axis]);
-        decoder.colors::<S, T>(simd, directions, padded, work);
-        let mut column = 0;
-        for (pixel, gathered) in self.finished() {
-            target.rgba[pixel] = [0.0; 4];
-            if gathered.opacity > 0.0 {
-                let alpha = gathered.alpha(self.min_transmittance);
-                let work = &self.scratch.work;
-                let color = |row: usize| alpha * work.output[row * work.stride + column];
-                target.rgba[pixel] = [color(1), color(2), color(3), alpha];
-                column += 1;
-            }
+            first = end;
         }
     }
 }

@@ -124,6 +124,7 @@ fn generous_limits_do_not_show() {
             let exact = options(&model, level, Tuning::SMALL);
             let mut generous = exact;
             generous.limits.width += 40;
+            generous.limits.rows = generous.limits.rows.map(|rows| rows + 40);
             generous.limits.channels += 5;
             picture::tile(&model, &camera, whole(&camera), &generous).assert_same(
                 &picture::tile(&model, &camera, whole(&camera), &exact),

@@ -60,9 +60,13 @@ fn short_buffers() {
 fn limits_that_the_model_exceeds() {
     let model = Recipe::PLAIN.build();
     let fits = options(&model, SimdLevel::Portable, Tuning::SMALL);
-    let Limits { width, channels } = fits.limits;
-    for limits in [Limits { width: width - 1, channels }, Limits { width, channels: channels - 1 }]
-    {
+    let Limits { width, rows: [a, b], channels } = fits.limits;
+    for limits in [
+        Limits { width: width - 1, ..fits.limits },
+        Limits { rows: [a - 1, b], ..fits.limits },
+        Limits { rows: [a, b - 1], ..fits.limits },
+        Limits { channels: channels - 1, ..fits.limits },
+    ] {
         let options = RenderOptions { limits, ..fits };
         let error = refused(&model, &options, fits.scratch_len(), 60, 15);
         assert!(matches!(error, Error::Limits(_)), "{error}");
