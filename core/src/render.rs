@@ -10,7 +10,7 @@ mod detail;
 mod driver;
 mod finish;
 mod flight;
-
+mod foreground;
 mod group;
 mod observe;
 mod passes;
@@ -100,7 +100,7 @@ impl Tile {
 /// What rendering a tile took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RenderStats {
-    /// Rays cast; the other pixels are interpolated.
+    /// Rays cast; the other pixels are interpolated, or empty before one is cast.
     pub rays: u64,
     /// Samples at which the field was asked.
     pub samples: u64,

@@ -70,7 +70,7 @@ pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
         + (1 + limits.channels) * stride
         + panel_len(limits.width)
         + SAMPLE_ROWS * stride
-        + tuning.rays * (RAY_ROWS + sums_len(limits.channels))
+        + tuning.rays * (RAY_ROWS + sums_len(limits.channels) + 1)
 }
 
 /// Values of a buffer: its rows of a batch, and sixteen columns of any layer.
@@ -122,6 +122,8 @@ pub(crate) struct Scratch<'s> {
     pub(crate) rays: &'s mut [[[f32; LANES]; RAY_ROWS]],
     /// [`sums_len`] sums a ray.
     pub(crate) sums: &'s mut [f32],
+    /// Depths of squares of pixels, as many as rays.
+    pub(crate) depths: &'s mut [f32],
 }
 
 impl<'s> Scratch<'s> {
@@ -150,6 +152,7 @@ impl<'s> Scratch<'s> {
             owners: take(stride),
             rays: take(tuning.rays * RAY_ROWS).as_chunks_mut().0.as_chunks_mut().0,
             sums: take(tuning.rays * sums_len(limits.channels)),
+            depths: take(tuning.rays),
         }
     }
 }

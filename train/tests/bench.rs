@@ -83,6 +83,7 @@ fn everything_is_there() {
         "interpolated_share",
         "ns_per_pixel_outside",
         "ns_per_pixel_empty",
+        "ns_per_pixel_missed",
     ] {
         positive(&rendering[key], key);
     }

@@ -129,6 +129,21 @@ impl<'a> Occupancy<'a> {
         (1..EMPTY_ROWS).take_while(|kind| is_empty(1 << kind)).count() as u16
     }
 
+    /// The side, in blocks, of the largest cube of empty blocks around a block of
+    /// cascade 0 that is known; 0 where the block holds anything, no end outside the grid.
+    pub(crate) fn empty_blocks(&self, [x, y, z]: [u32; 3]) -> u32 {
+        let n = self.resolution / BLOCK;
+        if x >= n || y >= n || z >= n {
+            return u32::MAX;
+        }
+        let block = (x + n * (y + n * z)) as usize;
+        match self.table.row_of.get(block).map(|row| u16::from_le_bytes(*row)) {
+            Some(row) if usize::from(row) < EMPTY_ROWS => 1 << row,
+            Some(_) => 0,
+            None => u32::from(self.coarse.get(block).is_none_or(|number| *number == [0; 2])),
+        }
+    }
+
     /// What lies around the cell at a [`place`] of the block with this number.
     #[inline(always)]
     pub(crate) fn around(&self, block: u32, place: u32) -> Surroundings {

@@ -41,7 +41,7 @@ mod math;
 mod network;
 mod ray;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use network::MAX_WIDTH;
 pub use ray::RayResult;

@@ -3,6 +3,7 @@
 use fearless_simd::{Simd, dispatch};
 
 use crate::field::{AnyField, Field};
+use crate::render::foreground::Foreground;
 use crate::render::group::Group;
 use crate::render::observe::{Observer, Stage};
 use crate::render::passes::{Pass, Span};
@@ -60,8 +61,13 @@ pub(super) fn render(
         samples: 0,
         observer,
     };
+    let depths = core::mem::take(&mut group.scratch.depths);
+    let foreground = match skip {
+        true => source.foreground(model, span.to, depths),
+        false => Foreground::unknown(depths),
+    };
     let rgba = rgba.as_chunks_mut().0;
-    let mut target = Target { rgba, depth, size, cell: source.cell(model) };
+    let mut target = Target { rgba, depth, size, cell: source.cell(model), foreground };
     dispatch!(level, simd => match &model.field {
         #[cfg(feature = "hash-grid")]
         AnyField::HashGrid(field) => each_pass(simd, field, &mut group, job, &mut target),
@@ -84,7 +90,9 @@ fn each_pass<S: Simd, F: Field>(
     let (source, detail) = (job.source, job.options.detail);
     for pass in job.span.passes(target.size) {
         match field.decoder().density.layers()[0].weight.dtype() {
-            DType::F32 => one_pass::<S, F32, F>(simd, field, group, source, pass, detail, target),
+            DType::F32 => {
+                one_pass::<S, F32, F>(simd, field, group, source, pass, detail, target);
+            }
             // Networks are of no other type.
             DType::F16 | DType::I8 => {
                 one_pass::<S, F16, F>(simd, field, group, source, pass, detail, target);
@@ -106,13 +114,20 @@ fn one_pass<S: Simd, T: Store, F: Field>(
     let tolerance = detail.tolerance(pass.half());
     let mut pixels = pass.pixels();
     loop {
-        let (mut numbers, mut n, mut seen) = ([0; LANES], 0, 0);
+        let (mut numbers, mut depths) = ([0; LANES], [0.0; LANES]);
+        let (mut n, mut seen) = (0, 0);
         for [x, y] in pixels.by_ref() {
             seen += 1;
+            let number = y * target.size[0] + x;
+            let depth = target.foreground.depth([x, y]);
+            if depth == f32::INFINITY {
+                target.clear(number);
+                continue;
+            }
             if pass.half() > 0 && target.interpolate(pass, [x, y], tolerance) {
                 continue;
             }
-            numbers[n] = y * target.size[0] + x;
+            (numbers[n], depths[n]) = (number, depth);
             n += 1;
             if n == LANES {
                 break;
@@ -120,7 +135,8 @@ fn one_pass<S: Simd, T: Store, F: Field>(
         }
         group.ended(Stage::Interpolate, seen);
         group.rays += n as u64;
-        group.add(simd, source, &numbers[..n], |pixel| target.clear(pixel));
+        let known = target.foreground.is_known().then_some((&depths, target.foreground.axis));
+        group.add(simd, source, &numbers[..n], known, |pixel| target.clear(pixel));
         group.ended(Stage::Aim, n);
         let is_over = n < LANES && pass.is_read_next();
         if group.is_full() || (is_over && group.count > 0) {

@@ -48,17 +48,22 @@ impl Group<'_, '_, '_, '_> {
     }
 
     /// Adds the rays of these numbers, at most sixteen, that meet an occupied
-    /// cell; calls `missed` for those that do not.
+    /// cell; calls `missed` for those that do not. `known` are depths at which they
+    /// may begin, and the depth of a unit vector.
     pub(super) fn add<S: Simd>(
         &mut self,
         simd: S,
         source: &(impl Source + ?Sized),
         numbers: &[u32],
+        known: Option<(&[f32; LANES], [f32; 3])>,
         mut missed: impl FnMut(u32),
     ) {
         let mut bundle = Bundle::EMPTY;
         source.fill(simd, numbers, &mut bundle);
         self.marcher.enter(simd, &mut bundle);
+        if let Some((depths, axis)) = known {
+            self.marcher.begin_at(simd, &mut bundle, depths, axis);
+        }
         (numbers.len()..LANES).for_each(|lane| bundle.stop(lane));
         self.marcher.seek(simd, &mut bundle);
         for (lane, number) in numbers.iter().enumerate() {

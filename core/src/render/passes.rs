@@ -103,40 +103,37 @@ impl Pass {
         self.half
     }
 
-    /// Calls `each` for the neighbours of a pixel that earlier passes have found:
-    /// the corners or the ends of what it is the middle of, and for the middle of
-    /// a side also those of the two squares beside it. The first argument is 0 for
-    /// two neighbours that face each other, 1 for the other two.
+    /// The four neighbours of a pixel that earlier passes have found, two that face
+    /// each other and the other two: the corners of the square that it is the middle
+    /// of; or the ends of the side that it is the middle of, and the middles of the two
+    /// squares beside it. `None` at the tile's edge, where there are fewer.
     #[inline(always)]
-    pub(super) fn neighbours(self, [x, y]: [u32; 2], mut each: impl FnMut(usize, [u32; 2])) {
+    pub(super) fn neighbours(self, [x, y]: [u32; 2]) -> Option<[[u32; 2]; 4]> {
         let around = |lines: Lines, c: u32| [c - self.half, (c + self.half).min(lines.n - 1)];
         match (self.columns.last, self.rows.last) {
             (false, false) => {
-                let ([left, right], [top, bottom]) =
-                    (around(self.columns, x), around(self.rows, y));
-                each(0, [left, top]);
-                each(0, [right, bottom]);
-                each(1, [right, top]);
-                each(1, [left, bottom]);
+                let [left, right] = around(self.columns, x);
+                let [top, bottom] = around(self.rows, y);
+                Some([[left, top], [right, bottom], [right, top], [left, bottom]])
             }
             (false, true) => {
-                around(self.columns, x).into_iter().for_each(|x| each(0, [x, y]));
-                self.beside(self.rows, y).for_each(|y| each(1, [x, y]));
+                let [left, right] = around(self.columns, x);
+                let [top, bottom] = self.beside(self.rows, y)?;
+                Some([[left, y], [right, y], [x, top], [x, bottom]])
             }
             (true, _) => {
-                around(self.rows, y).into_iter().for_each(|y| each(0, [x, y]));
-                self.beside(self.columns, x).for_each(|x| each(1, [x, y]));
+                let [top, bottom] = around(self.rows, y);
+                let [left, right] = self.beside(self.columns, x)?;
+                Some([[x, top], [x, bottom], [left, y], [right, y]])
             }
         }
     }
 
-    /// The middles of the squares on both sides of line `c`, where there are any.
+    /// The middles of the squares on both sides of line `c`, where there are two.
     #[inline(always)]
-    fn beside(self, lines: Lines, c: u32) -> impl Iterator<Item = u32> {
-        let regular = c.is_multiple_of(lines.step);
-        let before = (regular && c > 0).then(|| c - self.half);
-        let after = (regular && c + self.half + 1 < lines.n).then(|| c + self.half);
-        before.into_iter().chain(after)
+    fn beside(self, lines: Lines, c: u32) -> Option<[u32; 2]> {
+        let inside = c.is_multiple_of(lines.step) && c > 0 && c + self.half + 1 < lines.n;
+        inside.then(|| [c - self.half, c + self.half])
     }
 }
 
@@ -154,16 +151,17 @@ mod tests {
                 for (number, pass) in Span::all(spacing).passes([width, height]).enumerate() {
                     for [x, y] in pass.pixels() {
                         if pass.half() > 0 {
-                            let mut n = 0;
-                            pass.neighbours([x, y], |_, [a, b]| {
+                            let neighbours = pass.neighbours([x, y]);
+                            for [a, b] in neighbours.into_iter().flatten() {
                                 let theirs = pass_of[(b * width + a) as usize];
                                 assert!(theirs > 0 && theirs < number + 1, "{x} {y}: {a} {b}");
                                 assert!(
                                     a.abs_diff(x) <= pass.half() && b.abs_diff(y) <= pass.half()
                                 );
-                                n += 1;
-                            });
-                            assert!((2..=4).contains(&n));
+                            }
+                            let at_edge = |c: u32, n: u32| c == 0 || c + spacing >= n;
+                            let at_edge = at_edge(x, width) || at_edge(y, height);
+                            assert!(neighbours.is_some() || at_edge, "{x} {y}");
                         }
                         let mine = &mut pass_of[(y * width + x) as usize];
                         assert_eq!(*mine, 0, "{x} {y} again");

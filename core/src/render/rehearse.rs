@@ -1,6 +1,7 @@
 //! What interpolation would make of a picture, tried on the finest of it.
 
 use crate::Error;
+use crate::render::foreground::Foreground;
 use crate::render::passes::Span;
 use crate::render::target::Target;
 use crate::render::{Detail, RenderStats};
@@ -27,7 +28,9 @@ pub fn rehearse_tile(
     }
     let finest = finest.as_chunks::<4>().0;
     let rgba = rgba.as_chunks_mut().0;
-    let mut target = Target { rgba, depth: None, size: [width, height], cell: 0.0 };
+    let foreground = Foreground::unknown(&mut []);
+    let size = [width, height];
+    let mut target = Target { rgba, depth: None, size, cell: 0.0, foreground };
     let mut stats = RenderStats::default();
     for pass in Span::all(detail.spacing()).passes([width, height]) {
         let tolerance = detail.tolerance(pass.half());

@@ -4,6 +4,7 @@ use fearless_simd::{Simd, SimdBase};
 
 use crate::camera::{Camera, Ray};
 use crate::render::Tile;
+use crate::render::foreground::Foreground;
 use crate::sampler::{Bundle, LANES};
 use crate::{Error, Model, Space};
 
@@ -15,6 +16,14 @@ pub(super) trait Source {
     /// Puts the rays of these numbers, at most sixteen, into the bundle's first
     /// lanes, to be sampled in the middle of their steps.
     fn fill<S: Simd>(&self, simd: S, numbers: &[u32], bundle: &mut Bundle);
+
+    /// What the rays see, every `spacing`-th along both axes; `depths` is its memory.
+    fn foreground<'s>(
+        &self,
+        model: &Model<'_>,
+        spacing: u32,
+        depths: &'s mut [f32],
+    ) -> Foreground<'s>;
 
     /// Rays that lie side by side and meet the narrowest of the model's cells.
     fn cell(&self, model: &Model<'_>) -> f32;
@@ -32,6 +41,11 @@ impl Source for [Ray] {
         for (lane, number) in numbers.iter().enumerate() {
             bundle.set(lane, &self[*number as usize], 0.5);
         }
+    }
+
+    /// Nothing is known of where they go.
+    fn foreground<'s>(&self, _: &Model<'_>, _: u32, depths: &'s mut [f32]) -> Foreground<'s> {
+        Foreground::unknown(depths)
     }
 
     /// Nothing is known of how they lie.
@@ -77,6 +91,15 @@ impl Source for Pixels<'_> {
         );
         bundle.origin = self.camera.position().map(|o| [o; LANES]);
         bundle.phase = [0.5; LANES];
+    }
+
+    fn foreground<'s>(
+        &self,
+        model: &Model<'_>,
+        spacing: u32,
+        depths: &'s mut [f32],
+    ) -> Foreground<'s> {
+        Foreground::of(model, self.camera, self.tile, spacing, depths)
     }
 
     /// Pixels that a cell spans at the far end of the space.

@@ -1,6 +1,7 @@
 //! The pixels of a tile: where pictures are written, and read again where a
 //! pixel is the mean of others.
 
+use crate::render::foreground::Foreground;
 use crate::render::passes::Pass;
 
 /// The caller's buffers.
@@ -13,6 +14,8 @@ pub(super) struct Target<'p> {
     pub(super) size: [u32; 2],
     /// Pixels that the narrowest occupied cell is wide.
     pub(super) cell: f32,
+    /// Where anything may be.
+    pub(super) foreground: Foreground<'p>,
 }
 
 impl Target<'_> {
@@ -30,28 +33,30 @@ impl Target<'_> {
     /// thing may run between them: the pixel is empty only if all of them miss
     /// every occupied cell, and none can hide between them.
     pub(super) fn interpolate(&mut self, pass: Pass, [x, y]: [u32; 2], tolerance: f32) -> bool {
-        let mut around = Around::NONE;
-        pass.neighbours([x, y], |pair, [x, y]| {
-            around.add(pair, self.rgba[(y * self.size[0] + x) as usize]);
-        });
-        if !around.agree(tolerance) {
+        let Some(around) = pass.neighbours([x, y]) else { return false };
+        let [a, b, c, d] = around.map(|[x, y]| (y * self.size[0] + x) as usize);
+        let colors = [self.rgba[a], self.rgba[b], self.rgba[c], self.rgba[d]];
+        if !agree(&colors, tolerance) {
             return false;
         }
         let pixel = (y * self.size[0] + x) as usize;
-        if around.most[3] < tolerance {
-            let certain = around.most[3] == 0.0 && self.cell >= 2.5 * pass.half() as f32;
+        let opacity = colors.iter().fold(0.0, |most, color| color[3].max(most));
+        if opacity < tolerance {
+            let certain = opacity == 0.0 && self.cell >= 2.5 * pass.half() as f32;
             if certain {
                 self.clear(pixel as u32);
             }
             return certain;
         }
-        if self.depth.is_some() {
-            let Some(depth) = self.mean_depth(pass, [x, y], tolerance) else { return false };
-            if let Some(depths) = &mut self.depth {
-                depths[pixel] = depth;
-            }
+        if let Some(depths) = &mut self.depth {
+            let theirs = [depths[a], depths[b], depths[c], depths[d]];
+            let Some(depth) = mean_depth(&colors, &theirs, tolerance) else { return false };
+            depths[pixel] = depth;
         }
-        self.rgba[pixel] = around.mean();
+        let [a, b, c, d] = colors;
+        for (to, i) in self.rgba[pixel].iter_mut().zip(0..) {
+            *to = ((a[i] + b[i]) + (c[i] + d[i])) / 4.0;
+        }
         true
     }
 
@@ -91,70 +96,32 @@ impl Target<'_> {
             }
         }
     }
-
-    /// The mean depth of a pixel's neighbours, weighted by opacity, if they
-    /// differ by less than this part of it.
-    fn mean_depth(&self, pass: Pass, pixel: [u32; 2], tolerance: f32) -> Option<f32> {
-        let depths = self.depth.as_ref()?;
-        let (mut weight, mut sum, mut least, mut most) = (0.0, 0.0, f32::INFINITY, 0.0f32);
-        pass.neighbours(pixel, |_, [x, y]| {
-            let i = (y * self.size[0] + x) as usize;
-            let (alpha, depth) = (self.rgba[i][3], depths[i]);
-            if alpha > 0.0 {
-                weight += alpha;
-                sum += alpha * depth;
-                least = least.min(depth);
-                most = most.max(depth);
-            }
-        });
-        (most - least <= tolerance * least).then_some(sum / weight)
-    }
 }
 
-/// What the neighbours of a pixel have in common.
-struct Around {
-    /// Neighbours of both pairs.
-    n: [f32; 2],
-    /// Their sums.
-    sums: [[f32; 4]; 2],
-    least: [f32; 4],
-    most: [f32; 4],
+/// Whether four pixels differ by less than the tolerance, and the means of the first
+/// and the last two by less than a third of it: slopes are interpolated well, bends
+/// are not.
+#[inline(always)]
+fn agree([a, b, c, d]: &[[f32; 4]; 4], tolerance: f32) -> bool {
+    (0..4).all(|i| {
+        let least = a[i].min(b[i]).min(c[i].min(d[i]));
+        let most = a[i].max(b[i]).max(c[i].max(d[i]));
+        let bend = 0.5 * ((a[i] + b[i]) - (c[i] + d[i])).abs();
+        (most - least).max(3.0 * bend) < tolerance
+    })
 }
 
-impl Around {
-    const NONE: Self = Self {
-        n: [0.0; 2],
-        sums: [[0.0; 4]; 2],
-        least: [f32::INFINITY; 4],
-        most: [f32::NEG_INFINITY; 4],
-    };
-
-    #[inline(always)]
-    fn add(&mut self, pair: usize, rgba: [f32; 4]) {
-        self.n[pair] += 1.0;
-        for (c, value) in rgba.into_iter().enumerate() {
-            self.sums[pair][c] += value;
-            self.least[c] = self.least[c].min(value);
-            self.most[c] = self.most[c].max(value);
+/// The mean depth of a pixel's neighbours, weighted by opacity, if those that see
+/// anything differ by less than this part of it.
+fn mean_depth(colors: &[[f32; 4]; 4], depths: &[f32; 4], tolerance: f32) -> Option<f32> {
+    let (mut weight, mut sum, mut least, mut most) = (0.0, 0.0, f32::INFINITY, 0.0f32);
+    for ([.., alpha], depth) in colors.iter().zip(depths) {
+        if *alpha > 0.0 {
+            weight += alpha;
+            sum += alpha * depth;
+            least = least.min(*depth);
+            most = most.max(*depth);
         }
     }
-
-    #[inline(always)]
-    fn mean(&self) -> [f32; 4] {
-        let [a, b] = self.sums;
-        core::array::from_fn(|c| (a[c] + b[c]) / (self.n[0] + self.n[1]))
-    }
-
-    /// Whether there are four neighbours that differ by less than the tolerance,
-    /// and the means of the two pairs by less than a third of it: slopes are
-    /// interpolated well, bends are not, and two neighbours agree by chance.
-    #[inline(always)]
-    fn agree(&self, tolerance: f32) -> bool {
-        let [a, b] = self.sums;
-        self.n == [2.0; 2]
-            && (0..4).all(|c| {
-                let bend = 0.5 * (a[c] - b[c]).abs();
-                (self.most[c] - self.least[c]).max(3.0 * bend) < tolerance
-            })
-    }
+    (most - least <= tolerance * least).then_some(sum / weight)
 }

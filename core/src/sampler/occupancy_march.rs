@@ -89,6 +89,32 @@ impl<'a> Marcher<'a> {
         end.store_slice(&mut bundle.end[first..first + S::f32s::LEN]);
     }
 
+    /// Moves the bundle's rays on to these depths, or a step or two less: `axis` says
+    /// how deep a unit vector is.
+    #[inline(always)]
+    pub(crate) fn begin_at<S: Simd>(
+        &self,
+        simd: S,
+        bundle: &mut Bundle,
+        depths: &[f32; LANES],
+        axis: [f32; 3],
+    ) {
+        let Sampling { step, near, .. } = self.sampling;
+        let [x, y, z] = bundle.direction;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for lane in 0..LANES {
+                    let depth = x[lane] * axis[0] + y[lane] * axis[1] + z[lane] * axis[2];
+                    let steps = (depths[lane] / depth - near) / step - bundle.phase[lane];
+                    // Cut off to a whole number; what is none moves nothing.
+                    let k = (steps - 1.0) as i32 as f32;
+                    bundle.next[lane] = bundle.next[lane].max(k);
+                }
+            },
+        );
+    }
+
     /// Whether the samples of these steps lie outside the space. Not a closure: as
     /// for [`axes`].
     #[inline(always)]

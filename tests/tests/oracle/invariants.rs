@@ -173,3 +173,28 @@ fn skipping_does_not_show() {
         }
     }
 }
+
+/// Large tiles: cells are cast onto the picture before any ray.
+#[test]
+fn what_is_cast_beforehand_does_not_show() {
+    let level = levels().last().unwrap();
+    let mut saved = 0;
+    for model in some() {
+        for (camera, far) in [(camera(64, 48), 1.0), (camera(97, 33), 0.3), (camera(50, 70), 20.0)]
+        {
+            let mut camera = camera;
+            for row in camera.camera_to_world.chunks_mut(4).take(3) {
+                row[3] *= far;
+            }
+            let skipping = options(&model, level, Tuning::FAST);
+            let stepping = RenderOptions { skip: false, ..skipping };
+            let skipping = picture::tile(&model, &camera, whole(&camera), &skipping);
+            let mut stepping = picture::tile(&model, &camera, whole(&camera), &stepping);
+            saved += stepping.stats.rays - skipping.stats.rays;
+            // Rays that are not cast leave others room in a batch.
+            stepping.stats = skipping.stats;
+            skipping.assert_same(&stepping, &format!("{far} times as far"));
+        }
+    }
+    assert!(saved > 10_000, "{saved}");
+}

@@ -71,8 +71,11 @@ impl fmt::Display for Rendering {
         table(f, &self.stages)?;
         writeln!(f, "bounds account for {:.0} % of the time", 100.0 * self.fraction_of_bounds)?;
         write!(f, "an empty pixel: {:.1} ns past the box", self.ns_per_pixel_outside)?;
-        match self.ns_per_pixel_empty {
-            Some(ns) => writeln!(f, ", {ns:.1} ns through empty cells")?,
+        if let Some(ns) = self.ns_per_pixel_empty {
+            write!(f, ", {ns:.1} ns where a ray is cast through empty cells")?;
+        }
+        match self.ns_per_pixel_missed {
+            Some(ns) => writeln!(f, ", {ns:.1} ns on average")?,
             None => writeln!(f)?,
         }
         let s = &self.scaling;

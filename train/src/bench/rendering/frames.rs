@@ -4,11 +4,11 @@
 use std::time::Instant;
 
 use pocketnerf_core::render::{Detail, render_rays};
-use pocketnerf_core::{Camera, Error, Model, Ray, RenderOptions, SimdLevel, Tuning};
+use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tuning};
 use rayon::ThreadPool;
 use serde::Serialize;
 
-use super::watch::{Counts, empty, watch};
+use super::watch::{Counts, Empty, empty, watch};
 use crate::bench::machine::Probe;
 use crate::picture::Renderer;
 use crate::stopwatch::{Stage, Stopwatch};
@@ -34,8 +34,8 @@ pub(super) struct Job<'j> {
     pub(super) options: RenderOptions,
     /// A pool of one thread.
     pub(super) alone: &'j ThreadPool,
-    /// Rays through empty cells alone.
-    pub(super) empty: &'j [Ray],
+    /// What meets nothing.
+    pub(super) empty: &'j Empty,
     /// What the machine gives meanwhile.
     pub(super) probe: &'j Probe,
 }
@@ -124,7 +124,7 @@ impl Job<'_> {
 
     /// Seconds of the rays through empty cells.
     fn rays(&self) -> Result<f64, Error> {
-        let rays = self.empty;
+        let rays = &self.empty.rays[..];
         let mut scratch = vec![0.0; self.options.scratch_len()];
         let mut rgba = vec![0.0; 4 * rays.len()];
         let begun = Instant::now();
@@ -138,15 +138,19 @@ pub(super) fn every_pixel(options: &RenderOptions) -> RenderOptions {
     RenderOptions { detail: Detail { tolerances: [0.0; 4], ..options.detail }, ..*options }
 }
 
-/// Rays of all views that cross the box through empty cells alone.
-pub(super) fn empty_rays(
+/// What meets nothing in all views.
+pub(super) fn all_empty(
     model: &Model<'_>,
     cameras: &[Camera],
     options: &RenderOptions,
-) -> Result<Vec<Ray>, Error> {
-    let views: Result<Vec<_>, Error> =
-        cameras.iter().map(|camera| empty(model, camera, options, MOST_EMPTY)).collect();
-    Ok(views?.concat())
+) -> Result<Empty, Error> {
+    let mut all = Empty::default();
+    for camera in cameras {
+        let Empty { rays, pixels } = empty(model, camera, options, MOST_EMPTY)?;
+        all.rays.extend(rays);
+        all.pixels += pixels;
+    }
+    Ok(all)
 }
 
 /// The camera, looking the other way.

@@ -16,7 +16,7 @@ use super::machine::{Machine, Probe};
 use super::stage::{Crowd, Demand, Measured, StageCost, fraction_of_bounds, stages};
 use super::{BenchError, work};
 use crate::stopwatch;
-use frames::{Job, Round, STAGES, empty_rays, every_pixel, medians, variants};
+use frames::{Job, Round, STAGES, all_empty, every_pixel, medians, variants};
 use watch::Counts;
 
 /// How long rounds are repeated, and how often at least.
@@ -50,7 +50,7 @@ pub struct Rendering {
     pub samples_per_hit_ray: f64,
     /// The same with what fills up the batches, by pixels: what the kernels work on.
     pub rows_per_pixel: f64,
-    /// Share of the pixels that are interpolated.
+    /// Share of the pixels that are interpolated, or empty before a ray is cast.
     pub interpolated_share: f64,
     /// Rays that met an occupied cell, by pixels.
     pub hit_share: f64,
@@ -59,6 +59,9 @@ pub struct Rendering {
     /// A ray that crosses the box through empty cells alone, nanoseconds of one
     /// thread, its camera left out; `null` where there is none.
     pub ns_per_pixel_empty: Option<f64>,
+    /// A pixel whose ray meets nothing, on average: a ray through empty cells where
+    /// one is cast, else as past the box; `null` where there is none.
+    pub ns_per_pixel_missed: Option<f64>,
     /// How many times faster all threads are than one.
     pub scaling: Scaling,
     /// Other vector instructions and less memory.
@@ -96,7 +99,7 @@ pub fn measure(
 ) -> Result<Rendering, BenchError> {
     let alone = ThreadPoolBuilder::new().num_threads(1).build()?;
     let probe = Probe::new(machine.simd, quick)?;
-    let empty = empty_rays(model, cameras, options)?;
+    let empty = all_empty(model, cameras, options)?;
     let job =
         Job { model, cameras, options: *options, alone: &alone, empty: &empty, probe: &probe };
     let begun = Instant::now();
@@ -137,7 +140,13 @@ fn summary(
         frames_per_second: views / seconds,
         relative: all_threads / seconds,
     };
-    let n_empty = job.empty.len();
+    let n_empty = job.empty.rays.len();
+    let ns_outside = median.outside * 1e9 / pixels;
+    let ns_empty = (n_empty > 0).then(|| median.empty * 1e9 / n_empty as f64);
+    let missed = job.empty.pixels as f64;
+    let cast = (counts.rays - counts.hits) as f64 / missed;
+    let ns_missed =
+        cast.min(1.0) * ns_empty.unwrap_or(ns_outside) + (1.0 - cast).max(0.0) * ns_outside;
     Rendering {
         views: job.cameras.len(),
         width: job.cameras.first().map_or(0, |camera| camera.width),
@@ -153,8 +162,9 @@ fn summary(
         rows_per_pixel: counts.rows as f64 / pixels,
         interpolated_share: 1.0 - counts.rays as f64 / pixels,
         hit_share: counts.hits as f64 / pixels,
-        ns_per_pixel_outside: median.outside * 1e9 / pixels,
-        ns_per_pixel_empty: (n_empty > 0).then(|| median.empty * 1e9 / n_empty as f64),
+        ns_per_pixel_outside: ns_outside,
+        ns_per_pixel_empty: ns_empty,
+        ns_per_pixel_missed: (missed > 0.0).then_some(ns_missed),
         scaling: Scaling {
             threads: machine.threads,
             frame: median.one_thread / all_threads,
@@ -216,7 +226,7 @@ mod tests {
         let options = RenderOptions::new(model, SimdLevel::detect(), Tuning::FAST);
         let alone = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let probe = Probe::new(options.simd, true).unwrap();
-        let empty = empty_rays(model, &cameras, &options).unwrap();
+        let empty = all_empty(model, &cameras, &options).unwrap();
         let cameras = &cameras;
         let job = Job { model, cameras, options, alone: &alone, empty: &empty, probe: &probe };
         let (_, counts) = job.round().unwrap();
@@ -224,6 +234,8 @@ mod tests {
         assert!(job.samples(&every_pixel(&options)).unwrap() > samples);
         assert_eq!((counts.pixels, counts.samples), (2 * 60 * 50, samples));
         assert!(counts.rays < counts.pixels && counts.rows >= counts.samples);
-        assert!(counts.hits > 100 && counts.hits < counts.rays && !empty.is_empty());
+        assert!(counts.hits > 100 && counts.hits < counts.rays && !empty.rays.is_empty());
+        // Some rays that meet nothing are cast, others are known to.
+        assert!(empty.pixels > empty.rays.len() as u64 && empty.pixels < counts.pixels);
     }
 }

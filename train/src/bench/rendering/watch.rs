@@ -13,7 +13,7 @@ use crate::stopwatch::{Laps, Stage, Stopwatch};
 pub(super) struct Counts {
     /// Pixels.
     pub(super) pixels: u64,
-    /// Rays cast; the other pixels are interpolated.
+    /// Rays cast.
     pub(super) rays: u64,
     /// Samples asked for.
     pub(super) samples: u64,
@@ -65,17 +65,25 @@ fn named(stage: render::Stage) -> Stage {
     }
 }
 
-/// The rays of a picture that cross the box through empty cells alone, at most
-/// `most`.
+/// What meets nothing.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Empty {
+    /// Rays that cross the box through empty cells alone.
+    pub(super) rays: Vec<Ray>,
+    /// All pixels whose rays meet nothing.
+    pub(super) pixels: u64,
+}
+
+/// What meets nothing in a picture, with at most so many rays.
 pub(super) fn empty(
     model: &Model<'_>,
     camera: &Camera,
     options: &RenderOptions,
     most: usize,
-) -> Result<Vec<Ray>, Error> {
+) -> Result<Empty, Error> {
     let level = options.simd.token()?;
     let marcher = Marcher::new(model, options.skip);
-    let mut found = Vec::new();
+    let mut found = Empty::default();
     for i in 0..camera.width * camera.height {
         let ray = camera.ray((i % camera.width) as f32 + 0.5, (i / camera.width) as f32 + 0.5);
         let mut bundle = Bundle::EMPTY;
@@ -84,8 +92,9 @@ pub(super) fn empty(
         (1..LANES).for_each(|lane| bundle.stop(lane));
         let entered = bundle.alive() > 0;
         dispatch!(level, simd => marcher.seek(simd, &mut bundle));
-        if entered && bundle.alive() == 0 && found.len() < most {
-            found.push(ray);
+        found.pixels += u64::from(bundle.alive() == 0);
+        if entered && bundle.alive() == 0 && found.rays.len() < most {
+            found.rays.push(ray);
         }
     }
     Ok(found)
