@@ -3,7 +3,8 @@
 use pocketnerf_core::{Error, Model, SimdLevel};
 
 use super::occupancy_grid::{FINER_UPDATES, OccupancyGrid};
-use super::{Trainer, tolerance};
+use super::trial::Trial;
+use super::{Trainer, emptier, tolerance};
 
 /// Cells along an axis at most: the format's limit.
 const MAX_RESOLUTION: u32 = 512;
@@ -23,14 +24,17 @@ pub struct Finished<'t> {
 impl Trainer {
     /// The model as it stands, ready to be rendered: cells become half as wide, so
     /// that fewer samples lie in front of surfaces, unless that would make the file
-    /// much larger; and it is tried how much of a picture may be interpolated.
+    /// much larger; and it is tried which of them pictures need, and how much of a
+    /// picture may be interpolated.
     ///
     /// # Errors
     /// When the SIMD level is not there.
     pub fn finished(&self, simd: SimdLevel) -> Result<Finished<'_>, Error> {
         let occupancy = self.finer_occupancy().unwrap_or_else(|| self.grid.clone());
+        let trial = Trial { source: &self.source, seed: self.seed };
+        let occupancy = emptier::empty(occupancy, &self.model(), &trial, simd)?;
         let model = Model { occupancy: Some(occupancy.view()), ..self.model() };
-        let tolerance = tolerance::find(&model, &self.source, self.seed, simd)?;
+        let tolerance = tolerance::find(&model, &trial, simd)?;
         Ok(Finished { trainer: self, occupancy, tolerance })
     }
 

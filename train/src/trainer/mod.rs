@@ -4,6 +4,7 @@ mod aim;
 mod cells;
 pub mod checkpoint;
 mod config;
+mod emptier;
 mod finished;
 #[cfg(test)]
 mod gradient_tests;
@@ -20,6 +21,7 @@ mod schedule;
 mod scout;
 mod step;
 mod tolerance;
+mod trial;
 mod update;
 
 use fearless_simd::Level;

@@ -175,13 +175,26 @@ impl OccupancyGrid {
         });
         self.updates += 1;
         if self.updates >= PERIOD as u32 {
-            let sum: f64 = self.density.iter().map(|d| f64::from(*d)).sum();
-            let mean = (sum / self.density.len().max(1) as f64) as f32;
-            let threshold = (THRESHOLD / step).min(mean);
-            let density = std::mem::take(&mut self.density);
-            self.set_bits(|i| density[i] >= threshold);
-            self.density = density;
+            self.apply_threshold(step, 1.0);
         }
+    }
+
+    /// The same with cells below `factor` times the usual threshold empty. `step` is
+    /// the distance between samples, scene units.
+    #[must_use]
+    pub(crate) fn at_threshold(&self, step: f32, factor: f32) -> Self {
+        let mut other = self.clone();
+        other.apply_threshold(step, factor);
+        other
+    }
+
+    fn apply_threshold(&mut self, step: f32, factor: f32) {
+        let sum: f64 = self.density.iter().map(|d| f64::from(*d)).sum();
+        let mean = (sum / self.density.len().max(1) as f64) as f32;
+        let threshold = (factor * THRESHOLD / step).min(mean);
+        let density = std::mem::take(&mut self.density);
+        self.set_bits(|i| density[i] >= threshold);
+        self.density = density;
     }
 
     fn set_bits(&mut self, occupied: impl Fn(usize) -> bool) {
@@ -216,3 +229,21 @@ impl Worker {
 }
 
 const _: () = assert!(TASK <= STRIDE);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_by_hand() {
+        let mut grid = OccupancyGrid::new(16, (0..8).collect());
+        grid.density.copy_from_slice(&[0.01, 0.013, 0.04, 0.1, 2.0, 2.0, 2.0, 2.0]);
+        // Steps of 0.5: the usual threshold is 0.012.
+        let occupied = |factor: f32| grid.at_threshold(0.5, factor).fraction() * 8.0;
+        assert_eq!([1.0, 3.0, 4.0, 10.0].map(occupied), [7.0, 6.0, 5.0, 4.0]);
+        // Never above the mean, about 1: what is thin everywhere is not lost.
+        assert_eq!(occupied(1e6), 4.0);
+        grid.density.fill(0.01);
+        assert_eq!(grid.at_threshold(0.5, 10.0).fraction(), 1.0);
+    }
+}

@@ -33,8 +33,9 @@ impl Plan {
     }
 }
 
-/// Time kept for finer cells, trying tolerances, packing and writing the model, seconds.
-const WRITING: f64 = 1.6;
+/// Time kept for finer cells, trying thresholds and tolerances, packing and writing the
+/// model, seconds.
+const WRITING: f64 = 2.2;
 /// Share of the time that calibrates the number of steps.
 const CALIBRATION: f64 = 0.1;
 /// Share of the remaining time after which the plan is adjusted.

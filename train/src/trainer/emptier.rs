@@ -1,0 +1,112 @@
+//! Which cells hold so little that pictures do without: what the scene bears, tried
+//! on tiles of the training views.
+//!
+//! Training must sample cells that are nearly empty, to learn what is in them. Once
+//! it is over, most of them only cost time; but where a scene is thin, as glass and
+//! fog are, they are what it is made of.
+
+use pocketnerf_core::{Error, Model, RenderOptions, SimdLevel, Tuning};
+
+use super::occupancy_grid::OccupancyGrid;
+use super::trial::Trial;
+
+/// Optical thickness of a step up to which a cell counts as empty, times that of
+/// training.
+const LADDER: [f32; 9] = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0];
+/// Loss that is borne, dB of the training views' PSNR. Other views lose less: what is
+/// nearly empty is often what training views alone made up.
+const LOSS: f64 = 0.03;
+
+/// Empties cells of a model's `occupancy`, as many as pictures of the training views
+/// hardly show. `model` is without it.
+pub(super) fn empty(
+    occupancy: OccupancyGrid,
+    model: &Model<'_>,
+    trial: &Trial<'_>,
+    simd: SimdLevel,
+) -> Result<OccupancyGrid, Error> {
+    let error = |occupancy: &OccupancyGrid| -> Result<f64, Error> {
+        let model = Model { occupancy: Some(occupancy.view()), ..*model };
+        let options = RenderOptions {
+            detail: model.detail(1.0),
+            ..RenderOptions::new(&model, simd, Tuning::FAST)
+        };
+        let errors = trial.render(&model, &options, |tile| Ok(tile.squared_error(&tile.rgba)))?;
+        Ok(errors.iter().sum())
+    };
+    let bearable = error(&occupancy)? * 10.0f64.powf(LOSS / 10.0);
+    // The more is emptied, the more is lost: halving finds the last that is borne.
+    let (mut best, mut ladder) = (occupancy, &LADDER[..]);
+    while !ladder.is_empty() {
+        let (below, rest) = ladder.split_at(ladder.len() / 2);
+        let emptier = best.at_threshold(model.sampling.step, rest[0]);
+        if error(&emptier)? > bearable {
+            ladder = below;
+        } else {
+            (best, ladder) = (emptier, &rest[1..]);
+        }
+    }
+    Ok(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtin;
+    use crate::dataset::Split;
+    use crate::field::EncodingConfig;
+    use crate::trainer::occupancy_grid::FINER_UPDATES;
+    use crate::trainer::{StepSettings, TrainConfig, Trainer};
+
+    #[test]
+    fn what_is_emptied_hardly_shows() {
+        let mut config = TrainConfig::hash_grid();
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            (grid.n_levels, grid.log2_hashmap_size) = (4, 12);
+        }
+        config.aabb = Some([[-1.4; 3], [1.4; 3]]);
+        (config.samples_per_step, config.occupancy_resolution) = (4096, 64);
+        let simd = SimdLevel::detect();
+        let mut trainer = Trainer::new(builtin::dataset(Split::Train, 8), config, simd).unwrap();
+        let settings = StepSettings {
+            rate: 1.0,
+            decay: 0.0,
+            step_scale: 1.0,
+            kept: 1.0,
+            update_occupancy: true,
+            average: false,
+        };
+        for _ in 0..200 {
+            trainer.step(&settings);
+        }
+        let mut all = trainer.grid.finer();
+        (0..FINER_UPDATES).for_each(|_| trainer.look_at_cells(&mut all));
+        let (trial, model) = (Trial { source: &trainer.source, seed: 3 }, trainer.model());
+        // This scene needs them all, so short a time after the start. Were they so many
+        // times as dense, the highest thresholds would be little above the usual one.
+        let needed = empty(all.clone(), &model, &trial, simd).unwrap();
+        assert_eq!(needed.view().fraction(), all.view().fraction());
+        let (density, updates) = all.state();
+        let denser: Vec<f32> = density.iter().map(|density| density * 9.0).collect();
+        let (coarse, fine) = (all.view().coarse_bytes(), all.view().fine_bytes());
+        let mut some = all.clone();
+        assert!(some.restore(&denser, updates, coarse, fine));
+        let some = empty(some, &model, &trial, simd).unwrap();
+        let share = some.view().fraction() / all.view().fraction();
+        assert!((0.8..0.99).contains(&share), "{share}");
+        let n = all.view().resolution();
+        for cell in 0..n * n * n {
+            let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+            assert!(all.view().cell(x, y, z) || !some.view().cell(x, y, z));
+        }
+        // Against the photographs, and not only those of the trial.
+        let [whole, emptied] = [&all, &some].map(|occupancy| {
+            let model = Model { occupancy: Some(occupancy.view()), ..model };
+            let options = RenderOptions::new(&model, simd, Tuning::FAST);
+            let trial = Trial { source: &trainer.source, seed: 4 };
+            let errors = trial.render(&model, &options, |t| Ok(t.squared_error(&t.rgba)));
+            errors.unwrap().iter().sum::<f64>()
+        });
+        assert!(emptied < whole * 1.02, "{emptied} {whole}");
+    }
+}

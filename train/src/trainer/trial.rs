@@ -1,0 +1,87 @@
+//! Tiles of the training views, on which it is tried what a finished model bears.
+
+use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile, render_tile};
+use rayon::prelude::*;
+
+use super::rays::RaySource;
+use crate::picture::TILE;
+use crate::random::Random;
+
+/// Tiles that are tried.
+const TILES: usize = 48;
+/// Distinguishes these random numbers from others of the same seed.
+const STREAM: u64 = 4;
+
+/// Random tiles of the training views, the same for the same seed.
+pub(super) struct Trial<'t> {
+    pub(super) source: &'t RaySource,
+    pub(super) seed: u64,
+}
+
+/// A tile that was rendered.
+pub(super) struct Tried<'t> {
+    camera: &'t Camera,
+    photograph: &'t [u8],
+    background: [f32; 3],
+    /// Which pixels.
+    pub(super) tile: Tile,
+    /// Premultiplied.
+    pub(super) rgba: Vec<f32>,
+}
+
+impl Trial<'_> {
+    /// Renders all tiles; gives what `look` makes of each.
+    pub(super) fn render<T: Send>(
+        &self,
+        model: &Model<'_>,
+        options: &RenderOptions,
+        look: impl Fn(&Tried<'_>) -> Result<T, Error> + Sync,
+    ) -> Result<Vec<T>, Error> {
+        let tiles = (0..TILES).into_par_iter().with_max_len(1);
+        let scratch = || vec![0.0; options.scratch_len()];
+        let rendered = tiles.map_init(scratch, |scratch, number| {
+            let mut tried = self.tile(number, model.display.background);
+            let Tried { camera, tile, rgba, .. } = &mut tried;
+            render_tile(model, camera, *tile, options, scratch, rgba, None)?;
+            look(&tried)
+        });
+        rendered.collect()
+    }
+
+    /// A random tile of a random view.
+    fn tile(&self, number: usize, background: [f32; 3]) -> Tried<'_> {
+        let mut random = Random::new(self.seed, [STREAM, number as u64, 0]);
+        let view = random.below(self.source.cameras().len());
+        let (camera, photograph) = (&self.source.cameras()[view], &self.source.images()[view]);
+        let [width, height] = [TILE[0].min(camera.width), TILE[1].min(camera.height)];
+        let mut corner = |side: u32, tile: u32| random.below((side - tile) as usize + 1) as u32;
+        let (x, y) = (corner(camera.width, width), corner(camera.height, height));
+        let tile = Tile { x, y, width, height };
+        Tried { camera, photograph, background, tile, rgba: vec![0.0; 4 * tile.pixels()] }
+    }
+}
+
+impl Tried<'_> {
+    /// Of the tile's premultiplied pixels against those of the photograph, both over
+    /// the background, all colours together.
+    pub(super) fn squared_error(&self, rgba: &[f32]) -> f64 {
+        let Self { camera, photograph, background, tile, .. } = self;
+        let rows = photograph.chunks_exact(4 * camera.width as usize).skip(tile.y as usize);
+        let truth = rows.flat_map(|row| {
+            row[4 * tile.x as usize..][..4 * tile.width as usize].as_chunks::<4>().0
+        });
+        let pixels = rgba.as_chunks::<4>().0.iter().zip(truth);
+        let errors = pixels.map(|(ours, theirs)| {
+            let [r, g, b, alpha] = theirs.map(|value| f32::from(value) / 255.0);
+            let seen = ours[3];
+            let differences = [r, g, b].into_iter().zip(ours).zip(*background);
+            let squares = differences.map(|((theirs, ours), behind)| {
+                let difference =
+                    theirs * alpha + (1.0 - alpha) * behind - ours - (1.0 - seen) * behind;
+                f64::from(difference * difference)
+            });
+            squares.sum::<f64>()
+        });
+        errors.sum()
+    }
+}
