@@ -17,6 +17,9 @@ const LADDER: [f32; 9] = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0];
 /// nearly empty is often what training views alone made up.
 const LOSS: f64 = 0.03;
 
+/// Tiles on which it is tried: each several times.
+pub(super) const TILES: usize = 24;
+
 /// Empties cells of a model's `occupancy`, as many as pictures of the training views
 /// hardly show. `model` is without it.
 pub(super) fn empty(
@@ -81,7 +84,7 @@ mod tests {
         }
         let mut all = trainer.grid.finer();
         (0..FINER_UPDATES).for_each(|_| trainer.look_at_cells(&mut all));
-        let (trial, model) = (Trial { source: &trainer.source, seed: 3 }, trainer.model());
+        let (trial, model) = (Trial { source: &trainer.source, seed: 3, tiles: TILES }, trainer.model());
         // This scene needs them all, so short a time after the start. Were they so many
         // times as dense, the highest thresholds would be little above the usual one.
         let needed = empty(all.clone(), &model, &trial, simd).unwrap();
@@ -103,7 +106,7 @@ mod tests {
         let [whole, emptied] = [&all, &some].map(|occupancy| {
             let model = Model { occupancy: Some(occupancy.view()), ..model };
             let options = RenderOptions::new(&model, simd, Tuning::FAST);
-            let trial = Trial { source: &trainer.source, seed: 4 };
+            let trial = Trial { source: &trainer.source, seed: 4, tiles: 48 };
             let errors = trial.render(&model, &options, |t| Ok(t.squared_error(&t.rgba)));
             errors.unwrap().iter().sum::<f64>()
         });

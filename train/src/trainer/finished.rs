@@ -31,10 +31,10 @@ impl Trainer {
     /// When the SIMD level is not there.
     pub fn finished(&self, simd: SimdLevel) -> Result<Finished<'_>, Error> {
         let occupancy = self.finer_occupancy().unwrap_or_else(|| self.grid.clone());
-        let trial = Trial { source: &self.source, seed: self.seed };
-        let occupancy = emptier::empty(occupancy, &self.model(), &trial, simd)?;
+        let trial = |tiles| Trial { source: &self.source, seed: self.seed, tiles };
+        let occupancy = emptier::empty(occupancy, &self.model(), &trial(emptier::TILES), simd)?;
         let model = Model { occupancy: Some(occupancy.view()), ..self.model() };
-        let tolerance = tolerance::find(&model, &trial, simd)?;
+        let tolerance = tolerance::find(&model, &trial(tolerance::TILES), simd)?;
         Ok(Finished { trainer: self, occupancy, tolerance })
     }
 

@@ -11,6 +11,9 @@ const LADDER: [f32; 11] = [0.2, 0.16, 0.13, 0.1, 0.08, 0.065, 0.05, 0.04, 0.03, 
 /// Loss that is borne, dB of the training views' PSNR.
 const LOSS: f64 = 0.03;
 
+/// Tiles on which it is tried.
+pub(super) const TILES: usize = 48;
+
 /// Squared errors of one tile: with every tolerance of the ladder, and rendered whole.
 type Errors = ([f64; LADDER.len()], f64);
 

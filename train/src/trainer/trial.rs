@@ -7,8 +7,6 @@ use super::rays::RaySource;
 use crate::picture::TILE;
 use crate::random::Random;
 
-/// Tiles that are tried.
-const TILES: usize = 48;
 /// Distinguishes these random numbers from others of the same seed.
 const STREAM: u64 = 4;
 
@@ -16,6 +14,8 @@ const STREAM: u64 = 4;
 pub(super) struct Trial<'t> {
     pub(super) source: &'t RaySource,
     pub(super) seed: u64,
+    /// How many.
+    pub(super) tiles: usize,
 }
 
 /// A tile that was rendered.
@@ -37,7 +37,7 @@ impl Trial<'_> {
         options: &RenderOptions,
         look: impl Fn(&Tried<'_>) -> Result<T, Error> + Sync,
     ) -> Result<Vec<T>, Error> {
-        let tiles = (0..TILES).into_par_iter().with_max_len(1);
+        let tiles = (0..self.tiles).into_par_iter().with_max_len(1);
         let scratch = || vec![0.0; options.scratch_len()];
         let rendered = tiles.map_init(scratch, |scratch, number| {
             let mut tried = self.tile(number, model.display.background);
