@@ -84,7 +84,8 @@ mod tests {
         }
         let mut all = trainer.grid.finer();
         (0..FINER_UPDATES).for_each(|_| trainer.look_at_cells(&mut all));
-        let (trial, model) = (Trial { source: &trainer.source, seed: 3, tiles: TILES }, trainer.model());
+        let (trial, model) =
+            (Trial { source: &trainer.source, seed: 3, tiles: TILES }, trainer.model());
         // This scene needs them all, so short a time after the start. Were they so many
         // times as dense, the highest thresholds would be little above the usual one.
         let needed = empty(all.clone(), &model, &trial, simd).unwrap();
