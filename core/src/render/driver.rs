@@ -66,6 +66,7 @@ pub(super) fn render(
         true => source.foreground(model, span.to, depths),
         false => Foreground::unknown(depths),
     };
+    group.ended(Stage::Aim, 0);
     let rgba = rgba.as_chunks_mut().0;
     let mut target = Target { rgba, depth, size, cell: source.cell(model), foreground };
     dispatch!(level, simd => match &model.field {

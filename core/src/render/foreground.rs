@@ -5,6 +5,8 @@
 //! something may be. Neither changes a picture: what is cast is larger than what is
 //! there.
 
+use core::ops::Range;
+
 use glam::{Mat3, Vec3};
 
 use crate::occupancy::{BLOCK, BLOCK_BYTES};
@@ -128,23 +130,23 @@ impl<'s> Foreground<'s> {
 
     /// Whether there is something in front of it everywhere.
     fn is_hidden(&self, outline: &Outline) -> bool {
-        let [left, right] = outline.columns.map(|x| (x >> self.side_log2) as usize);
-        let [top, bottom] = outline.rows.map(|y| y >> self.side_log2);
-        (top..=bottom).all(|row| {
-            let first = (row * self.columns) as usize;
-            self.depths[first + left..=first + right].iter().all(|depth| *depth <= outline.depth)
-        })
+        self.rows(outline).all(|row| self.depths[row].iter().all(|depth| *depth <= outline.depth))
     }
 
     fn mark(&mut self, outline: &Outline) {
-        let [left, right] = outline.columns.map(|x| (x >> self.side_log2) as usize);
-        let [top, bottom] = outline.rows.map(|y| y >> self.side_log2);
-        for row in top..=bottom {
-            let first = (row * self.columns) as usize;
-            for depth in &mut self.depths[first + left..=first + right] {
+        for row in self.rows(outline) {
+            for depth in &mut self.depths[row] {
                 *depth = depth.min(outline.depth);
             }
         }
+    }
+
+    /// The squares of an outline, row after row.
+    fn rows(&self, outline: &Outline) -> impl Iterator<Item = Range<usize>> + use<> {
+        let [left, right] = outline.columns.map(|x| (x >> self.side_log2) as usize);
+        let [top, bottom] = outline.rows.map(|y| (y >> self.side_log2) as usize);
+        let columns = self.columns as usize;
+        (top..=bottom).map(move |row| row * columns + left..row * columns + right + 1)
     }
 }
 

@@ -11,9 +11,10 @@ use crate::{Camera, Error, Model};
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Pixels that are the mean of their neighbours, or are found not to be.
+    /// Pixels that are the mean of their neighbours or known to be empty, or are found
+    /// not to be.
     Interpolate,
-    /// Rays, and their way to the first occupied cell.
+    /// Cells cast onto the tile, rays, and their way to the first occupied cell.
     Aim,
     /// The next samples of the rays.
     March,

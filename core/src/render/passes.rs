@@ -159,6 +159,9 @@ mod tests {
                                     a.abs_diff(x) <= pass.half() && b.abs_diff(y) <= pass.half()
                                 );
                             }
+                            let mut four = neighbours.unwrap_or([[0, 0], [0, 1], [1, 0], [1, 1]]);
+                            four.sort_unstable();
+                            assert!(four.windows(2).all(|pair| pair[0] < pair[1]), "{x} {y}");
                             let at_edge = |c: u32, n: u32| c == 0 || c + spacing >= n;
                             let at_edge = at_edge(x, width) || at_edge(y, height);
                             assert!(neighbours.is_some() || at_edge, "{x} {y}");

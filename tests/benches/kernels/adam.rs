@@ -3,7 +3,7 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use fearless_simd::dispatch;
-use pocketnerf_train::field::rounding::Eighths;
+use pocketnerf_train::field::rounding::EightBits;
 use pocketnerf_train::random::Random;
 use pocketnerf_train::trainer::{Adam, Slices};
 
@@ -26,7 +26,7 @@ fn step(bencher: Bencher<'_, '_>, touched: usize) {
     let mut parameters = numbers(1, PARAMETERS, -1.0, 1.0);
     let mut square = vec![0.0; PARAMETERS];
     let mut rounded = vec![0; PARAMETERS];
-    let rounding = Eighths::at(-7).expect("within the range");
+    let rounding = EightBits::at(-7).expect("within the range");
     let adam = Adam { beta1: 0.0, ..Adam::default() };
     let rate = adam.corrected(1e-3, 10);
     let level = level();

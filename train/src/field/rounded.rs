@@ -6,7 +6,7 @@
 
 use fearless_simd::{Level, dispatch};
 
-use super::rounding::{Eighths, Half, Rounding};
+use super::rounding::{EightBits, Half, Rounding};
 use super::{Layout, Range};
 use crate::aligned::Aligned;
 
@@ -16,7 +16,7 @@ pub struct Rounded {
     /// The grid's levels, one after another.
     pub(crate) tables: Aligned<u8>,
     /// How each level is rounded.
-    pub(crate) scales: Vec<Eighths>,
+    pub(crate) scales: Vec<EightBits>,
     /// The networks.
     pub(crate) networks: Aligned<u16>,
 }
@@ -28,25 +28,25 @@ impl Rounded {
         let start = layout.networks_start();
         Self {
             tables: Aligned::new(start),
-            scales: vec![Eighths::FINEST; layout.levels().len()],
+            scales: vec![EightBits::FINEST; layout.levels().len()],
             networks: Aligned::new(layout.len() - start),
         }
     }
 
     /// How each level is rounded.
-    pub fn scales(&self) -> impl Iterator<Item = Eighths> {
+    pub fn scales(&self) -> impl Iterator<Item = EightBits> {
         self.scales.iter().copied()
     }
 
     /// Rounds all `parameters`: each level as finely as holds all of it.
     pub fn round(&mut self, simd: Level, layout: &Layout, parameters: &[f32]) {
         let scale = |range: &Range| {
-            let mut scale = Eighths::FINEST;
+            let mut scale = EightBits::FINEST;
             let level = &parameters[range.indices()];
             scale.hold(level.iter().fold(0.0, |most, v| v.abs().max(most)));
             scale
         };
-        let scales: Vec<Eighths> = layout.levels().iter().map(scale).collect();
+        let scales: Vec<EightBits> = layout.levels().iter().map(scale).collect();
         self.round_tables(simd, layout, &scales, parameters);
         let networks = &parameters[layout.networks_start()..];
         dispatch!(simd, simd => Half.round_all(simd, networks, &mut self.networks));
@@ -57,7 +57,7 @@ impl Rounded {
         &mut self,
         simd: Level,
         layout: &Layout,
-        scales: &[Eighths],
+        scales: &[EightBits],
         parameters: &[f32],
     ) {
         self.scales.copy_from_slice(scales);

@@ -70,12 +70,12 @@ impl Rounding for Half {
 /// To whole multiples of a power of two that fit a byte, from -127 to 127, nearest
 /// and ties to even; what lies beyond becomes the largest, NaN anything. For tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Eighths {
+pub struct EightBits {
     /// Exponent of the unit of the stored values.
     scale_log2: i8,
 }
 
-impl Eighths {
+impl EightBits {
     /// For magnitudes up to 2^-17: entries begin larger, and as different numbers.
     pub const FINEST: Self = Self { scale_log2: -24 };
     /// The coarsest that model files know.
@@ -107,7 +107,7 @@ impl Eighths {
     }
 }
 
-impl Rounding for Eighths {
+impl Rounding for EightBits {
     type Bits = u8;
 
     #[inline(always)]
@@ -165,7 +165,7 @@ mod tests {
     fn bytes_are_the_nearest_multiples() {
         let mut values = numbers();
         values.extend([0.5, 1.5, 2.5, -0.5, -1.5, 126.5, 127.5].map(|v| v / 128.0));
-        let scale = Eighths::at(-7).unwrap();
+        let scale = EightBits::at(-7).unwrap();
         for level in pocketnerf_core::SimdLevel::ALL.into_iter().filter_map(|l| l.token().ok()) {
             let mut bytes = vec![0u8; values.len()];
             dispatch!(level, simd => scale.round_all(simd, &values, &mut bytes));
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn units_grow_with_what_they_have_to_hold() {
-        let mut scale = Eighths::FINEST;
+        let mut scale = EightBits::FINEST;
         assert!(!scale.hold(0.0) && !scale.hold(f32::NAN));
         // 127 units of 2^-7, and a little more.
         assert!(scale.hold(127.0 / 128.0));
@@ -187,7 +187,7 @@ mod tests {
         assert!(scale.hold(1.0));
         assert_eq!(scale.scale_log2(), -6);
         assert!(scale.hold(f32::INFINITY) && !scale.hold(f32::INFINITY));
-        assert_eq!(Some(scale), Eighths::at(*SCALE_LOG2.end()));
-        assert_eq!(Eighths::at(-25), None);
+        assert_eq!(Some(scale), EightBits::at(*SCALE_LOG2.end()));
+        assert_eq!(EightBits::at(-25), None);
     }
 }

@@ -7,6 +7,7 @@
 
 use pocketnerf_core::{Error, Model, RenderOptions, SimdLevel, Tuning};
 
+use super::cells::Packed;
 use super::occupancy_grid::OccupancyGrid;
 use super::trial::Trial;
 
@@ -20,16 +21,16 @@ const LOSS: f64 = 0.03;
 /// Tiles on which it is tried: each several times.
 pub(super) const TILES: usize = 24;
 
-/// Empties cells of a model's `occupancy`, as many as pictures of the training views
-/// hardly show. `model` is without it.
-pub(super) fn empty(
-    occupancy: OccupancyGrid,
+/// The cells of a model's `grid` that pictures of the training views need. `model` is
+/// without them.
+pub(super) fn needed(
+    grid: &OccupancyGrid,
     model: &Model<'_>,
     trial: &Trial<'_>,
     simd: SimdLevel,
-) -> Result<OccupancyGrid, Error> {
-    let error = |occupancy: &OccupancyGrid| -> Result<f64, Error> {
-        let model = Model { occupancy: Some(occupancy.view()), ..*model };
+) -> Result<Packed, Error> {
+    let error = |cells: &Packed| -> Result<f64, Error> {
+        let model = Model { occupancy: Some(cells.view()), ..*model };
         let options = RenderOptions {
             detail: model.detail(1.0),
             ..RenderOptions::new(&model, simd, Tuning::FAST)
@@ -37,16 +38,17 @@ pub(super) fn empty(
         let errors = trial.render(&model, &options, |tile| Ok(tile.squared_error(&tile.rgba)))?;
         Ok(errors.iter().sum())
     };
-    let bearable = error(&occupancy)? * 10.0f64.powf(LOSS / 10.0);
-    // The more is emptied, the more is lost: halving finds the last that is borne.
-    let (mut best, mut ladder) = (occupancy, &LADDER[..]);
+    let mut best = grid.occupied().clone();
+    let bearable = error(&best)? * 10.0f64.powf(LOSS / 10.0);
+    // The more is left out, the more is lost: halving finds the last that is borne.
+    let mut ladder = &LADDER[..];
     while !ladder.is_empty() {
         let (below, rest) = ladder.split_at(ladder.len() / 2);
-        let emptier = best.at_threshold(model.sampling.step, rest[0]);
-        if error(&emptier)? > bearable {
-            ladder = below;
+        let fewer = grid.above(model.sampling.step, rest[0]);
+        if error(&fewer)? <= bearable {
+            (best, ladder) = (fewer, &rest[1..]);
         } else {
-            (best, ladder) = (emptier, &rest[1..]);
+            ladder = below;
         }
     }
     Ok(best)
@@ -71,31 +73,23 @@ mod tests {
         (config.samples_per_step, config.occupancy_resolution) = (4096, 64);
         let simd = SimdLevel::detect();
         let mut trainer = Trainer::new(builtin::dataset(Split::Train, 8), config, simd).unwrap();
-        let settings = StepSettings {
-            rate: 1.0,
-            decay: 0.0,
-            step_scale: 1.0,
-            kept: 1.0,
-            update_occupancy: true,
-            average: false,
-        };
+        let settings = StepSettings { update_occupancy: true, ..StepSettings::PLAIN };
         for _ in 0..200 {
             trainer.step(&settings);
         }
         let mut all = trainer.grid.finer();
         (0..FINER_UPDATES).for_each(|_| trainer.look_at_cells(&mut all));
-        let (trial, model) =
-            (Trial { source: &trainer.source, seed: 3, tiles: TILES }, trainer.model());
+        let (model, trial) = (trainer.model(), trainer.trial(TILES));
         // This scene needs them all, so short a time after the start. Were they so many
         // times as dense, the highest thresholds would be little above the usual one.
-        let needed = empty(all.clone(), &model, &trial, simd).unwrap();
-        assert_eq!(needed.view().fraction(), all.view().fraction());
+        let same = needed(&all, &model, &trial, simd).unwrap();
+        assert_eq!(same.view().fraction(), all.view().fraction());
         let (density, updates) = all.state();
         let denser: Vec<f32> = density.iter().map(|density| density * 9.0).collect();
         let (coarse, fine) = (all.view().coarse_bytes(), all.view().fine_bytes());
         let mut some = all.clone();
         assert!(some.restore(&denser, updates, coarse, fine));
-        let some = empty(some, &model, &trial, simd).unwrap();
+        let some = needed(&some, &model, &trial, simd).unwrap();
         let share = some.view().fraction() / all.view().fraction();
         assert!((0.8..0.99).contains(&share), "{share}");
         let n = all.view().resolution();
@@ -104,10 +98,10 @@ mod tests {
             assert!(all.view().cell(x, y, z) || !some.view().cell(x, y, z));
         }
         // Against the photographs, and not only those of the trial.
-        let [whole, emptied] = [&all, &some].map(|occupancy| {
-            let model = Model { occupancy: Some(occupancy.view()), ..model };
+        let [whole, emptied] = [all.occupied(), &some].map(|cells| {
+            let model = Model { occupancy: Some(cells.view()), ..model };
             let options = RenderOptions::new(&model, simd, Tuning::FAST);
-            let trial = Trial { source: &trainer.source, seed: 4, tiles: 48 };
+            let trial = Trial { seed: trial.seed + 1, ..trial };
             let errors = trial.render(&model, &options, |t| Ok(t.squared_error(&t.rgba)));
             errors.unwrap().iter().sum::<f64>()
         });

@@ -2,6 +2,7 @@
 
 use pocketnerf_core::{Error, Model, SimdLevel};
 
+use super::cells::Packed;
 use super::occupancy_grid::{FINER_UPDATES, OccupancyGrid};
 use super::trial::Trial;
 use super::{Trainer, emptier, tolerance};
@@ -17,7 +18,7 @@ const PARAMETERS_A_BYTE: usize = 8;
 #[derive(Debug)]
 pub struct Finished<'t> {
     trainer: &'t Trainer,
-    occupancy: OccupancyGrid,
+    cells: Packed,
     tolerance: f32,
 }
 
@@ -30,12 +31,17 @@ impl Trainer {
     /// # Errors
     /// When the SIMD level is not there.
     pub fn finished(&self, simd: SimdLevel) -> Result<Finished<'_>, Error> {
-        let occupancy = self.finer_occupancy().unwrap_or_else(|| self.grid.clone());
-        let trial = |tiles| Trial { source: &self.source, seed: self.seed, tiles };
-        let occupancy = emptier::empty(occupancy, &self.model(), &trial(emptier::TILES), simd)?;
-        let model = Model { occupancy: Some(occupancy.view()), ..self.model() };
-        let tolerance = tolerance::find(&model, &trial(tolerance::TILES), simd)?;
-        Ok(Finished { trainer: self, occupancy, tolerance })
+        let finer = self.finer_occupancy();
+        let grid = finer.as_ref().unwrap_or(&self.grid);
+        let cells = emptier::needed(grid, &self.model(), &self.trial(emptier::TILES), simd)?;
+        let model = Model { occupancy: Some(cells.view()), ..self.model() };
+        let tolerance = tolerance::find(&model, &self.trial(tolerance::TILES), simd)?;
+        Ok(Finished { trainer: self, cells, tolerance })
+    }
+
+    /// So many tiles of the training views.
+    pub(super) fn trial(&self, tiles: usize) -> Trial<'_> {
+        Trial { source: &self.source, aim: &self.aim, seed: self.seed, tiles }
     }
 
     /// `None` where smaller cells are not to be had, or not worth their bytes.
@@ -60,7 +66,7 @@ impl Finished<'_> {
     #[must_use]
     pub fn model(&self) -> Model<'_> {
         let mut model = self.trainer.model();
-        model.occupancy = Some(self.occupancy.view());
+        model.occupancy = Some(self.cells.view());
         model.display.tolerance = self.tolerance;
         model
     }

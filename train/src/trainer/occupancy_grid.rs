@@ -68,7 +68,8 @@ impl OccupancyGrid {
     pub fn reset(&mut self) {
         self.density.fill(f32::INFINITY);
         self.updates = 0;
-        self.set_bits(|_| true);
+        self.occupied = Packed::of(self.resolution, self.candidates.iter().copied());
+        self.grow();
     }
 
     /// The bits, for core to march through.
@@ -175,32 +176,25 @@ impl OccupancyGrid {
         });
         self.updates += 1;
         if self.updates >= PERIOD as u32 {
-            self.apply_threshold(step, 1.0);
+            self.occupied = self.above(step, 1.0);
+            self.grow();
         }
     }
 
-    /// The same with cells below `factor` times the usual threshold empty. `step` is
-    /// the distance between samples, scene units.
-    #[must_use]
-    pub(crate) fn at_threshold(&self, step: f32, factor: f32) -> Self {
-        let mut other = self.clone();
-        other.apply_threshold(step, factor);
-        other
+    /// The occupied cells.
+    pub(super) fn occupied(&self) -> &Packed {
+        &self.occupied
     }
 
-    fn apply_threshold(&mut self, step: f32, factor: f32) {
+    /// The cells in which a step of this length, scene units, would absorb `factor`
+    /// times what makes a cell occupied.
+    pub(super) fn above(&self, step: f32, factor: f32) -> Packed {
         let sum: f64 = self.density.iter().map(|d| f64::from(*d)).sum();
         let mean = (sum / self.density.len().max(1) as f64) as f32;
         let threshold = (factor * THRESHOLD / step).min(mean);
-        let density = std::mem::take(&mut self.density);
-        self.set_bits(|i| density[i] >= threshold);
-        self.density = density;
-    }
-
-    fn set_bits(&mut self, occupied: impl Fn(usize) -> bool) {
-        let cells = self.candidates.iter().enumerate().filter(|(i, _)| occupied(*i));
-        self.occupied = Packed::of(self.resolution, cells.map(|(_, cell)| *cell));
-        self.grow();
+        let cells = self.candidates.iter().zip(&self.density);
+        let occupied = cells.filter(|(_, density)| **density >= threshold);
+        Packed::of(self.resolution, occupied.map(|(cell, _)| *cell))
     }
 
     fn grow(&mut self) {
@@ -239,11 +233,16 @@ mod tests {
         let mut grid = OccupancyGrid::new(16, (0..8).collect());
         grid.density.copy_from_slice(&[0.01, 0.013, 0.04, 0.1, 2.0, 2.0, 2.0, 2.0]);
         // Steps of 0.5: the usual threshold is 0.012.
-        let occupied = |factor: f32| grid.at_threshold(0.5, factor).fraction() * 8.0;
-        assert_eq!([1.0, 3.0, 4.0, 10.0].map(occupied), [7.0, 6.0, 5.0, 4.0]);
+        let occupied = |grid: &OccupancyGrid, factor: f32| {
+            (grid.above(0.5, factor).view().fraction() * 4096.0).round()
+        };
+        assert_eq!(
+            [1.0, 3.0, 4.0, 10.0].map(|factor| occupied(&grid, factor)),
+            [7.0, 6.0, 5.0, 4.0]
+        );
         // Never above the mean, about 1: what is thin everywhere is not lost.
-        assert_eq!(occupied(1e6), 4.0);
+        assert_eq!(occupied(&grid, 1e6), 4.0);
         grid.density.fill(0.01);
-        assert_eq!(grid.at_threshold(0.5, 10.0).fraction(), 1.0);
+        assert_eq!(occupied(&grid, 10.0), 8.0);
     }
 }

@@ -54,6 +54,19 @@ pub struct StepSettings {
     pub average: bool,
 }
 
+#[cfg(test)]
+impl StepSettings {
+    /// All samples at full rate, nothing else.
+    pub(super) const PLAIN: Self = Self {
+        rate: 1.0,
+        decay: 0.0,
+        step_scale: 1.0,
+        kept: 1.0,
+        update_occupancy: false,
+        average: false,
+    };
+}
+
 impl Trainer {
     /// Takes one step.
     pub fn step(&mut self, settings: &StepSettings) -> StepStats {

@@ -3,7 +3,8 @@
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile, render_tile};
 use rayon::prelude::*;
 
-use super::rays::RaySource;
+use super::aim::Aim;
+use super::rays::{Pixel, RaySource};
 use crate::picture::TILE;
 use crate::random::Random;
 
@@ -11,8 +12,10 @@ use crate::random::Random;
 const STREAM: u64 = 4;
 
 /// Random tiles of the training views, the same for the same seed.
+#[derive(Clone, Copy)]
 pub(super) struct Trial<'t> {
     pub(super) source: &'t RaySource,
+    pub(super) aim: &'t Aim,
     pub(super) seed: u64,
     /// How many.
     pub(super) tiles: usize,
@@ -48,14 +51,15 @@ impl Trial<'_> {
         rendered.collect()
     }
 
-    /// A random tile of a random view.
+    /// A tile around a random pixel that sees something.
     fn tile(&self, number: usize, background: [f32; 3]) -> Tried<'_> {
         let mut random = Random::new(self.seed, [STREAM, number as u64, 0]);
-        let view = random.below(self.source.cameras().len());
-        let (camera, photograph) = (&self.source.cameras()[view], &self.source.images()[view]);
+        let Pixel { view, x, y } = self.aim.draw(self.source.cameras(), &mut random);
+        let camera = &self.source.cameras()[view as usize];
+        let photograph = &self.source.images()[view as usize];
         let [width, height] = [TILE[0].min(camera.width), TILE[1].min(camera.height)];
-        let mut corner = |side: u32, tile: u32| random.below((side - tile) as usize + 1) as u32;
-        let (x, y) = (corner(camera.width, width), corner(camera.height, height));
+        let corner = |c: u32, side: u32, all: u32| c.saturating_sub(side / 2).min(all - side);
+        let (x, y) = (corner(x, width, camera.width), corner(y, height, camera.height));
         let tile = Tile { x, y, width, height };
         Tried { camera, photograph, background, tile, rgba: vec![0.0; 4 * tile.pixels()] }
     }

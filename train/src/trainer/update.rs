@@ -8,7 +8,7 @@ use super::group::{Group, STRIDE};
 use super::optimizer::{Adam, Slices};
 use super::{StepSettings, Trainer, muon};
 use crate::aligned::Aligned;
-use crate::field::rounding::{Eighths, Half, Rounding};
+use crate::field::rounding::{EightBits, Half, Rounding};
 use crate::field::{EncodingConfig, Rounded, scatter_level};
 use crate::stopwatch::{Laps, Stage};
 
@@ -21,7 +21,7 @@ struct Task<'p> {
     square: &'p mut [f32],
     /// The parameters, rounded.
     table: &'p mut [u8],
-    rounding: &'p mut Eighths,
+    rounding: &'p mut EightBits,
 }
 
 impl Trainer {
@@ -184,14 +184,7 @@ mod tests {
         config.samples_per_step = 2048;
         let dataset = builtin::dataset(Split::Train, 16);
         let mut trainer = Trainer::new(dataset, config, SimdLevel::detect()).unwrap();
-        let settings = |average| StepSettings {
-            rate: 1.0,
-            decay: 0.0,
-            step_scale: 1.0,
-            kept: 1.0,
-            update_occupancy: false,
-            average,
-        };
+        let settings = |average| StepSettings { average, ..StepSettings::PLAIN };
         // Nothing to average: nothing changes.
         trainer.step(&settings(false));
         let before = trainer.parameters.clone();

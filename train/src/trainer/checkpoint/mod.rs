@@ -24,7 +24,7 @@ pub use sections::{kind, section_name};
 use super::guard::{self, Averages};
 use super::{Length, Plan, Run, TrainConfig, Trainer};
 use crate::dataset::Dataset;
-use crate::field::rounding::Eighths;
+use crate::field::rounding::EightBits;
 use record::RecordV1;
 use sections::V1;
 
@@ -52,7 +52,7 @@ pub struct Checkpoint {
     square: Vec<f32>,
     sum: Vec<f32>,
     density: Vec<f32>,
-    scales: Option<Vec<Eighths>>,
+    scales: Option<Vec<EightBits>>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
 }

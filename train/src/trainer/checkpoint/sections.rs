@@ -8,7 +8,7 @@ use pocketnerf_formats::{ModelFile, Section, SectionId};
 
 use super::record::RecordV1;
 use super::{Checkpoint, Problem};
-use crate::field::rounding::Eighths;
+use crate::field::rounding::EightBits;
 use crate::field::{EncodingConfig, FieldConfig, Layout};
 
 /// Kinds of the sections that a checkpoint has beside those of a model.
@@ -116,7 +116,7 @@ fn section<'a>(file: &ModelFile<'a>, kind: u32) -> Result<Section<'a>, Problem> 
 }
 
 /// How the levels of the grid are rounded, where the file says it.
-fn scales(file: &ModelFile<'_>, n_levels: usize) -> Result<Option<Vec<Eighths>>, Problem> {
+fn scales(file: &ModelFile<'_>, n_levels: usize) -> Result<Option<Vec<EightBits>>, Problem> {
     if file.container().find(SectionId::first(kind::SCALES)).is_none() {
         return Ok(None);
     }
@@ -125,7 +125,7 @@ fn scales(file: &ModelFile<'_>, n_levels: usize) -> Result<Option<Vec<Eighths>>,
     if expected != found {
         return Err(Problem::Length { section: section.id, expected, found });
     }
-    let scales = section.bytes.iter().map(|byte| Eighths::at(byte.cast_signed()));
+    let scales = section.bytes.iter().map(|byte| EightBits::at(byte.cast_signed()));
     scales.collect::<Option<_>>().ok_or(Problem::State("section SCALES")).map(Some)
 }
 

@@ -1,7 +1,7 @@
 //! Gradients against finite differences, and the roulette against all samples.
 //!
-//! The loss is half the sum of squared errors. The groups run on `f32`
-//! parameters: those of the forward pass, rounded, would round the steps of the differences away.
+//! The loss is half the sum of squared errors. The groups run on `f32` parameters:
+//! rounded ones would round the steps of the differences away.
 
 mod differences;
 mod loss;
