@@ -81,6 +81,15 @@ pub fn samples_needed<const N: usize>(
     needed
 }
 
+/// Steps that a sample stands for where `transmittance` is what passes: two below
+/// `late`, four below a quarter of it.
+#[inline(always)]
+#[must_use]
+pub fn steps(transmittance: f32, late: f32) -> f32 {
+    let later = if transmittance >= late * 0.25 { 2.0 } else { 4.0 };
+    if transmittance >= late { 1.0 } else { later }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,6 +100,13 @@ mod tests {
         assert_eq!(samples_needed(&[0.1; 2], &[0.5, 1.0], 0.02, 4), [3.0, 4.0]);
         assert_eq!(samples_needed(&[0.1, 1.0], &[0.0, 0.01], 0.02, 4), [1.0, 1.0]);
         assert_eq!(samples_needed(&[1.0], &[f32::NAN], 0.02, 3), [3.0]);
+    }
+
+    #[test]
+    fn steps_by_hand() {
+        let found = [1.0, 0.3, 0.29, 0.075, 0.07, 0.0].map(|passes| steps(passes, 0.3));
+        assert_eq!(found, [1.0, 1.0, 2.0, 2.0, 4.0, 4.0]);
+        assert_eq!(steps(0.0, 0.0), 1.0);
     }
 
     #[test]

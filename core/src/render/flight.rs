@@ -146,9 +146,7 @@ pub(super) fn next_samples(
         composite::samples_needed(&rows[TRANSMITTANCE], &rows[PASSED], min_transmittance, room);
     let (mut most, mut steps, mut left) = (needed, rows[STEPS], rows[LEFT]);
     for lane in 0..LANES {
-        let passes = rows[TRANSMITTANCE][lane];
-        let later = if passes >= late * 0.25 { 2.0 } else { 4.0 };
-        let chosen = if passes >= late { 1.0 } else { later };
+        let chosen = composite::steps(rows[TRANSMITTANCE][lane], late);
         let is_over = left[lane] == 0.0;
         steps[lane] = if is_over { chosen } else { steps[lane] };
         left[lane] = if is_over { RUN as f32 } else { left[lane] };

@@ -62,30 +62,53 @@ fn interrupted_again_and_again() {
     assert!(finish(resume(&saved)) == expected);
 }
 
+/// The model that a checkpoint leads to when the section of `kind` has other bytes,
+/// or, without any, is not there.
+fn with(saved: &[u8], kind: u32, change: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
+    let mut writer = ContainerWriter::new();
+    for section in Container::open(saved).unwrap().sections() {
+        let bytes = match section.id.kind == kind {
+            true => change(section.bytes),
+            false => section.bytes.to_vec(),
+        };
+        if !bytes.is_empty() {
+            writer.add(section.id, section.version, section.is_critical(), bytes);
+        }
+    }
+    finish(resume(&writer.finish().unwrap()))
+}
+
 #[test]
 fn tables_are_rounded_on_as_they_were() {
     let expected = whole(config());
     let (mut trainer, mut run) = begin(config(), Length::Steps(STEPS));
     advance(&mut trainer, &mut run, 41).unwrap();
     let saved = save(&trainer, &run);
-    let with_scales = |change: &dyn Fn(u8) -> Option<u8>| {
-        let mut writer = ContainerWriter::new();
-        for section in Container::open(&saved).unwrap().sections() {
-            let bytes = match section.id.kind {
-                kind::SCALES => section.bytes.iter().map_while(|byte| change(*byte)).collect(),
-                _ => section.bytes.to_vec(),
-            };
-            if !bytes.is_empty() {
-                writer.add(section.id, section.version, section.is_critical(), bytes);
-            }
-        }
-        finish(resume(&writer.finish().unwrap()))
-    };
-    assert!(with_scales(&Some) == expected);
+    let with_scales = |change: fn(&[u8]) -> Vec<u8>| with(&saved, kind::SCALES, change);
+    assert!(with_scales(<[u8]>::to_vec) == expected);
     // Twice as coarsely: not the same run.
-    assert!(with_scales(&|byte| Some(byte + 1)) != expected);
+    assert!(with_scales(|bytes| bytes.iter().map(|byte| byte + 1).collect()) != expected);
     // From a program that did not write them down.
-    open_verified(&with_scales(&|_| None)).unwrap();
+    open_verified(&with_scales(|_| Vec::new())).unwrap();
+}
+
+#[test]
+fn rays_are_drawn_on_as_they_were() {
+    let length = Length::Steps(300);
+    let expected = finish(begin(config(), length));
+    // Before it is known where the error is, and after.
+    for at in [100, 200] {
+        let (mut trainer, mut run) = begin(config(), length);
+        advance(&mut trainer, &mut run, at).unwrap();
+        let saved = save(&trainer, &run);
+        let with_attention = |change: fn(&[u8]) -> Vec<u8>| with(&saved, kind::ATTENTION, change);
+        assert!(with_attention(<[u8]>::to_vec) == expected, "interrupted at {at}");
+        // All alike once more: not the same run.
+        let forget = |bytes: &[u8]| 1.0f32.to_le_bytes().repeat(bytes.len() / 4);
+        assert!(with_attention(forget) != expected);
+        // From a program that did not write it down.
+        open_verified(&with_attention(|_| Vec::new())).unwrap();
+    }
 }
 
 #[test]

@@ -181,6 +181,19 @@ fn other_data_and_other_programs() {
         "this build does not find the same cells that may be occupied in the dataset; \
          resume with the version of this program that wrote the checkpoint"
     );
+    let changes: [fn(&mut Vec<u8>); 3] = [
+        |bytes| bytes.truncate(bytes.len() - 8),
+        Vec::clear,
+        |bytes| bytes[..4].copy_from_slice(&f32::NAN.to_le_bytes()),
+    ];
+    for change in changes {
+        let other = with(&saved, kind::ATTENTION, |_, bytes| change(bytes));
+        assert_eq!(
+            line_on_dataset(&other, SimdLevel::detect()),
+            "this build does not find the same tiles of the images in the dataset; \
+             resume with the version of this program that wrote the checkpoint"
+        );
+    }
     let elsewhere = if cfg!(target_arch = "x86_64") { SimdLevel::Neon } else { SimdLevel::Avx2 };
     let text = line_on_dataset(&saved, elsewhere);
     assert!(text.ends_with("; train anew without --resume"), "{text}");

@@ -73,10 +73,15 @@ impl Aim {
         self.tiles.binary_search(&Tile { view, y: (y / TILE) as u16, x: (x / TILE) as u16 }).is_ok()
     }
 
-    /// A random pixel.
+    /// How many tiles there are.
+    pub(crate) fn n_tiles(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// A random pixel of a tile.
     #[inline]
-    pub(crate) fn draw(&self, cameras: &[Camera], random: &mut Random) -> Pixel {
-        let tile = self.tiles[random.below(self.tiles.len())];
+    pub(crate) fn pixel(&self, cameras: &[Camera], tile: usize, random: &mut Random) -> Pixel {
+        let tile = self.tiles[tile];
         // Tiles on an edge may be smaller; one in a hundred is drawn a little
         // too often, which does not matter.
         let [width, height] = size(&cameras[tile.view as usize], &tile);
@@ -209,7 +214,8 @@ mod tests {
         assert!(met > 5 && missed > 1000, "{met} {missed}");
         let mut random = Random::new(1, [0; 3]);
         for _ in 0..1000 {
-            let Pixel { view, x, y } = aim.draw(&cameras, &mut random);
+            let tile = random.below(aim.n_tiles());
+            let Pixel { view, x, y } = aim.pixel(&cameras, tile, &mut random);
             assert!(x < 61 && y < 47 && drawn(view as usize, x, y));
         }
         // Nothing to see: everything may be drawn.

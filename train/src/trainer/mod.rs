@@ -1,6 +1,8 @@
 //! The training loop: rays → march → shade → back → scatter → new parameters.
 
 mod aim;
+mod alias;
+mod attention;
 mod cells;
 pub mod checkpoint;
 mod config;
@@ -48,6 +50,7 @@ use crate::field::{Backward, EncodingConfig, Layout, Rounded, initialize};
 use crate::pool::Pool;
 use crate::stopwatch::Stopwatch;
 use aim::Aim;
+use attention::Attention;
 use group::{Group, MIN_TRANSMITTANCE, Worker};
 
 /// Shares that a step is cut into, at any number of threads.
@@ -64,6 +67,7 @@ pub struct Trainer {
     level: Level,
     source: RaySource,
     aim: Aim,
+    attention: Attention,
     targets: Targets,
     space: Space,
     sampling: Sampling,
@@ -167,6 +171,7 @@ impl Trainer {
             level,
             targets: source.targets(&aim),
             source,
+            attention: Attention::new(aim.n_tiles()),
             aim,
             space,
             sampling,
@@ -263,6 +268,7 @@ impl Trainer {
         }
         (self.sum, self.averaged) = (Vec::new(), 0);
         self.grid.reset();
+        self.attention = Attention::new(self.aim.n_tiles());
         self.step = 0;
         self.n_rays = self.config.batch_rays.unwrap_or(FIRST_RAYS);
         self.roulette = 0.0;

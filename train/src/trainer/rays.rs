@@ -24,20 +24,66 @@ pub struct TrainingRay {
     pub ray: Ray,
     /// Where in its step each sample lies, 0 to 1.
     pub phase: f32,
-    /// Colour behind the scene.
+    /// Colour behind the scene, or the mean of what may be behind it.
     pub background: [f32; 3],
+    /// Variance of each channel of what may be behind it.
+    pub background_variance: f32,
     /// The pixel's colour over that background.
     pub target: [f32; 3],
+    /// The pixel's opacity.
+    pub alpha: f32,
+    /// Number of the tile that the pixel was drawn from.
+    pub tile: u32,
+    /// How much its error counts.
+    pub weight: f32,
+}
+
+/// The error of a ray's colour.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RayError {
+    /// Squared, summed over the channels, expected over the backgrounds.
+    pub(crate) squared: f32,
+    /// Gradient of half of that by the colour over the mean background, weighed.
+    pub(crate) d_color: [f32; 3],
+    /// And by the opacity where that colour stays the same.
+    pub(crate) d_opacity: f32,
+}
+
+impl TrainingRay {
+    /// What is wrong with `color`, over the mean background, and `opacity`.
+    #[inline(always)]
+    pub(crate) fn error(&self, color: [f32; 3], opacity: f32) -> RayError {
+        let off = [0, 1, 2].map(|c| color[c] - self.target[c]);
+        let [r, g, b] = off;
+        // A background that is b brighter makes `b (alpha - opacity)` of difference.
+        let through = 3.0 * self.background_variance * (opacity - self.alpha);
+        RayError {
+            squared: r * r + g * g + b * b + through * (opacity - self.alpha),
+            d_color: off.map(|d| self.weight * d),
+            d_opacity: self.weight * through,
+        }
+    }
 }
 
 /// What lies behind the training images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backdrop {
-    /// Another random colour for every ray: what is transparent must become
-    /// empty. For images with alpha.
+    /// All colours alike: what is transparent must become empty. For images with
+    /// alpha. The error is what it is on average over random colours, which is known
+    /// from their mean and variance: nothing is drawn.
     Random,
     /// Always this colour.
     Color([f32; 3]),
+}
+
+impl Backdrop {
+    /// Mean of each channel and variance of all.
+    fn moments(self) -> ([f32; 3], f32) {
+        match self {
+            Self::Random => ([0.5; 3], 1.0 / 12.0),
+            Self::Color(color) => (color, 0.0),
+        }
+    }
 }
 
 /// What the training images are like on average.
@@ -93,33 +139,32 @@ impl RaySource {
         image[pixel.y as usize * width + pixel.x as usize]
     }
 
-    /// The ray through a pixel that shows `rgba`.
+    /// The ray through a pixel that shows `rgba`, drawn from a `tile` and weighing
+    /// `weight`.
     #[inline]
-    pub(crate) fn ray(&self, pixel: Pixel, rgba: [u8; 4], random: &mut Random) -> TrainingRay {
+    pub(crate) fn ray(
+        &self,
+        pixel: Pixel,
+        rgba: [u8; 4],
+        (tile, weight): (u32, f32),
+        random: &mut Random,
+    ) -> TrainingRay {
         let phase = random.next_f32();
-        let background = match self.backdrop {
-            Backdrop::Random => [random.next_f32(), random.next_f32(), random.next_f32()],
-            Backdrop::Color(color) => color,
-        };
+        let (background, background_variance) = self.backdrop.moments();
         let [r, g, b, alpha] = rgba.map(|value| f32::from(value) / 255.0);
         let [r0, g0, b0] = background.map(|value| (1.0 - alpha) * value);
         let target = [r * alpha + r0, g * alpha + g0, b * alpha + b0];
         let camera = &self.cameras[pixel.view as usize];
         let ray = camera.ray(pixel.x as f32 + 0.5, pixel.y as f32 + 0.5);
-        TrainingRay { ray, phase, background, target }
+        TrainingRay { ray, phase, background, background_variance, target, alpha, tile, weight }
     }
 
     /// Averages over a fixed share of the pixels.
     #[must_use]
     pub(crate) fn targets(&self, aim: &Aim) -> Targets {
-        // Mean and mean square of each channel of the background.
-        let (mean, square) = match self.backdrop {
-            Backdrop::Random => ([0.5; 3], [1.0 / 3.0; 3]),
-            Backdrop::Color(color) => {
-                let color = color.map(f64::from);
-                (color, color.map(|c| c * c))
-            }
-        };
+        let (mean, variance) = self.backdrop.moments();
+        let (mean, variance) = (mean.map(f64::from), f64::from(variance));
+        let square = mean.map(|mean| mean * mean + variance);
         let (mut n, mut alpha, mut nothing, mut unseen) = (0.0, 0.0, 0.0, 0.0);
         let (mut sum, mut sum_of_squares) = ([0.0; 3], 0.0);
         let pixels = self.images.iter().enumerate().flat_map(|(view, image)| {

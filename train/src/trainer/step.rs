@@ -19,6 +19,11 @@ use crate::stopwatch::{Laps, Stage};
 pub(super) const OCCUPANCY_EVERY: u32 = 16;
 /// The neighbours of occupied cells are looked at in one of so many steps.
 const GROWN_EVERY: u32 = 8;
+/// Steps between two looks at where the error is.
+const ATTENTION_EVERY: u32 = 128;
+/// Where less light than this passes, samples stand for several steps, as they do in
+/// rendering.
+const LATE: f32 = 0.3;
 /// Rays of a step at most, where their number adapts itself.
 pub(super) const MOST_RAYS: usize = 1 << 17;
 /// What a step found out.
@@ -82,6 +87,7 @@ impl Trainer {
         self.backward.update(&self.parameters[self.layout.networks_start()..]);
         self.run_groups(settings);
         let stats = self.gather_stats();
+        self.note_errors();
         self.plan_next(settings, &stats);
         self.step += 1;
         self.update_parameters(settings);
@@ -127,6 +133,7 @@ impl Trainer {
             marcher: Marcher::from_parts(Some(occupancy), self.space, sampling, true),
             backward: &self.backward,
             step: sampling.step,
+            late: LATE,
             roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
             stopwatch: self.stopwatch.as_ref(),
         };
@@ -134,7 +141,7 @@ impl Trainer {
         let field = field.expect("checked when training began");
         let (seed, step) = (self.seed, u64::from(self.step));
         let (level, limits, n_rays) = (self.level, self.limits, self.n_rays);
-        let (source, aim) = (&self.source, &self.aim);
+        let (source, aim) = (&self.source, (&self.aim, &self.attention));
         self.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
             let mut worker = self.workers.take(|| Worker::new(limits, &self.backward));
             let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
@@ -162,6 +169,16 @@ impl Trainer {
             kept: total.kept,
             mean_squared_error: share * drawn_error + self.targets.unseen_error,
             mean_opacity: share * total.opacity / self.n_rays as f64,
+        }
+    }
+
+    /// Where the error is, and so where rays are to be drawn.
+    fn note_errors(&mut self) {
+        for (tile, error) in self.groups.iter().flat_map(Group::errors) {
+            self.attention.note(tile, error);
+        }
+        if (self.step + 1).is_multiple_of(ATTENTION_EVERY) {
+            self.attention.update();
         }
     }
 

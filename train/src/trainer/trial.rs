@@ -54,7 +54,8 @@ impl Trial<'_> {
     /// A tile around a random pixel that sees something.
     fn tile(&self, number: usize, background: [f32; 3]) -> Tried<'_> {
         let mut random = Random::new(self.seed, [STREAM, number as u64, 0]);
-        let Pixel { view, x, y } = self.aim.draw(self.source.cameras(), &mut random);
+        let seen = random.below(self.aim.n_tiles());
+        let Pixel { view, x, y } = self.aim.pixel(self.source.cameras(), seen, &mut random);
         let camera = &self.source.cameras()[view as usize];
         let photograph = &self.source.images()[view as usize];
         let [width, height] = [TILE[0].min(camera.width), TILE[1].min(camera.height)];

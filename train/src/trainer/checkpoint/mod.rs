@@ -53,6 +53,8 @@ pub struct Checkpoint {
     sum: Vec<f32>,
     density: Vec<f32>,
     scales: Option<Vec<EightBits>>,
+    /// Errors, then sizes.
+    attention: Option<Vec<f32>>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
 }
@@ -78,6 +80,8 @@ pub fn write(
     let scales: Vec<u8> =
         trainer.rounded.scales().map(|s| s.scale_log2().cast_unsigned()).collect();
     add(kind::SCALES, &scales);
+    let attention = trainer.attention.state().concat();
+    add(kind::ATTENTION, bytemuck::must_cast_slice(&attention));
     if trainer.averaged > 0 {
         add(kind::SUM, bytemuck::must_cast_slice(&trainer.sum));
     }
@@ -190,6 +194,10 @@ impl Checkpoint {
         if let Some(scales) = &self.scales {
             let Trainer { rounded, level, layout, parameters, .. } = &mut trainer;
             rounded.round_tables(*level, layout, scales, parameters);
+        }
+        if let Some(attention) = &self.attention {
+            let restored = trainer.attention.restore(attention);
+            changed("tiles of the images", restored)?;
         }
         trainer.mean = self.mean;
         trainer.square.copy_from_slice(&self.square);

@@ -31,6 +31,10 @@ pub mod kind {
     /// units, a byte each. Programs that had none rounded otherwise: without it, as
     /// finely as holds the parameters.
     pub const SCALES: u32 = PROGRAM + 5;
+    /// Squared error of each tile of the images, f32, and how often each is drawn, f32.
+    /// Programs that had none drew all alike, and without it so does this one until it
+    /// has looked again.
+    pub const ATTENTION: u32 = PROGRAM + 6;
 }
 
 /// Version of every section so far.
@@ -46,6 +50,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::DENSITY => Some("DENSITY"),
         kind::SUM => Some("SUM"),
         kind::SCALES => Some("SCALES"),
+        kind::ATTENTION => Some("ATTENTION"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -86,6 +91,11 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     if !density.iter().all(|d| *d >= 0.0) {
         return Err(Problem::State("section DENSITY"));
     }
+    // These too.
+    let attention = match model_file.container().find(SectionId::first(kind::ATTENTION)) {
+        Some(_) => Some(floats(section(&model_file, kind::ATTENTION)?.bytes)),
+        None => None,
+    };
     let provenance = model_file.about.provenance;
     Ok(Checkpoint {
         file: file.to_owned(),
@@ -99,6 +109,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         sum,
         density,
         scales,
+        attention,
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
         parameters,

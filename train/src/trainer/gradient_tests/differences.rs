@@ -83,6 +83,15 @@ fn narrow_networks() {
     }
 }
 
+/// Samples that stand for several steps, where little light is left.
+#[test]
+fn late_samples() {
+    for shading in SHADINGS {
+        let encoding = hash_grid(4);
+        check(Case { encoding, shading, log_density: 1.0, late: 0.6, ..ONE_LAYER });
+    }
+}
+
 /// More samples and more rays than a batch takes.
 #[test]
 fn several_batches() {

@@ -1,10 +1,8 @@
 //! The loss in f64, one sample and one weight at a time.
 
-use fearless_simd::{Level, dispatch};
 use pocketnerf_core::encoding::hash_grid::{HASH_PRIMES, Level as GridLevel};
 use pocketnerf_core::encoding::spherical_harmonics;
 use pocketnerf_core::field::Shading;
-use pocketnerf_core::sampler::{Bundle, LANES, MAX_STEPS, Marcher};
 
 use crate::field::{EncodingConfig, FieldConfig, Layout, Part};
 use crate::trainer::TrainingRay;
@@ -23,7 +21,8 @@ pub(super) struct Loss {
 struct Seen {
     ray: TrainingRay,
     harmonics: Vec<f64>,
-    samples: Vec<Encoding>,
+    /// Each with the steps that it stands for.
+    samples: Vec<(Encoding, f64)>,
 }
 
 /// An encoded point.
@@ -37,27 +36,18 @@ impl Loss {
     pub(super) fn new(
         config: FieldConfig,
         layout: Layout,
-        marcher: &Marcher<'_>,
         step: f32,
-        rays: impl Iterator<Item = TrainingRay>,
+        rays: impl Iterator<Item = (TrainingRay, Vec<([f32; 3], f32)>)>,
     ) -> Self {
-        let seen = |ray: TrainingRay| {
-            let mut samples = Vec::new();
-            let mut bundle = Bundle::EMPTY;
-            bundle.set(0, &ray.ray, ray.phase);
-            dispatch!(Level::baseline(), simd => {
-                marcher.enter(simd, &mut bundle);
-                (1..LANES).for_each(|lane| bundle.stop(lane));
-                let all = MAX_STEPS as usize;
-                marcher.advance(simd, &mut bundle, [&[all as f32; 16], &[1.0; 16]], &mut |found| samples.extend(found.lanes().map(|lane| encoding(&config, [0, 1, 2].map(|a| found.u[a][lane])))));
-            });
+        let seen = |(ray, samples): (TrainingRay, Vec<([f32; 3], f32)>)| {
             let mut harmonics = [0.0; 16];
             spherical_harmonics::evaluate(config.sh_degree, ray.ray.direction, &mut harmonics);
             let n = spherical_harmonics::n_output(config.sh_degree);
+            let samples = samples.into_iter();
             Seen {
                 ray,
                 harmonics: harmonics[..n].iter().copied().map(f64::from).collect(),
-                samples,
+                samples: samples.map(|(u, n)| (encoding(&config, u), f64::from(n))).collect(),
             }
         };
         let rays = rays.map(seen).collect();
@@ -73,14 +63,14 @@ impl Loss {
         let per_sample = self.config.shading == Shading::PerSample;
         let (mut transmittance, mut opacity) = (1.0, 0.0);
         let mut sums = vec![0.0; if per_sample { 3 } else { self.config.n_features }];
-        for encoding in &seen.samples {
+        for (encoding, steps) in &seen.samples {
             let mut values = self.encoded(parameters, encoding);
             self.network(parameters, false, &mut values);
             let log_density = values.remove(0) + f64::from(self.config.log_density_bias);
             if per_sample {
                 values = self.color(parameters, values, seen);
             }
-            let alpha = 1.0 - (-log_density.min(15.0).exp() * self.step).exp();
+            let alpha = 1.0 - (-log_density.min(15.0).exp() * self.step * steps).exp();
             let weight = transmittance * alpha;
             transmittance -= weight;
             opacity += weight;
@@ -102,12 +92,15 @@ impl Loss {
             }
             sums = mean.iter().map(|c| opacity * c).collect();
         }
-        let TrainingRay { background, target, .. } = seen.ray;
+        let TrainingRay { background, background_variance, target, alpha, weight, .. } = seen.ray;
         let error = |c| {
             let color = sums.get(c).copied().filter(|_| opacity > 0.0).unwrap_or(0.0);
             color + (1.0 - opacity) * f64::from(background[c]) - f64::from(target[c])
         };
-        (0..3).map(|c| error(c) * error(c)).sum()
+        // Expected over the backgrounds: the mean's, and the variance's.
+        let through = opacity - f64::from(alpha);
+        let spread = 3.0 * f64::from(background_variance) * through * through;
+        f64::from(weight) * ((0..3).map(|c| error(c) * error(c)).sum::<f64>() + spread)
     }
 
     fn encoded(&self, parameters: &[f64], encoding: &Encoding) -> Vec<f64> {

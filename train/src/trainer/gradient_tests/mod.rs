@@ -6,6 +6,7 @@
 mod differences;
 mod loss;
 mod roulette;
+mod samples;
 
 use fearless_simd::dispatch;
 use pocketnerf_core::Camera;
@@ -77,6 +78,8 @@ struct Case {
     /// About the density's logarithm, per side of the box.
     log_density: f32,
     rays: [usize; 2],
+    /// As [`late`](pocketnerf_core::Detail::late).
+    late: f32,
     /// `None`: the best there is.
     simd: Option<SimdLevel>,
 }
@@ -90,6 +93,7 @@ const ONE_LAYER: Case = Case {
     shading: Shading::PerRay,
     log_density: 0.5,
     rays: RAYS,
+    late: 0.0,
     simd: None,
 };
 const TWO_LAYERS: Case = Case { density_hidden: &[24, 13], color_hidden: &[16, 9], ..ONE_LAYER };
@@ -99,6 +103,7 @@ const SHADINGS: [Shading; 2] = [Shading::PerRay, Shading::PerSample];
 /// The groups of one step, which can be run again.
 struct Step {
     rays: [usize; 2],
+    late: f32,
     trainer: Trainer,
     worker: Worker,
 }
@@ -139,8 +144,11 @@ impl Step {
             parameters[first_output] = case.log_density;
         });
         trainer.groups.truncate(case.rays.len());
+        // Rays that count as much as each other would hide what weights are for.
+        (0..).zip([0.3, 0.01, 0.1]).for_each(|(tile, e)| trainer.attention.note(tile, e));
+        trainer.attention.update();
         let worker = Worker::new(trainer.limits, &trainer.backward);
-        Self { rays: case.rays, trainer, worker }
+        Self { rays: case.rays, late: case.late, trainer, worker }
     }
 
     /// Loss and samples passed back; gradients stay in the groups. `luck` decides
@@ -158,6 +166,7 @@ impl Step {
             source,
             level,
             aim,
+            attention,
             ..
         } = &mut self.trainer;
         backward.update(&parameters[layout.networks_start()..]);
@@ -166,12 +175,13 @@ impl Step {
             marcher: Marcher::from_parts(Some(grid.view()), *space, *sampling, true),
             backward,
             step: sampling.step,
+            late: self.late,
             roulette,
             stopwatch: None,
         };
         let (mut loss, mut kept) = (0.0, 0);
         for ((g, group), n) in (0..).zip(groups).zip(self.rays) {
-            group.draw(source, aim, n, Random::new(3, [g, 0, 0]));
+            group.draw(source, (aim, attention), n, Random::new(3, [g, 0, 0]));
             group.reseed(Random::new(44, [g, luck, 0]));
             run_group::<F32>(*level, group, &field, &job, &mut self.worker);
             loss += 0.5 * group.stats.squared_error;
@@ -204,10 +214,9 @@ impl Step {
 
     /// The loss of the rays that were run last, in f64.
     fn loss(&self) -> Loss {
-        let Trainer { config, layout, grid, space, sampling, groups, .. } = &self.trainer;
-        let marcher = Marcher::from_parts(Some(grid.view()), *space, *sampling, true);
-        let rays = groups.iter().flat_map(|group| group.rays().iter().copied());
-        Loss::new(config.field.clone(), layout.clone(), &marcher, sampling.step, rays)
+        let Trainer { config, layout, sampling, groups, .. } = &self.trainer;
+        let rays = groups.iter().flat_map(Group::rays_with_samples);
+        Loss::new(config.field.clone(), layout.clone(), sampling.step, rays)
     }
 }
 

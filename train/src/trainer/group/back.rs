@@ -28,7 +28,8 @@ impl Group {
             let values = &values[record.row as usize * row_len..][..row_len];
             let along = dot(&sums[r * row_len..][..row_len], values);
             let d_weight = ray_gradients[r].opacity + along;
-            let d_sigma = job.step * (record.transmittance * d_weight - suffix[r]);
+            let step = job.step * record.steps;
+            let d_sigma = step * (record.transmittance * d_weight - suffix[r]);
             suffix[r] += record.weight * d_weight;
             let log_density = d_sigma * values[0];
             let size = log_density.abs() + record.weight * ray_gradients[r].size;

@@ -65,6 +65,9 @@ impl Group {
             laps.end(Stage::Density, n);
             // The first row of `a` is free now: opacities go there, sigma stays.
             worker.a[..padded].copy_from_slice(&worker.output[..padded]);
+            for (sigma, steps) in worker.a.iter_mut().zip(&worker.steps[..n]) {
+                *sigma *= steps;
+            }
             composite::opacities(simd, &mut worker.a[..padded], job.step);
             let first = self.values.len();
             self.values.resize(first + padded * row_len, 0.0);
@@ -90,7 +93,7 @@ impl Group {
     ) -> usize {
         let alive: usize = self.bundles.iter().map(Bundle::alive).sum();
         let most = (BATCH / alive.max(1)).clamp(*RUN.start(), *RUN.end());
-        let Worker { points: [x, y, z], directions, owners, .. } = worker;
+        let Worker { points: [x, y, z], directions, owners, steps, .. } = worker;
         let mut n = 0;
         for (number, bundle) in self.bundles.iter_mut().enumerate() {
             // Every lane may take all it is allowed.
@@ -109,10 +112,12 @@ impl Group {
                 MIN_TRANSMITTANCE,
                 room,
             );
-            job.marcher.advance(simd, bundle, [&most, &[1.0; LANES]], &mut |found| {
+            let lengths = transmittance.map(|passes| composite::steps(passes, job.late));
+            job.marcher.advance(simd, bundle, [&most, &lengths], &mut |found| {
                 for lane in found.lanes() {
                     [x[n], y[n], z[n]] = [0, 1, 2].map(|a| found.u[a][lane]);
                     owners[n] = (number * LANES + lane) as u32;
+                    steps[n] = lengths[lane];
                     n += 1;
                 }
             });
@@ -152,6 +157,7 @@ impl Group {
                 ray,
                 row: (first + s) as u32,
                 weight,
+                steps: worker.steps[s],
                 transmittance: gathered.transmittance,
             });
             self.passed[ray as usize / LANES][ray as usize % LANES] = 1.0 - worker.a[s];

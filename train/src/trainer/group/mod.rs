@@ -16,6 +16,7 @@ use pocketnerf_core::scratch::Tuning;
 use pocketnerf_core::store::Store;
 
 use super::aim::Aim;
+use super::attention::Attention;
 use super::rays::{Pixel, RaySource, TrainingRay};
 use crate::field::Backward;
 use crate::random::Random;
@@ -40,6 +41,8 @@ pub(crate) struct Job<'j> {
     pub(crate) backward: &'j Backward,
     /// Distance between samples, scene units.
     pub(crate) step: f32,
+    /// As [`late`](pocketnerf_core::Detail::late).
+    pub(crate) late: f32,
     /// Gradients at least this large are always kept; smaller ones in
     /// proportion to their size, and enlarged accordingly. 0: all are kept.
     pub(crate) roulette: f32,
@@ -55,6 +58,8 @@ struct Record {
     /// Row of `values`.
     row: u32,
     weight: f32,
+    /// Steps that it stands for.
+    steps: f32,
     /// Light that passes the sample.
     transmittance: f32,
 }
@@ -81,9 +86,9 @@ struct Kept {
 /// What a group found out.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct GroupStats {
-    /// Sum of squared errors over rays and colours.
+    /// Sum of squared errors over rays and colours, weighed.
     pub(crate) squared_error: f64,
-    /// Sum of opacities over rays.
+    /// Sum of opacities over rays, weighed.
     pub(crate) opacity: f64,
     /// Samples at which the field was asked.
     pub(crate) samples: usize,
@@ -97,8 +102,12 @@ pub(crate) struct GroupStats {
 #[derive(Debug, Default)]
 pub(crate) struct Group {
     pixels: Vec<Pixel>,
+    /// Where each was drawn from, and what it weighs.
+    drawn: Vec<(u32, f32)>,
     colors: Vec<[u8; 4]>,
     rays: Vec<TrainingRay>,
+    /// Squared error of each ray, a channel.
+    errors: Vec<f32>,
     random: Option<Random>,
     /// The rays on their way, sixteen together.
     bundles: Vec<Bundle>,
@@ -137,17 +146,35 @@ impl Group {
     }
 
     /// Draws `n` rays from the stream of this place.
-    pub(crate) fn draw(&mut self, source: &RaySource, aim: &Aim, n: usize, mut random: Random) {
-        self.rays.clear();
-        // In rounds: pixels lie anywhere in memory, and the processor fetches many
-        // at a time where it has nothing else to do.
+    pub(crate) fn draw(
+        &mut self,
+        source: &RaySource,
+        (aim, attention): (&Aim, &Attention),
+        n: usize,
+        mut random: Random,
+    ) {
+        // In rounds: tiles and pixels lie anywhere in memory, and the processor fetches
+        // many at a time where it has nothing else to do.
+        self.drawn.clear();
+        self.drawn.extend((0..n).map(|_| attention.draw(&mut random)));
         self.pixels.clear();
-        self.pixels.extend((0..n).map(|_| aim.draw(source.cameras(), &mut random)));
+        let tiles = self.drawn.iter().map(|(tile, _)| *tile as usize);
+        self.pixels.extend(tiles.map(|tile| aim.pixel(source.cameras(), tile, &mut random)));
         self.colors.clear();
         self.colors.extend(self.pixels.iter().map(|pixel| source.rgba(*pixel)));
-        let pixels = self.pixels.iter().zip(&self.colors);
-        self.rays.extend(pixels.map(|(pixel, rgba)| source.ray(*pixel, *rgba, &mut random)));
+        self.rays.clear();
+        let pixels = self.pixels.iter().zip(&self.colors).zip(&self.drawn);
+        self.rays.extend(
+            pixels.map(|((pixel, rgba), drawn)| source.ray(*pixel, *rgba, *drawn, &mut random)),
+        );
+        self.errors.clear();
+        self.errors.resize(n, 0.0);
         self.random = Some(random);
+    }
+
+    /// The tile that each ray came from, and its squared error a channel.
+    pub(crate) fn errors(&self) -> impl Iterator<Item = (u32, f32)> {
+        self.rays.iter().map(|ray| ray.tile).zip(self.errors.iter().copied())
     }
 
     /// The same rays with other luck in the roulette.
@@ -162,10 +189,16 @@ impl Group {
         self.gathered.iter().filter(|ray| ray.transmittance < MIN_TRANSMITTANCE).count()
     }
 
-    /// The rays that were drawn last.
+    /// The rays that were run last, each with the unit coordinates of its samples and
+    /// the steps that these stand for.
     #[cfg(test)]
-    pub(crate) fn rays(&self) -> &[TrainingRay] {
-        &self.rays
+    pub(crate) fn rays_with_samples(
+        &self,
+    ) -> impl Iterator<Item = (TrainingRay, Vec<([f32; 3], f32)>)> {
+        self.rays.iter().enumerate().map(|(r, ray)| {
+            let own = self.records.iter().filter(move |record| record.ray as usize == r);
+            (*ray, own.map(|record| (record.point, record.steps)).collect())
+        })
     }
 
     /// Everything: march, shade, and both backward passes.

@@ -4,45 +4,44 @@ use fearless_simd::Simd;
 use pocketnerf_core::field::Field;
 use pocketnerf_core::store::Store;
 
-use super::{
-    BATCH, Group, GroupStats, Job, MIN_TRANSMITTANCE, RayGradient, STRIDE, TrainingRay, Worker,
-    row_len,
-};
+use super::{BATCH, Group, Job, MIN_TRANSMITTANCE, RayGradient, STRIDE, Worker, row_len};
 use crate::stopwatch::{Laps, Stage};
+use crate::trainer::rays::RayError;
 
 impl Group {
-    /// The squared error of a ray's colour: adds to the statistics and gives
-    /// the gradient of the colour.
+    /// The error of a ray's colour, noted.
     #[inline(always)]
-    fn error(stats: &mut GroupStats, ray: &TrainingRay, color: [f32; 3]) -> [f32; 3] {
-        [0, 1, 2].map(|c| {
-            let difference = color[c] - ray.target[c];
-            stats.squared_error += f64::from(difference * difference);
-            // Adam is indifferent to the scale of the loss: no mean is taken.
-            difference
-        })
+    fn error(&mut self, ray: usize, color: [f32; 3], opacity: f32) -> RayError {
+        let weight = f64::from(self.rays[ray].weight);
+        let error = self.rays[ray].error(color, opacity);
+        self.errors[ray] = error.squared / 3.0;
+        self.stats.squared_error += weight * f64::from(error.squared);
+        self.stats.opacity += weight * f64::from(opacity);
+        error
     }
 
     /// Per-sample shading: the sums are the colour over black, and of a ray that
     /// has ended, their mean is its colour.
     pub(super) fn compare(&mut self, row_len: usize) {
         self.ray_gradients.clear();
-        let sums = self.sums.chunks_exact_mut(row_len);
-        for ((ray, gathered), sum) in self.rays.iter().zip(&self.gathered).zip(sums) {
+        for r in 0..self.rays.len() {
+            let (gathered, background) = (self.gathered[r], self.rays[r].background);
             let ended = gathered.transmittance < MIN_TRANSMITTANCE;
             let scale = if ended { 1.0 / gathered.opacity } else { 1.0 };
-            let behind = 1.0 - gathered.alpha(MIN_TRANSMITTANCE);
-            self.stats.opacity += f64::from(1.0 - behind);
-            let over_black = [0, 1, 2].map(|c| scale * sum[1 + c]);
-            let color = [0, 1, 2].map(|c| over_black[c] + behind * ray.background[c]);
-            let d_color = Self::error(&mut self.stats, ray, color);
-            let d_sum = d_color.map(|d| scale * d);
+            let opacity = gathered.alpha(MIN_TRANSMITTANCE);
+            let sums = r * row_len..(r + 1) * row_len;
+            let over_black = [0, 1, 2].map(|c| scale * self.sums[sums.start + 1 + c]);
+            let color = [0, 1, 2].map(|c| over_black[c] + (1.0 - opacity) * background[c]);
+            let error = self.error(r, color, opacity);
+            let d_sum = error.d_color.map(|d| scale * d);
             // Features fill the rest of the row: nothing depends on their sums.
-            sum.fill(0.0);
-            sum[1..4].copy_from_slice(&d_sum);
-            let unlike = |c: usize| if ended { over_black[c] } else { ray.background[c] };
+            let sums = &mut self.sums[sums];
+            sums.fill(0.0);
+            sums[1..4].copy_from_slice(&d_sum);
+            let unlike = |c: usize| if ended { over_black[c] } else { background[c] };
+            let d_opacity = if ended { 0.0 } else { error.d_opacity };
             self.ray_gradients.push(RayGradient {
-                opacity: -(0..3).map(|c| d_sum[c] * unlike(c)).sum::<f32>(),
+                opacity: d_opacity - (0..3).map(|c| d_sum[c] * unlike(c)).sum::<f32>(),
                 size: d_sum.iter().map(|d| d.abs()).sum(),
             });
         }
@@ -72,8 +71,7 @@ impl Group {
                 if self.gathered[next].opacity > 0.0 {
                     hits.push(next);
                 } else {
-                    let background = self.rays[next].background;
-                    let _ = Self::error(&mut self.stats, &self.rays[next], background);
+                    let _ = self.error(next, self.rays[next].background, 0.0);
                 }
                 next += 1;
             }
@@ -100,26 +98,25 @@ impl Group {
             }
             worker.colors::<S, T>(simd, decoder, job.backward, padded);
             // Gradient of the colour network's outputs, before the logistic.
-            let rows = worker.gradients.rows();
-            for row in rows.chunks_mut(STRIDE).take(3) {
+            for row in worker.gradients.rows().chunks_mut(STRIDE).take(3) {
                 row[..padded].fill(0.0);
             }
             for (column, &r) in hits.iter().enumerate() {
                 let opacity = self.gathered[r].alpha(MIN_TRANSMITTANCE);
-                let ray = &self.rays[r];
+                let background = self.rays[r].background;
                 let rgb = [0, 1, 2].map(|c| worker.output[c * STRIDE + column]);
-                let color =
-                    [0, 1, 2].map(|c| opacity * rgb[c] + (1.0 - opacity) * ray.background[c]);
-                let d_color = Self::error(&mut self.stats, ray, color);
-                self.stats.opacity += f64::from(opacity);
+                let color = [0, 1, 2].map(|c| opacity * rgb[c] + (1.0 - opacity) * background[c]);
+                let error = self.error(r, color, opacity);
+                let rows = worker.gradients.rows();
                 for c in 0..3 {
                     let slope = rgb[c] * (1.0 - rgb[c]);
-                    rows[c * STRIDE + column] = opacity * d_color[c] * slope;
+                    rows[c * STRIDE + column] = opacity * error.d_color[c] * slope;
                 }
                 // That of a ray that has ended is 1, whatever its samples.
                 if opacity < 1.0 {
+                    let unlike = |c: usize| error.d_color[c] * (rgb[c] - background[c]);
                     self.ray_gradients[r].opacity =
-                        (0..3).map(|c| d_color[c] * (rgb[c] - ray.background[c])).sum();
+                        error.d_opacity + (0..3).map(unlike).sum::<f32>();
                 }
             }
             job.backward.color(

@@ -21,6 +21,8 @@ pub(crate) struct Worker {
     pub(super) directions: [Aligned<f32>; 3],
     /// Number of the ray that each sample of a batch lies on.
     pub(super) owners: Vec<u32>,
+    /// Steps that each stands for.
+    pub(super) steps: Vec<f32>,
     pub(super) color_input: Aligned<f32>,
     pub(super) d_color_input: Aligned<f32>,
     pub(super) gradients: Gradients,
@@ -40,6 +42,7 @@ impl Worker {
             points: axes(),
             directions: axes(),
             owners: vec![0; BATCH],
+            steps: vec![1.0; BATCH],
             color_input: rows(limits.width),
             d_color_input: rows(limits.width),
             gradients: backward.buffers(STRIDE),

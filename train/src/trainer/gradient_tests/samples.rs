@@ -1,0 +1,56 @@
+//! The samples that a step takes against those that the marcher finds.
+
+use fearless_simd::Level;
+use pocketnerf_core::sampler::{Bundle, LANES, MAX_STEPS};
+
+use super::*;
+use crate::trainer::TrainingRay;
+
+/// Unit coordinates of all samples along a ray.
+fn found(marcher: &Marcher<'_>, ray: &TrainingRay) -> Vec<[f32; 3]> {
+    let mut samples = Vec::new();
+    let mut bundle = Bundle::EMPTY;
+    bundle.set(0, &ray.ray, ray.phase);
+    dispatch!(Level::baseline(), simd => {
+        marcher.enter(simd, &mut bundle);
+        (1..LANES).for_each(|lane| bundle.stop(lane));
+        let all = [MAX_STEPS as f32; LANES];
+        marcher.advance(simd, &mut bundle, [&all, &[1.0; LANES]], &mut |found| {
+            samples.extend(found.lanes().map(|lane| [0, 1, 2].map(|a| found.u[a][lane])));
+        });
+    });
+    samples
+}
+
+#[test]
+fn rays_take_all_samples_until_they_end() {
+    let mut step = Step::new(Case { encoding: hash_grid(2), log_density: 2.0, ..ONE_LAYER });
+    step.run(0.0, 0);
+    let Trainer { grid, space, sampling, groups, .. } = &step.trainer;
+    let marcher = Marcher::from_parts(Some(grid.view()), *space, *sampling, true);
+    let mut ended = 0;
+    for (ray, samples) in groups.iter().flat_map(Group::rays_with_samples) {
+        let found = found(&marcher, &ray);
+        let taken: Vec<_> = samples.iter().map(|(u, _)| *u).collect();
+        assert!(samples.iter().all(|(_, steps)| *steps == 1.0));
+        assert_eq!(taken, found[..taken.len()]);
+        ended += usize::from(taken.len() < found.len());
+    }
+    assert!(ended > 10, "{ended} rays ended");
+}
+
+/// Where less than 0.6 of the light passes, samples stand for two steps, and for four
+/// where a quarter of that does. That they lie in the middle, core's tests know.
+#[test]
+fn late_samples_stand_for_several_steps() {
+    let case = Case { encoding: hash_grid(2), log_density: 1.0, late: 0.6, ..ONE_LAYER };
+    let mut step = Step::new(case);
+    step.run(0.0, 0);
+    let mut counts = [0; 5];
+    for (_, samples) in step.trainer.groups.iter().flat_map(Group::rays_with_samples) {
+        assert!(samples.windows(2).all(|pair| pair[0].1 <= pair[1].1));
+        samples.iter().for_each(|(_, steps)| counts[*steps as usize] += 1);
+    }
+    assert!([1, 2, 4].iter().all(|n| counts[*n] > 100), "{counts:?}");
+    assert_eq!(counts.iter().sum::<usize>(), counts[1] + counts[2] + counts[4]);
+}
