@@ -54,6 +54,10 @@ const AVERAGED: f32 = 0.75;
 const AVERAGE_EVERY: u32 = 8;
 /// Decay of a step at most, times the learning rate.
 const MOST_DECAY: f32 = 0.1;
+/// Runs of more steps than this forget more, in proportion to the root of their number.
+const LONG: f32 = 7000.0;
+/// So many times more at most.
+const MOST_LONGER: f32 = 2.0;
 /// Long steps are taken for this first share of the run.
 const COARSE: f32 = 0.6;
 
@@ -96,17 +100,19 @@ pub(super) fn adjust(
 }
 
 /// The schedule: learning rates fall exponentially, the roulette keeps more
-/// and steps shorten as the field sharpens. Entries decay by as much over a
-/// long run as over a short one; not before the plan is known.
+/// and steps shorten as the field sharpens. Entries decay by as much over a minute as
+/// over a second, by twice as much over five minutes: there is more that training
+/// views alone made up. Not before the plan is known.
 pub(super) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> StepSettings {
     let progress = plan.map_or(0.0, |plan| plan.progress(step));
     let steps = plan.map_or(f32::INFINITY, |plan| plan.end.saturating_sub(plan.first) as f32);
+    let longer = (steps / LONG).sqrt().clamp(1.0, MOST_LONGER);
     let warm = ((step + 1) as f32 / WARM_UP as f32).min(1.0);
     let [first, last] = config.kept;
     StepSettings {
         rate: warm * config.final_rate.powf(progress),
         step_scale: if progress < COARSE { config.first_step_scale } else { 1.0 },
-        decay: (config.grid_decay / steps).min(MOST_DECAY),
+        decay: (config.grid_decay * longer / steps).min(MOST_DECAY),
         kept: first * (last / first).powf(progress),
         update_occupancy: progress < FREEZE,
         average: progress >= AVERAGED && step.is_multiple_of(AVERAGE_EVERY),

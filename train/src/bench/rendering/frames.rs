@@ -51,13 +51,15 @@ pub(super) struct Round {
     pub(super) one_thread: f64,
     /// Of each of [`variants`], on all threads.
     pub(super) variants: Vec<f64>,
+    /// Their speed by that of the usual way.
+    pub(super) relative: Vec<f64>,
     /// Of pictures of what lies behind the cameras, on one thread.
     pub(super) outside: f64,
     /// Of the rays through empty cells alone, on one thread.
     pub(super) empty: f64,
-    /// How many times faster all threads are than one at multiplications and
-    /// additions, and at reading memory.
-    pub(super) scaling: [f64; 2],
+    /// How many times faster all threads are than one at pictures, at multiplications
+    /// and additions, and at reading memory.
+    pub(super) scaling: [f64; 3],
 }
 
 /// A way to render: vector instructions, and memory.
@@ -89,16 +91,28 @@ impl Job<'_> {
         for camera in self.cameras {
             watch(self.model, camera, &self.options, &stopwatch, &mut counts)?;
         }
-        let variants: Result<_, Error> =
-            variants(&self.options).iter().map(|options| self.pictures(options, false)).collect();
+        let every_pixel = self.alone.install(|| self.pictures(&every, false))?;
+        // What is compared is timed one right after the other.
+        let one_thread = self.alone.install(|| self.pictures(&self.options, false))?;
+        let usual = self.pictures(&self.options, false)?;
+        let variants: Result<Vec<_>, Error> = variants(&self.options)
+            .iter()
+            .map(|options| match *options == self.options {
+                true => Ok(usual),
+                false => self.pictures(options, false),
+            })
+            .collect();
+        let variants = variants?;
+        let [fma, bandwidth] = self.probe.look().map(|rate| rate.all / rate.one_thread);
         let round = Round {
             stages: STAGES.map(|stage| stopwatch.seconds(stage)),
-            every_pixel: self.alone.install(|| self.pictures(&every, false))?,
-            one_thread: self.alone.install(|| self.pictures(&self.options, false))?,
-            variants: variants?,
+            every_pixel,
+            one_thread,
+            relative: variants.iter().map(|seconds| usual / seconds).collect(),
+            variants,
             outside: self.alone.install(|| self.pictures(&self.options, true))?,
             empty: self.rays()?,
-            scaling: self.probe.look().map(|rate| rate.all / rate.one_thread),
+            scaling: [one_thread / usual, fma, bandwidth],
         };
         Ok((round, counts))
     }
@@ -163,17 +177,20 @@ pub(super) fn turned(camera: &Camera) -> Camera {
     turned
 }
 
-/// The median of every number.
+/// The median of every number: of ratios too, since what disturbs a round disturbs both
+/// sides of its ratios.
 pub(super) fn medians(rounds: &[Round]) -> Round {
     let of = |number: &dyn Fn(&Round) -> f64| median(rounds.iter().map(number).collect());
+    let ways = 0..rounds[0].variants.len();
     Round {
         stages: std::array::from_fn(|stage| of(&|round| round.stages[stage])),
         every_pixel: of(&|round| round.every_pixel),
         one_thread: of(&|round| round.one_thread),
-        variants: (0..rounds[0].variants.len()).map(|i| of(&|round| round.variants[i])).collect(),
+        variants: ways.clone().map(|i| of(&|round| round.variants[i])).collect(),
+        relative: ways.map(|i| of(&|round| round.relative[i])).collect(),
         outside: of(&|round| round.outside),
         empty: of(&|round| round.empty),
-        scaling: [0, 1].map(|i| of(&|round| round.scaling[i])),
+        scaling: [0, 1, 2].map(|i| of(&|round| round.scaling[i])),
     }
 }
 

@@ -21,7 +21,7 @@ use watch::Counts;
 
 /// How long rounds are repeated, and how often at least.
 const TIME: Duration = Duration::from_secs(12);
-const LEAST_ROUNDS: usize = 3;
+const LEAST_ROUNDS: usize = 7;
 
 /// What a picture costs.
 #[derive(Clone, Debug, Serialize)]
@@ -134,11 +134,11 @@ fn summary(
     let ways = variants(&job.options).into_iter().zip(&median.variants);
     let usual = ways.clone().find(|(options, _)| *options == job.options);
     let all_threads = *usual.expect("the level is available").1;
-    let variant = |(options, seconds): (RenderOptions, &f64)| Variant {
+    let variant = |((options, seconds), relative): ((RenderOptions, &f64), &f64)| Variant {
         simd: options.simd.name(),
         tuning: if options.tuning == job.options.tuning { "fast" } else { "small" },
         frames_per_second: views / seconds,
-        relative: all_threads / seconds,
+        relative: *relative,
     };
     let n_empty = job.empty.rays.len();
     let ns_outside = median.outside * 1e9 / pixels;
@@ -167,11 +167,11 @@ fn summary(
         ns_per_pixel_missed: (missed > 0.0).then_some(ns_missed),
         scaling: Scaling {
             threads: machine.threads,
-            frame: median.one_thread / all_threads,
-            fma: median.scaling[0],
-            bandwidth: median.scaling[1],
+            frame: median.scaling[0],
+            fma: median.scaling[1],
+            bandwidth: median.scaling[2],
         },
-        variants: ways.map(variant).collect(),
+        variants: ways.zip(&median.relative).map(variant).collect(),
         fraction_of_bounds: fraction_of_bounds(&stages),
         stages,
     }
