@@ -30,6 +30,9 @@ fn check(case: Case) -> usize {
     let mut step = Step::new(case);
     let (found, samples) = step.run(0.0, 0);
     assert!(samples > 700, "{samples} samples");
+    if case.late == 0.0 {
+        samples::check(&step);
+    }
     let (loss, gradient) = (step.loss(), step.gradient());
     let parameters: Vec<f64> = step.trainer.parameters.iter().copied().map(f64::from).collect();
     let expected = loss.at(&parameters);

@@ -6,7 +6,7 @@ use pocketnerf_core::field::Shading;
 
 use crate::field::{EncodingConfig, FieldConfig, Layout, Part};
 use crate::trainer::TrainingRay;
-use crate::trainer::group::MIN_TRANSMITTANCE;
+use crate::trainer::group::{MIN_TRANSMITTANCE, Record};
 
 /// The loss of some rays as a function of the parameters.
 pub(super) struct Loss {
@@ -37,17 +37,19 @@ impl Loss {
         config: FieldConfig,
         layout: Layout,
         step: f32,
-        rays: impl Iterator<Item = (TrainingRay, Vec<([f32; 3], f32)>)>,
+        rays: impl Iterator<Item = (TrainingRay, Vec<Record>)>,
     ) -> Self {
-        let seen = |(ray, samples): (TrainingRay, Vec<([f32; 3], f32)>)| {
+        let seen = |(ray, samples): (TrainingRay, Vec<Record>)| {
             let mut harmonics = [0.0; 16];
             spherical_harmonics::evaluate(config.sh_degree, ray.ray.direction, &mut harmonics);
             let n = spherical_harmonics::n_output(config.sh_degree);
-            let samples = samples.into_iter();
+            let samples = samples.iter();
             Seen {
                 ray,
                 harmonics: harmonics[..n].iter().copied().map(f64::from).collect(),
-                samples: samples.map(|(u, n)| (encoding(&config, u), f64::from(n))).collect(),
+                samples: samples
+                    .map(|s| (encoding(&config, s.point), f64::from(s.steps)))
+                    .collect(),
             }
         };
         let rays = rays.map(seen).collect();

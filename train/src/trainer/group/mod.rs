@@ -52,16 +52,17 @@ pub(crate) struct Job<'j> {
 
 /// What the backward pass needs of a sample.
 #[derive(Clone, Copy, Debug)]
-struct Record {
-    point: [f32; 3],
+pub(crate) struct Record {
+    /// Unit coordinates.
+    pub(crate) point: [f32; 3],
     ray: u32,
     /// Row of `values`.
     row: u32,
     weight: f32,
     /// Steps that it stands for.
-    steps: f32,
+    pub(crate) steps: f32,
     /// Light that passes the sample.
-    transmittance: f32,
+    pub(crate) transmittance: f32,
 }
 
 /// The gradient that a ray hands to its samples.
@@ -189,15 +190,12 @@ impl Group {
         self.gathered.iter().filter(|ray| ray.transmittance < MIN_TRANSMITTANCE).count()
     }
 
-    /// The rays that were run last, each with the unit coordinates of its samples and
-    /// the steps that these stand for.
+    /// The rays that were run last, each with its samples.
     #[cfg(test)]
-    pub(crate) fn rays_with_samples(
-        &self,
-    ) -> impl Iterator<Item = (TrainingRay, Vec<([f32; 3], f32)>)> {
+    pub(crate) fn rays_with_samples(&self) -> impl Iterator<Item = (TrainingRay, Vec<Record>)> {
         self.rays.iter().enumerate().map(|(r, ray)| {
             let own = self.records.iter().filter(move |record| record.ray as usize == r);
-            (*ray, own.map(|record| (record.point, record.steps)).collect())
+            (*ray, own.copied().collect())
         })
     }
 
