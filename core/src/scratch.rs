@@ -70,7 +70,14 @@ pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
         + (1 + limits.channels) * stride
         + panel_len(limits.width)
         + SAMPLE_ROWS * stride
-        + tuning.rays * (RAY_ROWS + sums_len(limits.channels) + 1)
+        + tuning.rays * (RAY_ROWS + sums_len(limits.channels))
+        + depths_len(tuning)
+}
+
+/// Depths of a tile's squares of pixels: for a tile of 128 x 64 pixels enough for
+/// squares of 8 x 8, of 4 x 4 where there is memory for many rays.
+const fn depths_len(tuning: Tuning) -> usize {
+    if tuning.rays > 128 { tuning.rays } else { 128 }
 }
 
 /// Values of a buffer: its rows of a batch, and sixteen columns of any layer.
@@ -122,7 +129,7 @@ pub(crate) struct Scratch<'s> {
     pub(crate) rays: &'s mut [[[f32; LANES]; RAY_ROWS]],
     /// [`sums_len`] sums a ray.
     pub(crate) sums: &'s mut [f32],
-    /// Depths of squares of pixels, as many as rays.
+    /// Depths of squares of pixels.
     pub(crate) depths: &'s mut [f32],
 }
 
@@ -152,7 +159,7 @@ impl<'s> Scratch<'s> {
             owners: take(stride),
             rays: take(tuning.rays * RAY_ROWS).as_chunks_mut().0.as_chunks_mut().0,
             sums: take(tuning.rays * sums_len(limits.channels)),
-            depths: take(tuning.rays),
+            depths: take(depths_len(tuning)),
         }
     }
 }
