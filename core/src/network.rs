@@ -198,14 +198,27 @@ fn multiply_panel<S: Simd, const V: usize>(
                 }
             }
         }
-        for (sums, row) in sums.iter().zip(y.chunks_mut(stride)).take(width) {
-            let row = &mut row[at..at + V * lanes];
-            for (v, sum) in sums.iter().enumerate() {
-                // Not `max`, which takes NaN to 0 on some machines and not on others.
-                let value = if relu { sum.simd_lt(zero).select(zero, *sum) } else { *sum };
-                value.store_slice(&mut row[v * lanes..(v + 1) * lanes]);
+        // A whole panel's loop is unrolled, so that sums stay in wide registers.
+        if width == PANEL && lanes > 4 {
+            for (o, sums) in sums.iter().enumerate() {
+                finish_row(simd, sums, &mut y[o * stride + at..][..V * lanes], relu);
+            }
+        } else {
+            for (o, sums) in sums.iter().enumerate().take(width) {
+                finish_row(simd, sums, &mut y[o * stride + at..][..V * lanes], relu);
             }
         }
+    }
+}
+
+/// Writes an output's sums.
+#[inline(always)]
+fn finish_row<S: Simd, const V: usize>(simd: S, sums: &[S::f32s; V], row: &mut [f32], relu: bool) {
+    let (lanes, zero) = (S::f32s::LEN, S::f32s::splat(simd, 0.0));
+    for (v, sum) in sums.iter().enumerate() {
+        // Not `max`, which takes NaN to 0 on some machines and not on others.
+        let value = if relu { sum.simd_lt(zero).select(zero, *sum) } else { *sum };
+        value.store_slice(&mut row[v * lanes..(v + 1) * lanes]);
     }
 }
 

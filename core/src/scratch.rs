@@ -50,14 +50,14 @@ impl Tuning {
 /// the cache.
 const ALIGNMENT: usize = 15;
 /// Numbers kept for a ray in flight, beside its channels.
-pub(crate) const RAY_ROWS: usize = 16;
+pub(crate) const RAY_LEN: usize = 16;
 /// Sums kept for a ray: of what is in a field's rows of output, in whole
 /// registers.
 pub(crate) const fn sums_len(channels: usize) -> usize {
     (1 + channels).next_multiple_of(crate::lanes::ROWS)
 }
 
-/// Rows kept for a sample: position, direction, distance, whose it is.
+/// Rows kept for a sample: position, direction, distance, and whose it is.
 const SAMPLE_ROWS: usize = 8;
 
 /// `f32` values that [`render_tile`](crate::render::render_tile) needs.
@@ -70,7 +70,7 @@ pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
         + (1 + limits.channels) * stride
         + panel_len(limits.width)
         + SAMPLE_ROWS * stride
-        + tuning.rays * (RAY_ROWS + sums_len(limits.channels))
+        + tuning.rays * (RAY_LEN + 1 + sums_len(limits.channels))
         + depths_len(tuning)
 }
 
@@ -123,10 +123,12 @@ pub(crate) struct Scratch<'s> {
     pub(crate) directions: [&'s mut [f32]; 3],
     /// Distances of the samples along their rays.
     pub(crate) t: &'s mut [f32],
-    /// Number of the ray that each sample lies on.
-    pub(crate) owners: &'s mut [f32],
-    /// `RAY_ROWS` values a ray, sixteen rays together.
-    pub(crate) rays: &'s mut [[[f32; LANES]; RAY_ROWS]],
+    /// At the first of a ray's samples: whose they are, and how many.
+    pub(crate) runs: &'s mut [f32],
+    /// Rays in flight.
+    pub(crate) rays: &'s mut [[f32; RAY_LEN]],
+    /// Numbers of the rays that have steps left.
+    pub(crate) living: &'s mut [f32],
     /// [`sums_len`] sums a ray.
     pub(crate) sums: &'s mut [f32],
     /// Depths of squares of pixels.
@@ -156,8 +158,9 @@ impl<'s> Scratch<'s> {
             points: [take(stride), take(stride), take(stride)],
             directions: [take(stride), take(stride), take(stride)],
             t: take(stride),
-            owners: take(stride),
-            rays: take(tuning.rays * RAY_ROWS).as_chunks_mut().0.as_chunks_mut().0,
+            runs: take(stride),
+            rays: take(tuning.rays * RAY_LEN).as_chunks_mut().0,
+            living: take(tuning.rays),
             sums: take(tuning.rays * sums_len(limits.channels)),
             depths: take(depths_len(tuning)),
         }
@@ -178,7 +181,7 @@ mod tests {
     fn cut_uses_exactly_what_was_promised() {
         let mut memory = [0.0; scratch_len(Limits::SMALL, Tuning::SMALL)];
         let scratch = Scratch::cut(&mut memory, Limits::SMALL, Tuning::SMALL);
-        assert_eq!(scratch.rays.len() * LANES, Tuning::SMALL.rays);
+        assert_eq!(scratch.rays.len(), Tuning::SMALL.rays);
         assert_eq!(scratch.sums.len(), Tuning::SMALL.rays * sums_len(Limits::SMALL.channels));
     }
 }

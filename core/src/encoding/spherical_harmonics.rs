@@ -1,5 +1,7 @@
 //! Real spherical harmonics of a unit direction, as in instant-ngp.
 
+use core::ops::{Add, Mul, Sub};
+
 /// Highest degree: 16 values.
 pub const MAX_DEGREE: u32 = 4;
 
@@ -15,33 +17,41 @@ pub const fn n_output(degree: u32) -> usize {
 /// `out` holds at least `degree²` values; `degree` is 1 to 4.
 #[inline(always)]
 pub fn evaluate(degree: u32, d: [f32; 3], out: &mut [f32]) {
-    let [x, y, z] = d;
-    out[0] = 0.282_094_79;
+    evaluate_each(degree, d, 1.0, out);
+}
+
+/// The same of one direction, or of one in every lane.
+#[inline(always)]
+pub(crate) fn evaluate_each<V>(degree: u32, [x, y, z]: [V; 3], one: V, out: &mut [V])
+where
+    V: Copy + Add<Output = V> + Sub<Output = V> + Mul<Output = V> + Mul<f32, Output = V>,
+{
+    out[0] = one * 0.282_094_79;
     if degree < 2 {
         return;
     }
-    out[1] = -0.488_602_51 * y;
-    out[2] = 0.488_602_51 * z;
-    out[3] = -0.488_602_51 * x;
+    out[1] = y * -0.488_602_51;
+    out[2] = z * 0.488_602_51;
+    out[3] = x * -0.488_602_51;
     if degree < 3 {
         return;
     }
     let (xx, yy, zz) = (x * x, y * y, z * z);
-    out[4] = 1.092_548_4 * x * y;
-    out[5] = -1.092_548_4 * y * z;
-    out[6] = 0.946_174_7 * zz - 0.315_391_57;
-    out[7] = -1.092_548_4 * x * z;
-    out[8] = 0.546_274_2 * (xx - yy);
+    out[4] = x * 1.092_548_4 * y;
+    out[5] = y * -1.092_548_4 * z;
+    out[6] = zz * 0.946_174_7 - one * 0.315_391_57;
+    out[7] = x * -1.092_548_4 * z;
+    out[8] = (xx - yy) * 0.546_274_2;
     if degree < 4 {
         return;
     }
-    out[9] = 0.590_043_6 * y * (-3.0 * xx + yy);
-    out[10] = 2.890_611_4 * x * y * z;
-    out[11] = 0.457_045_8 * y * (1.0 - 5.0 * zz);
-    out[12] = 0.373_176_34 * z * (5.0 * zz - 3.0);
-    out[13] = 0.457_045_8 * x * (1.0 - 5.0 * zz);
-    out[14] = 1.445_305_7 * z * (xx - yy);
-    out[15] = 0.590_043_6 * x * (-xx + 3.0 * yy);
+    out[9] = y * 0.590_043_6 * (yy - xx * 3.0);
+    out[10] = x * 2.890_611_4 * y * z;
+    out[11] = y * 0.457_045_8 * (one - zz * 5.0);
+    out[12] = z * 0.373_176_34 * (zz * 5.0 - one * 3.0);
+    out[13] = x * 0.457_045_8 * (one - zz * 5.0);
+    out[14] = z * 1.445_305_7 * (xx - yy);
+    out[15] = x * 0.590_043_6 * (yy * 3.0 - xx);
 }
 
 #[cfg(test)]

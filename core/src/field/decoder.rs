@@ -149,7 +149,7 @@ impl Decoder<'_> {
         let stride = work.stride;
         let Workspace { a, b, output, panel, .. } = work;
         let rows = &mut a[self.n_features as usize * stride..];
-        self.harmonics(directions, n, rows, stride);
+        self.harmonics(simd, directions, n, rows, stride);
         let rgb = &mut output[stride..];
         self.color.forward::<S, T>(simd, a, b, rgb, n, stride, panel);
         simd.vectorize(
@@ -165,17 +165,33 @@ impl Decoder<'_> {
         );
     }
 
-    /// Writes the harmonics of `n` unit directions: value i of direction s goes
-    /// to `out[i * stride + s]`.
-    pub fn harmonics(&self, directions: [&[f32]; 3], n: usize, out: &mut [f32], stride: usize) {
-        let mut values = [0.0; 16];
-        for s in 0..n {
-            let d = directions.map(|axis| axis[s]);
-            spherical_harmonics::evaluate(self.sh_degree, d, &mut values);
-            let n_output = spherical_harmonics::n_output(self.sh_degree);
-            for (row, value) in values.iter().enumerate().take(n_output) {
-                out[row * stride + s] = *value;
-            }
-        }
+    /// Writes the harmonics of `n` unit directions, a multiple of 16: value i of
+    /// direction s goes to `out[i * stride + s]`.
+    pub fn harmonics<S: Simd>(
+        &self,
+        simd: S,
+        directions: [&[f32]; 3],
+        n: usize,
+        out: &mut [f32],
+        stride: usize,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let one = S::f32s::splat(simd, 1.0);
+                let mut values = [one; spherical_harmonics::n_output(4)];
+                let n_output = spherical_harmonics::n_output(self.sh_degree);
+                for first in (0..n).step_by(S::f32s::LEN) {
+                    let at = |axis: usize| {
+                        S::f32s::from_slice(simd, &directions[axis][first..][..S::f32s::LEN])
+                    };
+                    let d = [at(0), at(1), at(2)];
+                    spherical_harmonics::evaluate_each(self.sh_degree, d, one, &mut values);
+                    for (row, value) in values.iter().enumerate().take(n_output) {
+                        value.store_slice(&mut out[row * stride + first..][..S::f32s::LEN]);
+                    }
+                }
+            },
+        );
     }
 }

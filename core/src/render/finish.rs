@@ -4,7 +4,7 @@ use fearless_simd::Simd;
 
 use crate::composite::Gathered;
 use crate::field::{Decoder, Shading};
-use crate::render::flight;
+use crate::render::flight::Flight;
 use crate::render::group::Group;
 use crate::render::target::Target;
 use crate::sampler::LANES;
@@ -34,10 +34,8 @@ impl Group<'_, '_, '_, '_> {
 
     /// Each ray's pixel and what it has gathered.
     fn finished(&self) -> impl Iterator<Item = (usize, Gathered)> + Clone {
-        let lanes = self.rows().iter().flat_map(|rows| {
-            (0..LANES).map(|lane| (flight::pixel(rows, lane), flight::gathered(rows, lane)))
-        });
-        lanes.take(self.count)
+        let rays = self.scratch.rays[..self.count].iter().map(Flight::load);
+        rays.map(|flight| (flight.pixel as usize, flight.gathered))
     }
 
     /// Per-sample shading: the sums are the colour.
@@ -60,7 +58,7 @@ impl Group<'_, '_, '_, '_> {
         target: &mut Target<'_>,
     ) {
         let channels = decoder.channels();
-        let rows = &self.scratch.rays[..self.count.div_ceil(LANES)];
+        let rays = &self.scratch.rays[..self.count];
         let mut work = self.scratch.work.for_width(decoder.color.max_width());
         let most = work.stride;
         let mut first = 0;
@@ -68,16 +66,15 @@ impl Group<'_, '_, '_, '_> {
             // As many hit rays as find room.
             let (mut n, mut end) = (0, first);
             while end < self.count && n < most {
-                let (rows, lane) = (&rows[end / LANES], end % LANES);
-                let gathered = flight::gathered(rows, lane);
+                let Flight { gathered, walk, .. } = Flight::load(&rays[end]);
                 if gathered.opacity > 0.0 {
                     let sums = &self.scratch.sums[end * sums_len(channels) + 1..][..channels];
                     for (row, sum) in work.a.chunks_mut(work.stride).zip(sums) {
                         row[n] = sum / gathered.opacity;
                     }
                     let directions = self.scratch.directions.iter_mut();
-                    for (row, d) in directions.zip(&rows[flight::DIRECTION]) {
-                        row[n] = d[lane];
+                    for (row, d) in directions.zip(walk.direction) {
+                        row[n] = d;
                     }
                     n += 1;
                 }
@@ -93,9 +90,9 @@ impl Group<'_, '_, '_, '_> {
             let directions = [0, 1, 2].map(|axis| &*self.scratch.directions[axis]);
             decoder.colors::<S, T>(simd, directions, padded, &mut work);
             let mut column = 0;
-            for ray in first..end {
-                let (rows, lane) = (&rows[ray / LANES], ray % LANES);
-                let (pixel, gathered) = (flight::pixel(rows, lane), flight::gathered(rows, lane));
+            for ray in &rays[first..end] {
+                let Flight { gathered, pixel, .. } = Flight::load(ray);
+                let pixel = pixel as usize;
                 target.rgba[pixel] = [0.0; 4];
                 if gathered.opacity > 0.0 {
                     let alpha = gathered.alpha(self.min_transmittance);

@@ -8,11 +8,11 @@ use crate::Model;
 use crate::composite;
 use crate::field::{Field, Samples, Shading};
 use crate::lanes::{self, ROWS};
-use crate::render::flight::{self, Rows};
+use crate::render::flight::Flight;
 use crate::render::observe::{Observer, Stage};
 use crate::render::source::Source;
-use crate::sampler::{Bundle, LANES, Marcher};
-use crate::scratch::{Scratch, Tuning, sums_len};
+use crate::sampler::{Batch, Bundle, LANES, Marcher, Travellers, Walk};
+use crate::scratch::{RAY_LEN, Scratch, Tuning, sums_len};
 use crate::store::Store;
 
 /// Rays that travel together.
@@ -68,8 +68,8 @@ impl Group<'_, '_, '_, '_> {
         self.marcher.seek(simd, &mut bundle);
         for (lane, number) in numbers.iter().enumerate() {
             if bundle.next[lane] < bundle.end[lane] {
-                let rows = &mut self.scratch.rays[self.count / LANES];
-                flight::start(rows, self.count % LANES, &bundle, lane, *number);
+                let flight = Flight::start(&bundle, lane, *number);
+                flight.store(&mut self.scratch.rays[self.count]);
                 self.count += 1;
             } else {
                 missed(*number);
@@ -82,16 +82,18 @@ impl Group<'_, '_, '_, '_> {
     pub(super) fn march<S: Simd, T: Store, F: Field>(&mut self, simd: S, field: &F) {
         let channels = field.decoder().channels();
         self.scratch.sums[..self.count * sums_len(channels)].fill(0.0);
-        if !self.count.is_multiple_of(LANES) {
-            let last = &mut self.scratch.rays[self.count / LANES];
-            (self.count % LANES..LANES).for_each(|lane| flight::stop(last, lane));
-        }
+        let numbers = self.scratch.living[..self.count].iter_mut().zip(0u32..);
+        numbers.for_each(|(living, number)| *living = number as f32);
         let mut living = self.count;
         loop {
-            let n = self.gather(simd, field.decoder().shading, living);
+            let n = self.gather(simd, field.decoder().shading, &mut living);
             self.ended(Stage::March, n);
-            if n == 0 {
+            if living == 0 {
                 break;
+            }
+            if n == 0 {
+                // Rays have been seeking.
+                continue;
             }
             self.samples += n as u64;
             let padded = n.next_multiple_of(LANES);
@@ -112,77 +114,28 @@ impl Group<'_, '_, '_, '_> {
             let step = self.model.sampling.step;
             composite::opacities(simd, &mut self.scratch.work.output[..padded], step);
             self.composite(simd, channels, n);
-            living = self.gather_living(channels, living);
             self.ended(Stage::Composite, n);
         }
     }
 
-    /// The rays in flight.
-    pub(super) fn rows(&self) -> &[Rows] {
-        &self.scratch.rays[..self.count.div_ceil(LANES)]
-    }
-
     /// Fills a batch with the next samples of the living rays; gives their number.
-    fn gather<S: Simd>(&mut self, simd: S, shading: Shading, living: usize) -> usize {
-        let Scratch { rays, points: [x, y, z], directions, t, owners, .. } = &mut self.scratch;
-        let mut n = 0;
-        for (number, rows) in rays[..living.div_ceil(LANES)].iter_mut().enumerate() {
-            // Every lane may take all it is allowed.
-            let room = flight::RUN.min((self.tuning.samples - n) / LANES);
-            if room == 0 {
-                break;
-            }
-            if !flight::any_alive(rows) {
-                continue;
-            }
-            let [most, steps] =
-                flight::next_samples(rows, [self.min_transmittance, self.late], room);
-            let start = n;
-            let mut bundle = flight::bundle(rows);
-            let first = (number * LANES) as f32;
-            self.marcher.advance(simd, &mut bundle, [&most, &steps], &mut |found| {
-                let to = n..n + LANES;
-                if found.is_full() && to.end <= x.len() {
-                    for (row, values) in [&mut *x, y, z].into_iter().zip(&found.u) {
-                        row[to.clone()].copy_from_slice(values);
-                    }
-                    t[to.clone()].copy_from_slice(&found.t);
-                    for (lane, owner) in owners[to].iter_mut().enumerate() {
-                        *owner = first + lane as f32;
-                    }
-                    n += LANES;
-                } else {
-                    for lane in found.lanes() {
-                        [x[n], y[n], z[n]] = [0, 1, 2].map(|a| found.u[a][lane]);
-                        t[n] = found.t[lane];
-                        owners[n] = first + lane as f32;
-                        n += 1;
-                    }
-                }
-            });
-            if shading == Shading::PerSample {
-                for (row, d) in directions.iter_mut().zip(&rows[flight::DIRECTION]) {
-                    for (value, owner) in row[start..n].iter_mut().zip(&owners[start..n]) {
-                        *value = d[*owner as usize % LANES];
-                    }
-                }
-            }
-            flight::moved(rows, &bundle);
-        }
-        n
-    }
-
-    /// Brings the living among the first `living` rays together, so that bundles
-    /// are full; gives their number.
-    #[inline(always)]
-    fn gather_living(&mut self, channels: usize, living: usize) -> usize {
-        let Scratch { rays, sums, .. } = &mut self.scratch;
-        let row_len = sums_len(channels);
-        flight::gather_living(rays, living, |a, b| {
-            for i in 0..row_len {
-                sums.swap(a * row_len + i, b * row_len + i);
-            }
-        })
+    /// Rays that have ended are no longer among the living then.
+    fn gather<S: Simd>(&mut self, simd: S, shading: Shading, living: &mut usize) -> usize {
+        let Scratch { rays, points: [x, y, z], directions, t, runs, living: numbers, .. } =
+            &mut self.scratch;
+        let (most, marcher) = (self.tuning.samples, &self.marcher);
+        let limits = [self.min_transmittance, self.late];
+        let mut batch = Batch { rows: [x, y, z, t], len: 0 };
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let directions = (shading == Shading::PerSample).then_some(directions);
+                let mut flights = Flights { rays, runs, directions, limits };
+                let living_rays = &mut numbers[..*living];
+                *living = marcher.gather(simd, &mut flights, living_rays, most, &mut batch);
+            },
+        );
+        batch.len
     }
 
     /// Adds the batch to its rays; opaque rays end.
@@ -190,53 +143,145 @@ impl Group<'_, '_, '_, '_> {
         simd.vectorize(
             #[inline(always)]
             || {
+                let mut run = Run { ray: 0, len: 0 };
                 for first in (0..n).step_by(ROWS) {
-                    self.composite_some(simd, channels, first..n.min(first + ROWS));
+                    run = self.composite_some(simd, channels, first..n.min(first + ROWS), run);
                 }
             },
         );
     }
 
-    /// Adds up to sixteen samples.
+    /// Adds up to sixteen samples, the first of which are what is left of a run; gives
+    /// what is left of the last.
     #[inline(always)]
-    fn composite_some<S: Simd>(&mut self, simd: S, channels: usize, samples: Range<usize>) {
-        let Scratch { work, rays, sums, t, owners, .. } = &mut self.scratch;
+    fn composite_some<S: Simd>(
+        &mut self,
+        simd: S,
+        channels: usize,
+        samples: Range<usize>,
+        run: Run,
+    ) -> Run {
+        let Scratch { work, rays, sums, t, runs, .. } = &mut self.scratch;
         let mut weights = [0.0; ROWS];
-        for (s, to) in samples.clone().zip(&mut weights) {
-            let owner = owners[s] as usize;
-            let (rows, lane) = (&mut rays[owner / LANES], owner % LANES);
-            let mut gathered = flight::gathered(rows, lane);
-            if gathered.transmittance < self.min_transmittance {
-                // It has become opaque within this batch.
-                continue;
+        let mut rest = run;
+        let mut at = samples.start;
+        while let Some((ray, piece)) = rest.next(runs, at..samples.end) {
+            at = piece.end;
+            let row = &mut rays[ray];
+            let mut flight = Flight::load(row);
+            for s in piece {
+                if flight.gathered.transmittance < self.min_transmittance {
+                    // It has become opaque within this batch.
+                    break;
+                }
+                let mut alpha = work.output[s];
+                let mut steps = flight.walk.steps;
+                while steps > 1.0 {
+                    alpha *= 2.0 - alpha;
+                    steps *= 0.5;
+                }
+                weights[s - samples.start] = flight.gathered.add(alpha, t[s]);
+                flight.passed = 1.0 - alpha;
             }
-            let mut alpha = work.output[s];
-            let mut steps = flight::steps(rows, lane);
-            while steps > 1.0 {
-                alpha *= 2.0 - alpha;
-                steps *= 0.5;
+            if flight.gathered.transmittance < self.min_transmittance {
+                flight.walk.stop();
             }
-            *to = gathered.add(alpha, t[s]);
-            flight::gather(rows, lane, &gathered, alpha);
-            if gathered.transmittance < self.min_transmittance {
-                flight::stop(rows, lane);
-            }
+            flight.store(row);
         }
-        let (row_len, first) = (sums_len(channels), samples.start);
+        let row_len = sums_len(channels);
         let mut values = [0.0; ROWS * ROWS];
         for part in (0..row_len).step_by(ROWS) {
-            let from = &work.output[part * work.stride + first..];
+            let from = &work.output[part * work.stride + samples.start..];
             let from = (from, work.stride, 1 + channels - part);
             lanes::transpose(simd, from, (&mut values, ROWS), ROWS);
             let values = values.as_chunks::<ROWS>().0;
-            for ((s, weight), values) in samples.clone().zip(weights).zip(values) {
-                if weight > 0.0 {
-                    let sums = &mut sums[owners[s] as usize * row_len + part..][..ROWS];
+            let (mut rest, mut at) = (run, samples.start);
+            while let Some((ray, piece)) = rest.next(runs, at..samples.end) {
+                at = piece.end;
+                let sums = &mut sums[ray * row_len + part..][..ROWS];
+                for s in piece {
+                    let (weight, values) = (weights[s - samples.start], &values[s - samples.start]);
                     for (sum, value) in sums.iter_mut().zip(values) {
                         *sum += weight * value;
                     }
                 }
             }
         }
+        rest
+    }
+}
+
+/// What is left of the samples that a ray has added to a batch, one after another.
+#[derive(Clone, Copy)]
+struct Run {
+    ray: usize,
+    len: usize,
+}
+
+impl Run {
+    /// As it is written down at its first sample.
+    #[inline(always)]
+    fn bits(self) -> f32 {
+        f32::from_bits((self.ray * ROWS + self.len) as u32)
+    }
+
+    /// Whose the samples from the first on are, and as many of them as there are; the next
+    /// run's where nothing is left of this one.
+    #[inline(always)]
+    fn next(&mut self, runs: &[f32], samples: Range<usize>) -> Option<(usize, Range<usize>)> {
+        if samples.is_empty() {
+            return None;
+        }
+        if self.len == 0 {
+            let bits = runs[samples.start].to_bits() as usize;
+            *self = Self { ray: bits / ROWS, len: bits % ROWS };
+        }
+        let end = samples.end.min(samples.start + self.len);
+        self.len -= end - samples.start;
+        Some((self.ray, samples.start..end))
+    }
+}
+
+/// Rays in flight, and what is written down of a batch's samples.
+struct Flights<'s, 'f> {
+    rays: &'f mut [[f32; RAY_LEN]],
+    /// At the first of a ray's samples: whose they are, and how many.
+    runs: &'f mut [f32],
+    /// Where samples want directions.
+    directions: Option<&'f mut [&'s mut [f32]; 3]>,
+    /// Where rays end, and from where samples are late.
+    limits: [f32; 2],
+}
+
+impl Travellers for Flights<'_, '_> {
+    #[inline(always)]
+    fn wants(&mut self, ray: usize, room: usize) -> (Walk, usize) {
+        let mut flight = Flight::load(&self.rays[ray]);
+        let wants = flight.wants(self.limits, room);
+        flight.store(&mut self.rays[ray]);
+        (flight.walk, wants)
+    }
+
+    #[inline(always)]
+    fn took(&mut self, ray: usize, walk: &Walk, samples: Range<usize>) {
+        let mut flight = Flight::load(&self.rays[ray]);
+        flight.walk.next = walk.next;
+        flight.took(samples.len());
+        flight.store(&mut self.rays[ray]);
+        if !samples.is_empty() {
+            self.runs[samples.start] = Run { ray, len: samples.len() }.bits();
+        }
+        for (row, d) in
+            self.directions.iter_mut().flat_map(|rows| rows.iter_mut()).zip(walk.direction)
+        {
+            row[samples.clone()].fill(d);
+        }
+    }
+
+    #[inline(always)]
+    fn moved(&mut self, ray: usize, next: f32) {
+        let mut flight = Flight::load(&self.rays[ray]);
+        flight.walk.next = next;
+        flight.store(&mut self.rays[ray]);
     }
 }

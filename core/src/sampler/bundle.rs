@@ -1,6 +1,7 @@
 //! Rays that march side by side.
 
 use crate::Ray;
+use crate::sampler::walk::Walk;
 
 /// Rays in a bundle: the lanes of the widest registers. Narrower ones take a
 /// bundle in parts.
@@ -19,6 +20,8 @@ pub struct Bundle {
     pub next: [f32; LANES],
     /// One past the last step inside the space, a whole number.
     pub end: [f32; LANES],
+    /// Steps that each sample stands for, a whole number.
+    pub steps: [f32; LANES],
 }
 
 impl Bundle {
@@ -29,6 +32,7 @@ impl Bundle {
         phase: [0.5; LANES],
         next: [0.0; LANES],
         end: [0.0; LANES],
+        steps: [1.0; LANES],
     };
 
     /// Puts a ray into a lane; [`enter`](super::Marcher::enter) finds its steps.
@@ -39,6 +43,34 @@ impl Bundle {
             self.direction[a][lane] = ray.direction[a];
         }
         self.phase[lane] = phase;
+    }
+
+    /// The ray of a lane on its own.
+    #[inline(always)]
+    #[must_use]
+    pub fn walk(&self, lane: usize) -> Walk {
+        let Self { origin: [ox, oy, oz], direction: [dx, dy, dz], phase, next, end, steps } = self;
+        Walk {
+            origin: [ox[lane], oy[lane], oz[lane]],
+            direction: [dx[lane], dy[lane], dz[lane]],
+            phase: phase[lane],
+            next: next[lane],
+            end: end[lane],
+            steps: steps[lane],
+        }
+    }
+
+    /// Puts a ray on its way into a lane.
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, walk: &Walk) {
+        for a in 0..3 {
+            self.origin[a][lane] = walk.origin[a];
+            self.direction[a][lane] = walk.direction[a];
+        }
+        self.phase[lane] = walk.phase;
+        self.next[lane] = walk.next;
+        self.end[lane] = walk.end;
+        self.steps[lane] = walk.steps;
     }
 
     /// Makes a lane's ray end.

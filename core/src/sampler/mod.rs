@@ -1,14 +1,20 @@
 //! Where along a ray the field is asked.
 
+mod batch;
 mod bundle;
+mod gather;
 mod occupancy_march;
 mod rays;
 mod stride;
 #[cfg(test)]
 mod touching_tests;
+mod walk;
 
+pub use batch::Batch;
 pub use bundle::{Bundle, LANES};
-pub use occupancy_march::{Found, Marcher};
+pub use gather::Travellers;
+pub use occupancy_march::Marcher;
+pub use walk::{RUN, Walk};
 
 /// The sampling that a model was made for. All distances are Euclidean and in
 /// scene units.

@@ -19,11 +19,11 @@ use crate::{Model, Occupancy, Sampling, Space};
 /// What marching needs of a model.
 #[derive(Clone, Copy, Debug)]
 pub struct Marcher<'a> {
-    occupancy: Option<Occupancy<'a>>,
+    pub(super) occupancy: Option<Occupancy<'a>>,
     space: Space,
-    map: UnitMap,
-    sampling: Sampling,
-    skip: bool,
+    pub(super) map: UnitMap,
+    pub(super) sampling: Sampling,
+    pub(super) skip: bool,
 }
 
 impl<'a> Marcher<'a> {
@@ -124,90 +124,46 @@ impl<'a> Marcher<'a> {
         t.simd_gt(far) | !rays.inside(simd, t, &self.space)
     }
 
-    /// Takes up to `most[lane]` occupied samples (a whole number) from each ray of
-    /// the bundle, nearest first: calls `emit` with some of them at a time, no two of
-    /// one ray. Each stands for `steps[lane]` steps (a whole number), in whose middle
-    /// it lies, or for what is left of them in the space.
-    #[inline(always)]
-    pub fn advance<S: Simd>(
-        &self,
-        simd: S,
-        bundle: &mut Bundle,
-        [most, steps]: [&[f32; LANES]; 2],
-        emit: &mut dyn FnMut(&Found),
-    ) {
+    /// Moves the bundle's rays on to their next occupied samples; rays that meet none
+    /// end.
+    #[inline(never)]
+    pub fn seek<S: Simd>(&self, simd: S, bundle: &mut Bundle) {
         simd.vectorize(
             #[inline(always)]
             || {
                 for first in (0..LANES).step_by(S::f32s::LEN) {
-                    self.advance_register(simd, bundle, first, [most, steps], emit);
+                    self.seek_register(simd, bundle, first);
                 }
             },
         );
     }
 
     #[inline(always)]
-    fn advance_register<S: Simd>(
-        &self,
-        simd: S,
-        bundle: &mut Bundle,
-        first: usize,
-        [most, steps]: [&[f32; LANES]; 2],
-        emit: &mut dyn FnMut(&Found),
-    ) {
-        let n = S::f32s::LEN;
-        let [zero, one] = [0.0, 1.0].map(|v| S::f32s::splat(simd, v));
-        let end = S::f32s::from_slice(simd, &bundle.end[first..first + n]);
-        let mut k = S::f32s::from_slice(simd, &bundle.next[first..first + n]);
-        let most = S::f32s::from_slice(simd, &most[first..first + n]);
-        let steps = S::f32s::from_slice(simd, &steps[first..first + n]);
-        let middle = (steps - one) * 0.5;
-        let mut left = k.simd_lt(end).select(most, zero);
-        if !left.simd_gt(zero).any_true() {
+    fn seek_register<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize) {
+        let lanes = first..first + S::f32s::LEN;
+        let end = S::f32s::from_slice(simd, &bundle.end[lanes.clone()]);
+        let mut k = S::f32s::from_slice(simd, &bundle.next[lanes.clone()]);
+        let mut seeking = k.simd_lt(end);
+        if !seeking.any_true() {
             return;
         }
+        let steps = S::f32s::from_slice(simd, &bundle.steps[lanes.clone()]);
+        let middle = (steps - 1.0) * 0.5;
         let rays = Rays::load(simd, bundle, first);
         let stride = Stride::new(simd, &rays, &self.map, &self.sampling);
-        let mut found = Found { lanes: 0, t: [0.0; LANES], u: [[0.0; LANES]; 3] };
-        loop {
-            let alive = left.simd_gt(zero);
-            if !alive.any_true() {
-                break;
-            }
-            let mut t = rays.distance((k + middle).min(end - one), &self.sampling);
-            let mut u = self.unit(&rays, t);
-            let (occupied, ahead) = self.look(simd, &stride, u, t);
-            // What lies ahead in the same cell needs no other look.
-            let in_cell = ((ahead - one) / steps).floor() + one;
-            let mut run = (occupied & alive).select(in_cell.min(left), zero);
-            k = (alive & !occupied).select(k + ahead, k);
-            loop {
-                let taken = run.simd_gt(zero);
-                let bits = taken.to_bitmask();
-                if bits == 0 {
-                    break;
-                }
-                found.lanes = (bits as u32) << first;
-                t.store_slice(&mut found.t[first..first + n]);
-                for (to, u) in found.u.iter_mut().zip(u) {
-                    u.store_slice(&mut to[first..first + n]);
-                }
-                emit(&found);
-                k = taken.select(k + steps, k);
-                left = taken.select(left - one, left);
-                run = taken.select(run - one, run);
-                run = k.simd_lt(end).select(run, zero);
-                t = rays.distance((k + middle).min(end - one), &self.sampling);
-                u = self.unit(&rays, t);
-            }
-            left = k.simd_lt(end).select(left, zero);
+        while seeking.any_true() {
+            let t = rays.distance((k + middle).min(end - 1.0), &self.sampling);
+            let (occupied, ahead) = self.look(simd, &stride, self.unit(&rays, t), t);
+            seeking &= !occupied;
+            k = seeking.select(k + ahead, k);
+            seeking &= k.simd_lt(end);
         }
-        k.min(end).store_slice(&mut bundle.next[first..first + n]);
+        k.min(end).store_slice(&mut bundle.next[lanes]);
     }
 
     /// Unit coordinates at distances `t`.
     #[inline(always)]
-    fn unit<S: Simd>(&self, rays: &Rays<S>, t: S::f32s) -> [S::f32s; 3] {
+    pub(super) fn unit<S: Simd>(&self, rays: &Rays<S>, t: S::f32s) -> [S::f32s; 3] {
         let p = rays.at(t);
         axes(|a| (p[a] - self.map.min[a]) * self.map.scale)
     }
@@ -232,48 +188,6 @@ impl<'a> Marcher<'a> {
             return (occupied, one);
         }
         (occupied, stride.steps_to_leave(simd, u, &cell, t))
-    }
-
-    /// Moves the bundle's rays on to their next occupied samples, without taking
-    /// them; rays that meet none end.
-    #[inline(always)]
-    pub fn seek<S: Simd>(&self, simd: S, bundle: &mut Bundle) {
-        let mut taken = 0;
-        self.advance(simd, bundle, [&[1.0; LANES]; 2], &mut |found| taken |= found.lanes);
-        for (lane, next) in bundle.next.iter_mut().enumerate() {
-            *next -= (taken >> lane & 1) as f32;
-        }
-    }
-}
-
-/// Samples of several rays, at most one of each.
-#[derive(Clone, Copy, Debug)]
-pub struct Found {
-    /// A bit for every ray: whether it has one.
-    lanes: u32,
-    /// Distances along the rays; what is in the other lanes means nothing.
-    pub t: [f32; LANES],
-    /// Unit coordinates, likewise.
-    pub u: [[f32; LANES]; 3],
-}
-
-impl Found {
-    /// Whether every ray has one.
-    #[inline(always)]
-    #[must_use]
-    pub const fn is_full(&self) -> bool {
-        self.lanes == (1 << LANES) - 1
-    }
-
-    /// The rays that have one.
-    #[inline(always)]
-    pub fn lanes(&self) -> impl Iterator<Item = usize> + use<> {
-        let mut bits = self.lanes;
-        core::iter::from_fn(move || {
-            let lane = bits.trailing_zeros() as usize;
-            bits &= bits.wrapping_sub(1);
-            (lane < LANES).then_some(lane)
-        })
     }
 }
 

@@ -4,6 +4,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use crate::sampler::Sampling;
 use crate::sampler::bundle::{Bundle, LANES};
+use crate::sampler::walk::{ABREAST, RUN, Walk};
 use crate::space::Space;
 
 /// One value an axis. Not `map`, which the compiler may leave a call of its own,
@@ -30,6 +31,26 @@ impl<S: Simd> Rays<S> {
             direction: axes(|a| load(&bundle.direction[a])),
             phase: load(&bundle.phase),
         }
+    }
+
+    /// Each ray in [`RUN`] lanes, as many as there are.
+    #[inline(always)]
+    pub(super) fn abreast(simd: S, walks: &[Walk; ABREAST]) -> Self {
+        Self {
+            origin: axes(|a| Self::each(simd, walks, |walk| walk.origin[a])),
+            direction: axes(|a| Self::each(simd, walks, |walk| walk.direction[a])),
+            phase: Self::each(simd, walks, |walk| walk.phase),
+        }
+    }
+
+    /// A number of each ray in [`RUN`] lanes.
+    #[inline(always)]
+    pub(super) fn each(simd: S, walks: &[Walk; ABREAST], of: impl Fn(&Walk) -> f32) -> S::f32s {
+        let mut lanes = [0.0; LANES];
+        for (lanes, walk) in lanes.as_chunks_mut::<RUN>().0.iter_mut().zip(walks) {
+            *lanes = [of(walk); RUN];
+        }
+        S::f32s::from_slice(simd, &lanes[..S::f32s::LEN])
     }
 
     /// Distance of step `k`.

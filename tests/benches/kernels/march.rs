@@ -1,9 +1,11 @@
 //! Rays through a hollow ball in a cube of 128 cells a side.
 
+use std::ops::Range;
+
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use fearless_simd::dispatch;
-use pocketnerf_core::sampler::{Bundle, LANES, Marcher};
+use pocketnerf_core::sampler::{Batch, Bundle, LANES, Marcher, Travellers, Walk};
 use pocketnerf_core::{Camera, Occupancy, Sampling, Space};
 use pocketnerf_train::trainer::pack;
 
@@ -38,8 +40,28 @@ fn bundles() -> Vec<Bundle> {
     (0..SIDE * SIDE / LANES as u32).map(|i| bundle(corner(i))).collect()
 }
 
+/// Rays that take what there is.
+struct Rays {
+    walks: Vec<Walk>,
+    most: usize,
+}
+
+impl Travellers for Rays {
+    fn wants(&mut self, ray: usize, room: usize) -> (Walk, usize) {
+        (self.walks[ray], self.most.min(room))
+    }
+
+    fn took(&mut self, ray: usize, walk: &Walk, _: Range<usize>) {
+        self.walks[ray] = *walk;
+    }
+
+    fn moved(&mut self, ray: usize, next: f32) {
+        self.walks[ray].next = next;
+    }
+}
+
 /// Items are rays; `most`: samples that a ray takes at a time.
-#[divan::bench(args = [4, 16, 1024])]
+#[divan::bench(args = [1, 4])]
 fn hollow_ball(bencher: Bencher<'_, '_>, most: usize) {
     let (coarse, fine) = shell();
     let occupancy = Occupancy::new(CELLS, 1, &coarse, &fine).expect("made for it");
@@ -47,19 +69,25 @@ fn hollow_ball(bencher: Bencher<'_, '_>, most: usize) {
     let sampling = Sampling { step: 2.0 / 350.0, near: 0.0, far: 10.0, min_transmittance: 1e-3 };
     let marcher = Marcher::from_parts(Some(occupancy), space, sampling, true);
     let bundles = bundles();
-    let most = [most as f32; LANES];
     let level = level();
+    let mut rows = [[0.0; 1024]; 4];
     bencher.counter(ItemsCount::new(SIDE * SIDE)).bench_local(|| {
         let mut sum = 0.0;
-        for bundle in &bundles {
-            let mut bundle = *bundle;
-            dispatch!(level, simd => {
+        let mut rays = Rays { walks: Vec::new(), most };
+        dispatch!(level, simd => {
+            for bundle in &bundles {
+                let mut bundle = *bundle;
                 marcher.enter(simd, &mut bundle);
-                while bundle.alive() > 0 {
-                    marcher.advance(simd, &mut bundle, [&most, &[1.0; LANES]], &mut |found| sum += found.t[0] + found.u[0][0]);
-                }
-            });
-        }
+                rays.walks.extend((0..LANES).map(|lane| bundle.walk(lane)));
+            }
+            let mut living: Vec<f32> = (0..rays.walks.len()).map(|ray| ray as f32).collect();
+            while !living.is_empty() {
+                let mut batch = Batch { rows: rows.each_mut().map(|row| &mut row[..]), len: 0 };
+                let alive = marcher.gather(simd, &mut rays, &mut living, 1024, &mut batch);
+                living.truncate(alive);
+                sum += batch.len as f32 + batch.rows[0][0];
+            }
+        });
         sum
     });
 }

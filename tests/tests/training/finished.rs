@@ -41,7 +41,8 @@ fn smaller_cells_hold_all_that_shows() {
         "{:.3} {:.3} dB, {:.3} {:.3}",
         before.psnr, after.psnr, before.samples_per_ray, after.samples_per_ray
     );
-    assert!((before.psnr - after.psnr).abs() < 0.02);
+    // Haze that no photograph shows may go.
+    assert!((-0.005..0.05).contains(&(after.psnr - before.psnr)));
     assert!(after.samples_per_ray < before.samples_per_ray);
 }
 

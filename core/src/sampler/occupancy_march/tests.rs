@@ -5,10 +5,38 @@ use std::vec::Vec;
 use fearless_simd::dispatch;
 
 use super::*;
+use crate::sampler::{Batch, RUN, Travellers, Walk};
 use crate::{Ray, SimdLevel};
 
-/// The distances of all samples along up to sixteen rays, `most` at a time, each
-/// for so many steps.
+/// Rays that note the distances of their samples.
+struct Noting {
+    walks: Vec<Walk>,
+    most: usize,
+    /// Whose each sample of the batch is.
+    owners: Vec<usize>,
+}
+
+impl Travellers for Noting {
+    fn wants(&mut self, ray: usize, room: usize) -> (Walk, usize) {
+        assert!((1..=RUN).contains(&room));
+        (self.walks[ray], self.most.min(room))
+    }
+
+    fn took(&mut self, ray: usize, walk: &Walk, samples: core::ops::Range<usize>) {
+        assert_eq!(samples.start, self.owners.len());
+        assert!(samples.len() <= self.most && walk.is_alive() >= samples.is_empty());
+        self.owners.resize(samples.end, ray);
+        self.walks[ray] = *walk;
+    }
+
+    fn moved(&mut self, ray: usize, next: f32) {
+        assert!(next >= self.walks[ray].next);
+        self.walks[ray].next = next;
+    }
+}
+
+/// The distances of all samples along rays, at most `most` at a time, each for so many
+/// steps, in batches of 32 or so.
 fn samples(
     marcher: &Marcher<'_>,
     rays: &[Ray],
@@ -19,24 +47,30 @@ fn samples(
     for (lane, ray) in rays.iter().enumerate() {
         bundle.set(lane, ray, 0.5);
     }
-    let mut all = vec![Vec::new(); LANES];
+    bundle.steps = [steps; LANES];
+    let mut all = vec![Vec::new(); rays.len()];
     dispatch!(simd.token().unwrap(), simd => {
         marcher.enter(simd, &mut bundle);
-        while bundle.alive() > 0 {
-            let mut counts = [0; LANES];
-            let wanted = [[most as f32; LANES], [steps; LANES]];
-            marcher.advance(simd, &mut bundle, [&wanted[0], &wanted[1]], &mut |found| {
-                for lane in found.lanes() {
-                    counts[lane] += 1;
-                    all[lane].push(found.t[lane].to_bits());
-                }
-                assert_eq!(found.is_full(), found.lanes().count() == LANES);
-            });
-            assert!(counts.iter().all(|count| *count <= most));
+        let walks = (0..rays.len()).map(|lane| bundle.walk(lane)).collect();
+        let mut noting = Noting { walks, most, owners: Vec::new() };
+        let mut living: Vec<f32> = (0..rays.len()).map(|ray| ray as f32).collect();
+        let mut rows = [[0.0; 33]; 4];
+        while !living.is_empty() {
+            let [x, y, z, t] = &mut rows;
+            let mut batch = Batch { rows: [x, y, z, t], len: 0 };
+            noting.owners.clear();
+            let alive = marcher.gather(simd, &mut noting, &mut living, 33, &mut batch);
+            living.truncate(alive);
+            assert_eq!(noting.owners.len(), batch.len);
+            for (s, ray) in noting.owners.iter().enumerate() {
+                let t = rows[3][s];
+                let at = [0, 1, 2].map(|a| rays[*ray].origin[a] + t * rays[*ray].direction[a]);
+                assert_eq!(marcher.map.apply(at), [0, 1, 2].map(|a| rows[a][s]));
+                all[*ray].push(t.to_bits());
+            }
         }
+        assert!(noting.walks.iter().all(|walk| !walk.is_alive()));
     });
-    assert!(all[rays.len()..].iter().all(Vec::is_empty));
-    all.truncate(rays.len());
     all
 }
 
@@ -129,9 +163,9 @@ fn every_level_finds_the_samples_of_the_definition() {
         let expected: Vec<Vec<u32>> = rays.iter().map(|ray| definition(ray, steps)).collect();
         found += expected.iter().map(Vec::len).sum::<usize>();
         for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
-            assert_eq!(expected, samples(&slow, rays, (1000, steps), simd), "{simd:?}");
-            assert_eq!(expected, samples(&fast, rays, (5, steps), simd), "{simd:?}");
-            assert_eq!(expected, samples(&tabled, rays, (5, steps), simd), "{simd:?}");
+            assert_eq!(expected, samples(&slow, rays, (4, steps), simd), "{simd:?}");
+            assert_eq!(expected, samples(&fast, rays, (3, steps), simd), "{simd:?}");
+            assert_eq!(expected, samples(&tabled, rays, (4, steps), simd), "{simd:?}");
             if steps == 1.0 {
                 let first: Vec<Option<u32>> = expected.iter().map(|e| e.first().copied()).collect();
                 assert_eq!(first, sought(&tabled, rays, simd), "{simd:?}");

@@ -1,23 +1,44 @@
 //! The samples that a step takes against those that the marcher finds.
 
 use fearless_simd::Level;
-use pocketnerf_core::sampler::{Bundle, LANES, MAX_STEPS};
+use pocketnerf_core::sampler::{Batch, Bundle, Travellers, Walk};
 
 use super::*;
 use crate::trainer::TrainingRay;
+
+/// A ray on its own.
+struct Alone(Walk);
+
+impl Travellers for Alone {
+    fn wants(&mut self, _: usize, room: usize) -> (Walk, usize) {
+        (self.0, room)
+    }
+
+    fn took(&mut self, _: usize, walk: &Walk, _: std::ops::Range<usize>) {
+        self.0 = *walk;
+    }
+
+    fn moved(&mut self, _: usize, next: f32) {
+        self.0.next = next;
+    }
+}
 
 /// Unit coordinates of all samples along a ray.
 fn found(marcher: &Marcher<'_>, ray: &TrainingRay) -> Vec<[f32; 3]> {
     let mut samples = Vec::new();
     let mut bundle = Bundle::EMPTY;
     bundle.set(0, &ray.ray, ray.phase);
+    let mut rows = [[0.0; 64]; 4];
     dispatch!(Level::baseline(), simd => {
         marcher.enter(simd, &mut bundle);
-        (1..LANES).for_each(|lane| bundle.stop(lane));
-        let all = [MAX_STEPS as f32; LANES];
-        marcher.advance(simd, &mut bundle, [&all, &[1.0; LANES]], &mut |found| {
-            samples.extend(found.lanes().map(|lane| [0, 1, 2].map(|a| found.u[a][lane])));
-        });
+        let (mut ray, mut living) = (Alone(bundle.walk(0)), vec![0.0]);
+        while !living.is_empty() {
+            let [x, y, z, t] = &mut rows;
+            let mut batch = Batch { rows: [x, y, z, t], len: 0 };
+            let alive = marcher.gather(simd, &mut ray, &mut living, 64, &mut batch);
+            living.truncate(alive);
+            samples.extend((0..batch.len).map(|s| [0, 1, 2].map(|a| batch.rows[a][s])));
+        }
     });
     samples
 }

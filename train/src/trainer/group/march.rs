@@ -1,14 +1,17 @@
 //! Forwards: from rays to samples to what each ray gathers.
 
+use std::ops::Range;
+
 use fearless_simd::Simd;
 use pocketnerf_core::composite::{self, Gathered};
 use pocketnerf_core::field::{Field, Samples, Shading};
 use pocketnerf_core::lanes::transpose;
-use pocketnerf_core::sampler::{Bundle, LANES};
+use pocketnerf_core::sampler::{Batch, Bundle, LANES, Travellers, Walk};
 use pocketnerf_core::scratch::Workspace;
 use pocketnerf_core::store::Store;
 
-use super::{BATCH, Group, Job, MIN_TRANSMITTANCE, RUN, Record, STRIDE, Worker, row_len};
+use super::{BATCH, Group, Job, MIN_TRANSMITTANCE, Record, STRIDE, Worker, row_len};
+use crate::aligned::Aligned;
 use crate::stopwatch::{Laps, Stage};
 
 impl Group {
@@ -30,23 +33,28 @@ impl Group {
         self.sums.resize(self.rays.len() * row_len, 0.0);
         self.gathered.clear();
         self.gathered.resize(self.rays.len(), Gathered::NOTHING);
-        self.bundles.clear();
         self.passed.clear();
-        self.passed.resize(self.rays.len().div_ceil(LANES), [1.0; LANES]);
+        self.passed.resize(self.rays.len(), 1.0);
+        self.walks.clear();
         for rays in self.rays.chunks(LANES) {
             let mut bundle = Bundle::EMPTY;
             for (lane, r) in rays.iter().enumerate() {
                 bundle.set(lane, &r.ray, r.phase);
             }
             job.marcher.enter(simd, &mut bundle);
-            (rays.len()..LANES).for_each(|lane| bundle.stop(lane));
-            self.bundles.push(bundle);
+            self.walks.extend((0..rays.len()).map(|lane| bundle.walk(lane)));
         }
+        self.living.clear();
+        self.living.extend((0..self.rays.len()).map(|ray| ray as f32));
         loop {
             let n = self.gather(simd, job, per_sample, worker);
             laps.end(Stage::March, n);
-            if n == 0 {
+            if self.living.is_empty() {
                 return;
+            }
+            if n == 0 {
+                // Rays have been seeking.
+                continue;
             }
             self.stats.samples += n;
             let padded = n.next_multiple_of(32);
@@ -91,45 +99,15 @@ impl Group {
         per_sample: bool,
         worker: &mut Worker,
     ) -> usize {
-        let alive: usize = self.bundles.iter().map(Bundle::alive).sum();
-        let most = (BATCH / alive.max(1)).clamp(*RUN.start(), *RUN.end());
-        let Worker { points: [x, y, z], directions, owners, steps, .. } = worker;
-        let mut n = 0;
-        for (number, bundle) in self.bundles.iter_mut().enumerate() {
-            // Every lane may take all it is allowed.
-            let room = most.min((BATCH - n) / LANES);
-            if room == 0 {
-                break;
-            }
-            let start = n;
-            let transmittance = |lane: usize| {
-                self.gathered.get(number * LANES + lane).map_or(0.0, |g| g.transmittance)
-            };
-            let transmittance = std::array::from_fn(transmittance);
-            let most = composite::samples_needed(
-                &transmittance,
-                &self.passed[number],
-                MIN_TRANSMITTANCE,
-                room,
-            );
-            let lengths = transmittance.map(|passes| composite::steps(passes, job.late));
-            job.marcher.advance(simd, bundle, [&most, &lengths], &mut |found| {
-                for lane in found.lanes() {
-                    [x[n], y[n], z[n]] = [0, 1, 2].map(|a| found.u[a][lane]);
-                    owners[n] = (number * LANES + lane) as u32;
-                    steps[n] = lengths[lane];
-                    n += 1;
-                }
-            });
-            if per_sample {
-                for (row, d) in directions.iter_mut().zip(&bundle.direction) {
-                    for (value, owner) in row[start..n].iter_mut().zip(&owners[start..n]) {
-                        *value = d[*owner as usize % LANES];
-                    }
-                }
-            }
-        }
-        n
+        let Self { walks, living, gathered, passed, .. } = self;
+        let Worker { points: [x, y, z], t, directions, owners, steps, .. } = worker;
+        let mut batch = Batch { rows: [x, y, z, t], len: 0 };
+        let directions = per_sample.then_some(directions);
+        let late = job.late;
+        let mut rays = Rays { walks, gathered, passed, owners, steps, directions, late };
+        let alive = job.marcher.gather(simd, &mut rays, living, BATCH, &mut batch);
+        living.truncate(alive);
+        batch.len
     }
 
     /// Adds a batch to its rays and records what going back will need. The
@@ -160,10 +138,53 @@ impl Group {
                 steps: worker.steps[s],
                 transmittance: gathered.transmittance,
             });
-            self.passed[ray as usize / LANES][ray as usize % LANES] = 1.0 - worker.a[s];
+            self.passed[ray as usize] = 1.0 - worker.a[s];
             if gathered.transmittance < MIN_TRANSMITTANCE {
-                self.bundles[ray as usize / LANES].stop(ray as usize % LANES);
+                self.walks[ray as usize].stop();
             }
         }
+    }
+}
+
+/// A group's rays, and what is written down of a batch's samples.
+struct Rays<'g> {
+    walks: &'g mut [Walk],
+    gathered: &'g [Gathered],
+    passed: &'g [f32],
+    owners: &'g mut [u32],
+    steps: &'g mut [f32],
+    /// Where samples want directions.
+    directions: Option<&'g mut [Aligned<f32>; 3]>,
+    late: f32,
+}
+
+impl Travellers for Rays<'_> {
+    #[inline(always)]
+    fn wants(&mut self, ray: usize, room: usize) -> (Walk, usize) {
+        let transmittance = self.gathered[ray].transmittance;
+        let [needed] = composite::samples_needed(
+            &[transmittance],
+            &[self.passed[ray]],
+            MIN_TRANSMITTANCE,
+            room,
+        );
+        self.walks[ray].steps = composite::steps(transmittance, self.late);
+        (self.walks[ray], needed as usize)
+    }
+
+    #[inline(always)]
+    fn took(&mut self, ray: usize, walk: &Walk, samples: Range<usize>) {
+        self.walks[ray] = *walk;
+        self.owners[samples.clone()].fill(ray as u32);
+        self.steps[samples.clone()].fill(walk.steps);
+        let directions = self.directions.iter_mut().flat_map(|rows| rows.iter_mut());
+        for (row, d) in directions.zip(walk.direction) {
+            row[samples.clone()].fill(d);
+        }
+    }
+
+    #[inline(always)]
+    fn moved(&mut self, ray: usize, next: f32) {
+        self.walks[ray].next = next;
     }
 }

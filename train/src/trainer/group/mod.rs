@@ -11,7 +11,7 @@ mod worker;
 use fearless_simd::Simd;
 use pocketnerf_core::composite::Gathered;
 use pocketnerf_core::field::{Decoder, Field, Shading};
-use pocketnerf_core::sampler::{Bundle, LANES, Marcher};
+use pocketnerf_core::sampler::{LANES, Marcher, Walk};
 use pocketnerf_core::scratch::Tuning;
 use pocketnerf_core::store::Store;
 
@@ -27,9 +27,6 @@ pub(crate) use worker::Worker;
 const BATCH: usize = 2048;
 /// Distance between the rows of a batch.
 pub(crate) const STRIDE: usize = Tuning { samples: BATCH, rays: 1 }.stride();
-/// Fewest and most samples that a ray adds to a batch. Few: nothing is asked
-/// behind an opaque surface. Many: fewer rounds.
-const RUN: std::ops::RangeInclusive<usize> = 4..=8;
 /// A ray ends in training where its transmittance falls below this, and counts
 /// as opaque.
 pub(crate) const MIN_TRANSMITTANCE: f32 = 2e-2;
@@ -110,12 +107,14 @@ pub(crate) struct Group {
     /// Squared error of each ray, a channel.
     errors: Vec<f32>,
     random: Option<Random>,
-    /// The rays on their way, sixteen together.
-    bundles: Vec<Bundle>,
+    /// The rays on their way.
+    walks: Vec<Walk>,
+    /// Numbers of those that have steps left.
+    living: Vec<f32>,
     /// What each ray has gathered.
     gathered: Vec<Gathered>,
-    /// Part of the light that passed each ray's last sample, sixteen together.
-    passed: Vec<[f32; LANES]>,
+    /// Part of the light that passed each ray's last sample.
+    passed: Vec<f32>,
     /// `[ray][row_len]`: what each ray gathered of the values; later its
     /// gradient, with 0 in sigma's place.
     sums: Vec<f32>,

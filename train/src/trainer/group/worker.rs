@@ -18,6 +18,8 @@ pub(crate) struct Worker {
     pub(super) output: Aligned<f32>,
     pub(super) panel: Aligned<f32>,
     pub(super) points: [Aligned<f32>; 3],
+    /// Distances along the rays.
+    pub(super) t: Aligned<f32>,
     pub(super) directions: [Aligned<f32>; 3],
     /// Number of the ray that each sample of a batch lies on.
     pub(super) owners: Vec<u32>,
@@ -40,6 +42,7 @@ impl Worker {
             output: rows((1 + limits.channels).next_multiple_of(LANES)),
             panel: Aligned::new(pocketnerf_core::network::panel_len(limits.width)),
             points: axes(),
+            t: rows(1),
             directions: axes(),
             owners: vec![0; BATCH],
             steps: vec![1.0; BATCH],
@@ -78,7 +81,8 @@ impl Worker {
     ) {
         let Self { output, directions, color_input, gradients, .. } = self;
         let harmonics = &mut color_input[decoder.n_features as usize * STRIDE..];
-        decoder.harmonics([0, 1, 2].map(|axis| &directions[axis][..]), n, harmonics, STRIDE);
+        let directions = [0, 1, 2].map(|axis| &directions[axis][..]);
+        decoder.harmonics(simd, directions, n, harmonics, STRIDE);
         backward.color_forward::<S, T>(simd, decoder, color_input, gradients, n, output);
     }
 }
