@@ -188,20 +188,18 @@ fn interpolate_quads<S: Simd, T: Store>(
     entries: &[[T::Bits; QUAD]],
     corners: &Corners,
 ) -> [[f32; GROUP]; QUAD] {
-    let mut quads = [[T::Quad::default(); GROUP]; 8];
-    for (quads, numbers) in quads.iter_mut().zip(&corners.entry) {
-        for (to, number) in quads.iter_mut().zip(numbers) {
-            *to = T::quad(&entries[*number as usize]);
-        }
-    }
     let mut rows = [[0.0f32; GROUP]; QUAD];
     let n = S::f32s::LEN;
     for lane in (0..GROUP).step_by(n) {
         let lanes = lane..lane + n;
         let mut sums = [S::f32s::splat(simd, 0.0); QUAD];
-        for (quads, weights) in quads.iter().zip(&corners.weight) {
+        for (numbers, weights) in corners.entry.iter().zip(&corners.weight) {
+            let mut quads = [T::Quad::default(); GROUP];
+            for (to, number) in quads[..n].iter_mut().zip(&numbers[lanes.clone()]) {
+                *to = T::quad(&entries[*number as usize]);
+            }
             let weight = S::f32s::from_slice(simd, &weights[lanes.clone()]);
-            let values = T::decode_quads(simd, &quads[lanes.clone()]);
+            let values = T::decode_quads(simd, &quads[..n]);
             for (sum, value) in sums.iter_mut().zip(values) {
                 *sum = value.mul_add(weight, *sum);
             }

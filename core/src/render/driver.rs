@@ -116,7 +116,7 @@ fn one_pass<S: Simd, T: Store, F: Field>(
     let mut pixels = pass.pixels();
     loop {
         let (mut numbers, mut depths) = ([0; LANES], [0.0; LANES]);
-        let (mut n, mut seen) = (0, 0);
+        let (mut n, mut seen, room) = (0, 0, group.room());
         for [x, y] in pixels.by_ref() {
             seen += 1;
             let number = y * target.size[0] + x;
@@ -130,7 +130,7 @@ fn one_pass<S: Simd, T: Store, F: Field>(
             }
             (numbers[n], depths[n]) = (number, depth);
             n += 1;
-            if n == LANES {
+            if n == room {
                 break;
             }
         }
@@ -139,14 +139,14 @@ fn one_pass<S: Simd, T: Store, F: Field>(
         let known = target.foreground.is_known().then_some((&depths, target.foreground.axis));
         group.add(simd, source, &numbers[..n], known, |pixel| target.clear(pixel));
         group.ended(Stage::Aim, n);
-        let is_over = n < LANES && pass.is_read_next();
+        let is_over = n < room && pass.is_read_next();
         if group.is_full() || (is_over && group.count > 0) {
             group.march::<S, T, F>(simd, field);
             let rays = group.count;
             group.finish::<S, T>(simd, field.decoder(), target);
             group.ended(Stage::Shade, rays);
         }
-        if n < LANES {
+        if n < room {
             return;
         }
     }

@@ -33,10 +33,16 @@ pub(super) struct Group<'m, 's, 'o, 'f> {
 }
 
 impl Group<'_, '_, '_, '_> {
-    /// Whether sixteen more rays might not find room.
+    /// Rays that still find room, up to a bundle of them.
+    #[inline(always)]
+    pub(super) fn room(&self) -> usize {
+        LANES.min(self.tuning.rays - self.count)
+    }
+
+    /// Whether few more rays find room.
     #[inline(always)]
     pub(super) const fn is_full(&self) -> bool {
-        self.count + LANES > self.tuning.rays
+        self.count + LANES / 4 > self.tuning.rays
     }
 
     /// Tells the observer.

@@ -62,7 +62,7 @@ pub(super) fn check(step: &Step) {
 /// where a quarter of that does. That they lie in the middle, core's tests know.
 #[test]
 fn late_samples_stand_for_several_steps() {
-    let case = Case { encoding: hash_grid(2), log_density: 1.0, late: 0.6, ..ONE_LAYER };
+    let case = Case { encoding: hash_grid(2), log_density: 0.5, late: 0.6, ..ONE_LAYER };
     let mut step = Step::new(case);
     step.run(0.0, 0);
     let mut counts = [0; 5];
