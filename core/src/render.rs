@@ -61,9 +61,10 @@ impl RenderOptions {
         self.detail.validate()?;
         let Tuning { samples, rays } = self.tuning;
         let multiples = samples.is_multiple_of(32) && rays.is_multiple_of(LANES);
-        if !multiples || rays == 0 || rays > samples {
+        // Rays are known by whole numbers in f32.
+        if !multiples || rays == 0 || rays > samples || rays > 1 << f32::MANTISSA_DIGITS {
             return Err(Error::Range(
-                "tuning: samples a multiple of 32, rays of 16 and no more than samples",
+                "tuning: samples a multiple of 32, rays of 16 and no more than samples or 2^24",
             ));
         }
         Ok(())

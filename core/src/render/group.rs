@@ -131,14 +131,15 @@ impl Group<'_, '_, '_, '_> {
             &mut self.scratch;
         let (most, marcher) = (self.tuning.samples, &self.marcher);
         let limits = [self.min_transmittance, self.late];
-        let mut batch = Batch { rows: [x, y, z, t], len: 0 };
+        let rows = [x, y, z, t].map(|row| &mut row[..most]);
+        let mut batch = Batch { rows, len: 0 };
         simd.vectorize(
             #[inline(always)]
             || {
                 let directions = (shading == Shading::PerSample).then_some(directions);
                 let mut flights = Flights { rays, runs, directions, limits };
                 let living_rays = &mut numbers[..*living];
-                *living = marcher.gather(simd, &mut flights, living_rays, most, &mut batch);
+                *living = marcher.gather(simd, &mut flights, living_rays, &mut batch);
             },
         );
         batch.len

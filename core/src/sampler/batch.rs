@@ -8,7 +8,8 @@ use crate::sampler::walk::RUN;
 /// Where samples are put, until it is full.
 #[derive(Debug)]
 pub struct Batch<'b> {
-    /// Unit coordinates x, y, z; distances along the rays.
+    /// Unit coordinates x, y, z; distances along the rays. All of one length, at
+    /// least 16.
     pub rows: [&'b mut [f32]; 4],
     /// Samples so far.
     pub len: usize,
@@ -18,6 +19,12 @@ pub struct Batch<'b> {
 pub(super) type Offer = [[f32; LANES]; 4];
 
 impl Batch<'_> {
+    /// Samples that it has room for in all.
+    #[inline(always)]
+    pub(super) fn capacity(&self) -> usize {
+        self.rows[0].len()
+    }
+
     /// Adds `count` samples, at most [`RUN`], from `first` on.
     #[inline(always)]
     pub(super) fn accept(&mut self, offer: &Offer, first: usize, count: usize) {

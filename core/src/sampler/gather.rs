@@ -24,22 +24,22 @@ pub trait Travellers {
 
 impl Marcher<'_> {
     /// Adds the next samples of the `living` rays, of which it holds the numbers, to a
-    /// batch until that is full or none is left. Those that have ended are struck off
-    /// `living`; gives how many there are then.
+    /// batch until that is full or every ray has had its turn. Those that have ended
+    /// are struck off `living`; gives how many there are then. A ray may have sought its
+    /// next sample instead: an empty batch does not mean that all have ended.
     #[inline(always)]
     pub fn gather<S: Simd>(
         &self,
         simd: S,
         travellers: &mut impl Travellers,
         living: &mut [f32],
-        most: usize,
         batch: &mut Batch<'_>,
     ) -> usize {
         let abreast = Self::abreast::<S>();
         let mut seekers = Seekers::NONE;
         let (mut seen, mut alive) = (0, 0);
         loop {
-            let room = RUN.min((most - batch.len) / abreast);
+            let room = RUN.min((batch.capacity() - batch.len) / abreast);
             let (mut walks, mut wanted) = ([Walk::EMPTY; ABREAST], [0; ABREAST]);
             let first = alive;
             while seen < living.len() && room > 0 && alive - first < abreast {

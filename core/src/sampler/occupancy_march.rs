@@ -2,10 +2,11 @@
 //! in an occupied cell, and no other.
 //!
 //! The positions are those that visiting every step and testing every bit
-//! would give; empty cells and blocks are crossed in one stride each, which is
-//! rounded down so that it never passes a sample of the next cell. Sixteen rays
-//! march in the lanes of registers; products and sums are never fused, so that
-//! positions are the same at every SIMD level.
+//! would give. Sixteen rays enter the space and seek their first samples side by
+//! side; empty cells and blocks are crossed in one stride each, which is rounded
+//! down so that it never passes a sample of the next cell. From there on a few
+//! steps of each ray are looked at together (`walk`). Products and sums are never
+//! fused, so that positions are the same at every SIMD level.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 

@@ -83,7 +83,7 @@ fn hollow_ball(bencher: Bencher<'_, '_>, most: usize) {
             let mut living: Vec<f32> = (0..rays.walks.len()).map(|ray| ray as f32).collect();
             while !living.is_empty() {
                 let mut batch = Batch { rows: rows.each_mut().map(|row| &mut row[..]), len: 0 };
-                let alive = marcher.gather(simd, &mut rays, &mut living, 1024, &mut batch);
+                let alive = marcher.gather(simd, &mut rays, &mut living, &mut batch);
                 living.truncate(alive);
                 sum += batch.len as f32 + batch.rows[0][0];
             }

@@ -114,7 +114,7 @@ impl TrainConfig {
     pub fn for_speed(mut self) -> Self {
         self.samples_per_side = 300.0;
         self.field.density_hidden = vec![32];
-        self.field.color_hidden = vec![64, 64];
+        self.field.color_hidden = vec![32, 32];
         if let EncodingConfig::HashGrid(grid) = &mut self.field.encoding {
             // As fine as nine levels 1.65 times finer each.
             (grid.n_levels, grid.per_level_scale) = (8, 1.77);

@@ -59,7 +59,7 @@ fn samples(
             let [x, y, z, t] = &mut rows;
             let mut batch = Batch { rows: [x, y, z, t], len: 0 };
             noting.owners.clear();
-            let alive = marcher.gather(simd, &mut noting, &mut living, 33, &mut batch);
+            let alive = marcher.gather(simd, &mut noting, &mut living, &mut batch);
             living.truncate(alive);
             assert_eq!(noting.owners.len(), batch.len);
             for (s, ray) in noting.owners.iter().enumerate() {

@@ -91,7 +91,7 @@ fn narrow_networks() {
 fn late_samples() {
     for shading in SHADINGS {
         let encoding = hash_grid(4);
-        check(Case { encoding, shading, log_density: 1.0, late: 0.6, ..ONE_LAYER });
+        check(Case { encoding, shading, log_density: 1.25, late: 0.6, ..ONE_LAYER });
     }
 }
 

@@ -35,7 +35,7 @@ fn found(marcher: &Marcher<'_>, ray: &TrainingRay) -> Vec<[f32; 3]> {
         while !living.is_empty() {
             let [x, y, z, t] = &mut rows;
             let mut batch = Batch { rows: [x, y, z, t], len: 0 };
-            let alive = marcher.gather(simd, &mut ray, &mut living, 64, &mut batch);
+            let alive = marcher.gather(simd, &mut ray, &mut living, &mut batch);
             living.truncate(alive);
             samples.extend((0..batch.len).map(|s| [0, 1, 2].map(|a| batch.rows[a][s])));
         }
@@ -62,7 +62,7 @@ pub(super) fn check(step: &Step) {
 /// where a quarter of that does. That they lie in the middle, core's tests know.
 #[test]
 fn late_samples_stand_for_several_steps() {
-    let case = Case { encoding: hash_grid(2), log_density: 0.5, late: 0.6, ..ONE_LAYER };
+    let case = Case { encoding: hash_grid(2), log_density: 1.25, late: 0.6, ..ONE_LAYER };
     let mut step = Step::new(case);
     step.run(0.0, 0);
     let mut counts = [0; 5];

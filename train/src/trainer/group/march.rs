@@ -101,11 +101,12 @@ impl Group {
     ) -> usize {
         let Self { walks, living, gathered, passed, .. } = self;
         let Worker { points: [x, y, z], t, directions, owners, steps, .. } = worker;
-        let mut batch = Batch { rows: [x, y, z, t], len: 0 };
+        let rows = [x, y, z, t].map(|row| &mut row[..BATCH]);
+        let mut batch = Batch { rows, len: 0 };
         let directions = per_sample.then_some(directions);
         let late = job.late;
         let mut rays = Rays { walks, gathered, passed, owners, steps, directions, late };
-        let alive = job.marcher.gather(simd, &mut rays, living, BATCH, &mut batch);
+        let alive = job.marcher.gather(simd, &mut rays, living, &mut batch);
         living.truncate(alive);
         batch.len
     }
