@@ -8,11 +8,11 @@ use crate::Model;
 use crate::composite;
 use crate::field::{Field, Samples, Shading};
 use crate::lanes::{self, ROWS};
-use crate::render::flight::Flight;
+use crate::render::flight::{Flight, Flights, Run};
 use crate::render::observe::{Observer, Stage};
 use crate::render::source::Source;
-use crate::sampler::{Batch, Bundle, LANES, Marcher, Travellers, Walk};
-use crate::scratch::{RAY_LEN, Scratch, Tuning, sums_len};
+use crate::sampler::{Batch, Bundle, LANES, Marcher};
+use crate::scratch::{Scratch, Tuning, sums_len};
 use crate::store::Store;
 
 /// Rays that travel together.
@@ -215,80 +215,5 @@ impl Group<'_, '_, '_, '_> {
             }
         }
         rest
-    }
-}
-
-/// What is left of the samples that a ray has added to a batch, one after another.
-#[derive(Clone, Copy)]
-struct Run {
-    ray: usize,
-    len: usize,
-}
-
-impl Run {
-    /// As it is written down at its first sample.
-    #[inline(always)]
-    fn bits(self) -> f32 {
-        f32::from_bits((self.ray * ROWS + self.len) as u32)
-    }
-
-    /// Whose the samples from the first on are, and as many of them as there are; the next
-    /// run's where nothing is left of this one.
-    #[inline(always)]
-    fn next(&mut self, runs: &[f32], samples: Range<usize>) -> Option<(usize, Range<usize>)> {
-        if samples.is_empty() {
-            return None;
-        }
-        if self.len == 0 {
-            let bits = runs[samples.start].to_bits() as usize;
-            *self = Self { ray: bits / ROWS, len: bits % ROWS };
-        }
-        let end = samples.end.min(samples.start + self.len);
-        self.len -= end - samples.start;
-        Some((self.ray, samples.start..end))
-    }
-}
-
-/// Rays in flight, and what is written down of a batch's samples.
-struct Flights<'s, 'f> {
-    rays: &'f mut [[f32; RAY_LEN]],
-    /// At the first of a ray's samples: whose they are, and how many.
-    runs: &'f mut [f32],
-    /// Where samples want directions.
-    directions: Option<&'f mut [&'s mut [f32]; 3]>,
-    /// Where rays end, and from where samples are late.
-    limits: [f32; 2],
-}
-
-impl Travellers for Flights<'_, '_> {
-    #[inline(always)]
-    fn wants(&mut self, ray: usize, room: usize) -> (Walk, usize) {
-        let mut flight = Flight::load(&self.rays[ray]);
-        let wants = flight.wants(self.limits, room);
-        flight.store(&mut self.rays[ray]);
-        (flight.walk, wants)
-    }
-
-    #[inline(always)]
-    fn took(&mut self, ray: usize, walk: &Walk, samples: Range<usize>) {
-        let mut flight = Flight::load(&self.rays[ray]);
-        flight.walk.next = walk.next;
-        flight.took(samples.len());
-        flight.store(&mut self.rays[ray]);
-        if !samples.is_empty() {
-            self.runs[samples.start] = Run { ray, len: samples.len() }.bits();
-        }
-        for (row, d) in
-            self.directions.iter_mut().flat_map(|rows| rows.iter_mut()).zip(walk.direction)
-        {
-            row[samples.clone()].fill(d);
-        }
-    }
-
-    #[inline(always)]
-    fn moved(&mut self, ray: usize, next: f32) {
-        let mut flight = Flight::load(&self.rays[ray]);
-        flight.walk.next = next;
-        flight.store(&mut self.rays[ray]);
     }
 }

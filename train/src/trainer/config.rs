@@ -45,7 +45,7 @@ pub struct TrainConfig {
     pub first_step_scale: f32,
     /// Colour behind images without alpha.
     pub opaque_backdrop: [f32; 3],
-    /// `Some`: learn against this background, not against random ones.
+    /// `Some`: learn against this background, not against what random ones give on average.
     pub backdrop: Option<[f32; 3]>,
 }
 

@@ -63,7 +63,7 @@ pub(in crate::cli) struct Train {
     #[arg(long, value_name = "N")]
     far: Option<f32>,
     /// Learn against one background: white, black or R,G,B. Images with alpha
-    /// are trained on random ones unless told.
+    /// are trained on all at once, what random ones give on average, unless told.
     #[arg(long, value_name = "COLOR", value_parser = parse_color)]
     background: Option<[f32; 3]>,
     /// How the model file holds tables: i8, f16 or f32 (networks: f16 or f32);
