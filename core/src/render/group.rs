@@ -208,8 +208,11 @@ impl Group<'_, '_, '_, '_> {
                 let sums = &mut sums[ray * row_len + part..][..ROWS];
                 for s in piece {
                     let (weight, values) = (weights[s - samples.start], &values[s - samples.start]);
-                    for (sum, value) in sums.iter_mut().zip(values) {
-                        *sum += weight * value;
+                    // What has no weight may be no number.
+                    if weight > 0.0 {
+                        for (sum, value) in sums.iter_mut().zip(values) {
+                            *sum += weight * value;
+                        }
                     }
                 }
             }

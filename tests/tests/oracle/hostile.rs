@@ -120,6 +120,44 @@ fn nan_is_empty_and_black() {
     }
 }
 
+/// What is no number in a part of the table is empty there, and no more than that: the
+/// rays that pass it see what lies behind.
+#[test]
+fn nan_entries_hide_nothing() {
+    let camera = camera(33, 21);
+    for (features, shading) in
+        [(2, Shading::PerSample), (4, Shading::PerSample), (4, Shading::PerRay)]
+    {
+        let encoding = Encoding::HashGrid(features);
+        let mut model = Recipe { encoding, shading, ..Recipe::PLAIN }.build();
+        let AnyField::HashGrid(field) = &mut model.field else { unreachable!("a hash grid") };
+        let table = &mut field.grid.levels[0];
+        let mut bytes = table.bytes().to_vec();
+        let entry = bytes.len() / table.rows();
+        for entry in bytes.chunks_mut(entry).step_by(150) {
+            entry.as_chunks_mut::<4>().0.fill(f32::NAN.to_le_bytes());
+        }
+        let shape = table.shape();
+        *table = TensorView::new(bytes.leak(), DType::F32, shape, 0, Layout::RowMajor).unwrap();
+        for level in levels() {
+            for tuning in [Tuning::SMALL, Tuning::FAST] {
+                let found =
+                    picture::tile(&model, &camera, whole(&camera), &options(&model, level, tuning));
+                let mut bright = 0;
+                for (i, rgba) in found.rgba.iter().enumerate() {
+                    let (x, y) = (i as u32 % 33, i as u32 / 33);
+                    let expected = reference::render_pixel(&model, &camera, x, y).unwrap();
+                    for c in 0..3 {
+                        assert!((rgba[c] - expected.rgb[c]).abs() < 1e-3, "{level}");
+                    }
+                    bright += usize::from(rgba[3] > 0.05);
+                }
+                assert!(bright > 10, "{bright} pixels see something");
+            }
+        }
+    }
+}
+
 #[test]
 fn densities_beyond_measure() {
     let camera = camera(11, 7);
