@@ -147,8 +147,8 @@ fn nan_entries_hide_nothing() {
                 for (i, rgba) in found.rgba.iter().enumerate() {
                     let (x, y) = (i as u32 % 33, i as u32 / 33);
                     let expected = reference::render_pixel(&model, &camera, x, y).unwrap();
-                    for c in 0..3 {
-                        assert!((rgba[c] - expected.rgb[c]).abs() < 1e-3, "{level}");
+                    for (found, expected) in rgba.iter().zip(expected.rgb) {
+                        assert!((found - expected).abs() < 1e-3, "{level}");
                     }
                     bright += usize::from(rgba[3] > 0.05);
                 }
