@@ -27,6 +27,23 @@ pub fn logistic<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     e / (e + 1.0)
 }
 
+/// `ln(1 + e^x)`, relative error ≤ 1e-6 or absolute error ≤ 1e-7. NaN gives 0.
+#[cfg(feature = "nerf")]
+#[inline(always)]
+pub fn softplus<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let splat = |v: f32| S::f32s::splat(simd, v);
+    // ln(1 + e^x) = max(x, 0) + ln(1 + e^-|x|), and with y = e^-|x| / (2 + e^-|x|), at
+    // most 1/3, ln(1 + e^-|x|) = 2 artanh y.
+    let e = exp(simd, -x.abs());
+    let y = e / (e + 2.0);
+    let y2 = y * y;
+    let mut p = splat(1.0 / 13.0);
+    for c in [1.0 / 11.0, 1.0 / 9.0, 1.0 / 7.0, 1.0 / 5.0, 1.0 / 3.0, 1.0] {
+        p = p.mul_add(y2, splat(c));
+    }
+    x.max_precise(splat(0.0)) + y * p * 2.0
+}
+
 /// `sin(π x)`, absolute error ≤ 3e-7 for |x| < 2^22; the range reduction is exact.
 #[inline(always)]
 pub fn sin_pi<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
@@ -123,6 +140,11 @@ mod tests {
             assert!((at(&|v| exp(simd, v), x) - e).abs() <= 4e-7 * e, "exp {x}");
             let l = 1.0 / (1.0 + (-f64::from(x)).exp());
             assert!((at(&|v| logistic(simd, v), x) - l).abs() <= 3e-7, "logistic {x}");
+            #[cfg(feature = "nerf")]
+            {
+                let p = f64::from(x).exp().ln_1p();
+                assert!((at(&|v| softplus(simd, v), x) - p).abs() <= 1e-7 + 1e-6 * p, "{x}");
+            }
             let s = (f64::from(x) % 2.0 * core::f64::consts::PI).sin();
             assert!((at(&|v| sin_pi(simd, v), x) - s).abs() <= 3e-7, "sin_pi {x}");
         }

@@ -1,5 +1,8 @@
 //! Small dense networks: layers with ReLU between them and none after the last.
 
+#[cfg(feature = "nerf")]
+pub mod blocks;
+
 use core::ops::Range;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
@@ -22,6 +25,29 @@ pub struct Dense<'a> {
 impl Dense<'_> {
     /// The placeholder in fixed-size arrays.
     pub const EMPTY: Dense<'static> = Dense { weight: TensorView::EMPTY, bias: None };
+
+    /// Checks a layer of a network whose layers are stored as `dtype`.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] or [`Error::Range`].
+    pub fn validate(&self, dtype: DType) -> Result<(), Error> {
+        let [n_in, n_out] = self.weight.shape();
+        if n_in == 0 || n_out == 0 || n_in > 4096 || n_out > 4096 {
+            return Err(Error::Range("network: width of a layer"));
+        }
+        if self.weight.dtype() == DType::I8 {
+            return Err(Error::Shape("network: weights of eight bits"));
+        }
+        if self.weight.dtype() != dtype {
+            return Err(Error::Shape("network: layers of different types"));
+        }
+        if let Some(bias) = self.bias
+            && (bias.shape() != [1, n_out] || bias.dtype() != dtype)
+        {
+            return Err(Error::Shape("network: a bias and its layer"));
+        }
+        Ok(())
+    }
 }
 
 /// A network of dense layers.
@@ -41,21 +67,7 @@ impl<'a> Mlp<'a> {
             return Err(Error::Range("network: number of layers"));
         }
         for layer in layers {
-            let [n_in, n_out] = layer.weight.shape();
-            if n_in == 0 || n_out == 0 || n_in > 4096 || n_out > 4096 {
-                return Err(Error::Range("network: width of a layer"));
-            }
-            if layer.weight.dtype() == DType::I8 {
-                return Err(Error::Shape("network: weights of eight bits"));
-            }
-            if layer.weight.dtype() != layers[0].weight.dtype() {
-                return Err(Error::Shape("network: layers of different types"));
-            }
-            if let Some(bias) = layer.bias
-                && (bias.shape() != [1, n_out] || bias.dtype() != layer.weight.dtype())
-            {
-                return Err(Error::Shape("network: a bias and its layer"));
-            }
+            layer.validate(layers[0].weight.dtype())?;
         }
         for pair in layers.windows(2) {
             if pair[0].weight.cols() != pair[1].weight.rows() {
@@ -126,13 +138,7 @@ pub fn dense<S: Simd, T: Store>(
             for first in (0..n_out).step_by(PANEL) {
                 let width = PANEL.min(n_out - first);
                 load_panel::<T>(&layer.weight, first, width, panel);
-                let mut bias = [0.0; PANEL];
-                if let Some(b) = &layer.bias {
-                    let values = &T::values(b.bytes())[first..first + width];
-                    for (to, from) in bias.iter_mut().zip(values) {
-                        *to = T::decode(*from) * b.scale();
-                    }
-                }
+                let bias = load_bias::<T>(layer, first, width);
                 let rows = &mut y[first * stride..];
                 // With 32 registers, sixteen sums hide the latency of the additions.
                 let pairs = if S::f32s::LEN == 16 { n - n % 32 } else { 0 };
@@ -142,6 +148,19 @@ pub fn dense<S: Simd, T: Store>(
             }
         },
     );
+}
+
+/// Decodes the biases `first .. first + width`, zero-filled.
+#[inline(always)]
+fn load_bias<T: Store>(layer: &Dense<'_>, first: usize, width: usize) -> [f32; PANEL] {
+    let mut bias = [0.0; PANEL];
+    if let Some(b) = &layer.bias {
+        let values = &T::values(b.bytes())[first..first + width];
+        for (to, from) in bias.iter_mut().zip(values) {
+            *to = T::decode(*from) * b.scale();
+        }
+    }
+    bias
 }
 
 /// Decodes the columns `first .. first + width` of a weight matrix to

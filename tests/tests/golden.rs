@@ -62,7 +62,9 @@ fn assert_same_but_weights(found: &Model<'_>, expected: &Model<'_>) {
         }
         _ => panic!("fields of different kinds"),
     }
-    let (found, expected) = (found.field.decoder(), expected.field.decoder());
+    let (Some(found), Some(expected)) = (found.field.decoder(), expected.field.decoder()) else {
+        panic!("fields without decoders");
+    };
     assert_eq!(found.n_features, expected.n_features);
     assert_eq!(found.sh_degree, expected.sh_degree);
     assert_eq!(found.shading, expected.shading);

@@ -4,7 +4,7 @@ use fearless_simd::Simd;
 
 use crate::Error;
 use crate::encoding::{FrequencyConfig, frequency};
-use crate::field::{Decoder, Field};
+use crate::field::{Decoded, Decoder};
 
 /// Positional encoding and networks.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ impl FrequencyField<'_> {
     }
 }
 
-impl Field for FrequencyField<'_> {
+impl Decoded for FrequencyField<'_> {
     fn decoder(&self) -> &Decoder<'_> {
         &self.decoder
     }
@@ -36,7 +36,7 @@ impl Field for FrequencyField<'_> {
     }
 
     #[inline(always)]
-    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize) {
+    fn encode_rows<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize) {
         frequency::encode(simd, self.encoding, points, out, stride);
     }
 }

@@ -4,7 +4,7 @@ use fearless_simd::Simd;
 
 use crate::Error;
 use crate::encoding::{HashGrid, hash_grid};
-use crate::field::{Decoder, Field};
+use crate::field::{Decoded, Decoder};
 
 /// A multiresolution hash grid and its networks.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ impl HashGridField<'_> {
     }
 }
 
-impl Field for HashGridField<'_> {
+impl Decoded for HashGridField<'_> {
     fn decoder(&self) -> &Decoder<'_> {
         &self.decoder
     }
@@ -36,7 +36,7 @@ impl Field for HashGridField<'_> {
     }
 
     #[inline(always)]
-    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize) {
+    fn encode_rows<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize) {
         hash_grid::encode(simd, &self.grid, points, out, stride);
     }
 }

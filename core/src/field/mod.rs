@@ -6,12 +6,16 @@ mod decoder;
 mod frequency;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
+#[cfg(feature = "nerf")]
+mod nerf;
 
 pub use decoder::{Decoder, Shading};
 #[cfg(feature = "frequency")]
 pub use frequency::FrequencyField;
 #[cfg(feature = "hash-grid")]
 pub use hash_grid::HashGridField;
+#[cfg(feature = "nerf")]
+pub use nerf::{Activation, NerfField, NerfNetwork};
 
 use fearless_simd::Simd;
 
@@ -20,9 +24,9 @@ use crate::scratch::{Limits, Workspace};
 use crate::store::Store;
 use crate::tensor::DType;
 
-#[cfg(not(any(feature = "hash-grid", feature = "frequency")))]
+#[cfg(not(any(feature = "hash-grid", feature = "frequency", feature = "nerf")))]
 compile_error!(
-    "pocketnerf-core needs at least one kind of field: feature `hash-grid` or `frequency`"
+    "pocketnerf-core needs at least one kind of field: feature `hash-grid`, `frequency` or `nerf`"
 );
 
 /// Most features that a ray may accumulate.
@@ -52,19 +56,30 @@ impl Samples<'_> {
     }
 }
 
-/// Density and features of points, in batches.
+/// Density and what a ray accumulates, of points, in batches.
 ///
 /// Methods are generic over the SIMD token and the stored type; a caller
 /// dispatches once for many batches.
 pub trait Field {
-    /// What encodes positions differs; what decodes them is shared.
-    fn decoder(&self) -> &Decoder<'_>;
+    /// The networks that make colours of what a ray has gathered; `None` where every
+    /// sample has its own colour.
+    fn deferred(&self) -> Option<&Decoder<'_>>;
 
-    /// Values that the position encoding gives for a point.
-    fn n_encoded(&self) -> usize;
+    /// Values that a ray accumulates: K.
+    fn channels(&self) -> usize;
 
-    /// Encodes positions to rows of `out`, `stride` values apart.
-    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize);
+    /// How the networks' parameters are stored.
+    fn dtype(&self) -> DType;
+
+    /// Scratch that the field needs.
+    fn limits(&self) -> Limits;
+
+    /// The first half of [`density_features`](Self::density_features): encodes
+    /// positions to `work.a`.
+    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>);
+
+    /// The second half: the networks, over what is in `work.a`.
+    fn decode<S: Simd, T: Store>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>);
 
     /// Fills `work.output`: row 0 with sigma in 1 / scene unit, rows
     /// `1 ..= channels` with what a ray accumulates.
@@ -75,11 +90,40 @@ pub trait Field {
         samples: Samples<'_>,
         work: &mut Workspace<'_>,
     ) {
-        self.encode::<S>(simd, samples.points, work.a, work.stride);
-        self.decoder().density_features::<S, T>(simd, samples, work);
+        self.encode(simd, samples.points, work);
+        self.decode::<S, T>(simd, samples, work);
+    }
+}
+
+/// A field that is a position encoding and the [`Decoder`] that such kinds share.
+pub trait Decoded {
+    /// What decodes positions.
+    fn decoder(&self) -> &Decoder<'_>;
+
+    /// Values that the position encoding gives for a point.
+    fn n_encoded(&self) -> usize;
+
+    /// Encodes positions to rows of `out`, `stride` values apart.
+    fn encode_rows<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize);
+}
+
+impl<D: Decoded> Field for D {
+    #[inline(always)]
+    fn deferred(&self) -> Option<&Decoder<'_>> {
+        let decoder = self.decoder();
+        (decoder.shading == Shading::PerRay).then_some(decoder)
     }
 
-    /// Scratch that the field needs.
+    #[inline(always)]
+    fn channels(&self) -> usize {
+        self.decoder().channels()
+    }
+
+    #[inline(always)]
+    fn dtype(&self) -> DType {
+        self.decoder().density.layers()[0].weight.dtype()
+    }
+
     fn limits(&self) -> Limits {
         let decoder = self.decoder();
         Limits {
@@ -87,6 +131,16 @@ pub trait Field {
             rows: decoder.rows(self.n_encoded()),
             channels: decoder.channels().max(decoder.n_features as usize).max(3),
         }
+    }
+
+    #[inline(always)]
+    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>) {
+        self.encode_rows(simd, points, work.a, work.stride);
+    }
+
+    #[inline(always)]
+    fn decode<S: Simd, T: Store>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
+        self.decoder().density_features::<S, T>(simd, samples, work);
     }
 }
 
@@ -104,6 +158,9 @@ pub enum AnyField<'a> {
     /// Positional encoding and a network.
     #[cfg(feature = "frequency")]
     Frequency(FrequencyField<'a>),
+    /// The paper's networks.
+    #[cfg(feature = "nerf")]
+    Nerf(NerfField<'a>),
 }
 
 impl AnyField<'_> {
@@ -115,6 +172,8 @@ impl AnyField<'_> {
             Self::HashGrid(_) => "hash-grid",
             #[cfg(feature = "frequency")]
             Self::Frequency(_) => "frequency",
+            #[cfg(feature = "nerf")]
+            Self::Nerf(_) => "nerf",
         }
     }
 
@@ -126,24 +185,35 @@ impl AnyField<'_> {
             Self::HashGrid(field) => field.limits(),
             #[cfg(feature = "frequency")]
             Self::Frequency(field) => field.limits(),
+            #[cfg(feature = "nerf")]
+            Self::Nerf(field) => field.limits(),
         }
     }
 
-    /// The networks.
+    /// The networks, where the kind has a [`Decoder`].
     #[must_use]
-    pub fn decoder(&self) -> &Decoder<'_> {
+    pub fn decoder(&self) -> Option<&Decoder<'_>> {
         match self {
             #[cfg(feature = "hash-grid")]
-            Self::HashGrid(field) => &field.decoder,
+            Self::HashGrid(field) => Some(&field.decoder),
             #[cfg(feature = "frequency")]
-            Self::Frequency(field) => &field.decoder,
+            Self::Frequency(field) => Some(&field.decoder),
+            #[cfg(feature = "nerf")]
+            Self::Nerf(_) => None,
         }
     }
 
     /// How the networks' parameters are stored.
     #[must_use]
     pub fn dtype(&self) -> DType {
-        self.decoder().density.layers()[0].weight.dtype()
+        match self {
+            #[cfg(feature = "hash-grid")]
+            Self::HashGrid(field) => field.dtype(),
+            #[cfg(feature = "frequency")]
+            Self::Frequency(field) => field.dtype(),
+            #[cfg(feature = "nerf")]
+            Self::Nerf(field) => field.dtype(),
+        }
     }
 
     /// Checks that the parts of the field fit together.
@@ -156,6 +226,8 @@ impl AnyField<'_> {
             Self::HashGrid(field) => field.validate(),
             #[cfg(feature = "frequency")]
             Self::Frequency(field) => field.validate(),
+            #[cfg(feature = "nerf")]
+            Self::Nerf(field) => field.validate(),
         }
     }
 }

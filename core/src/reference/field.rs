@@ -3,7 +3,7 @@
 use super::harmonics::harmonics;
 use super::math::{exp, logistic};
 use super::network::{self, MAX_WIDTH, Values};
-use crate::field::{AnyField, Decoder, MAX_CHANNELS};
+use crate::field::{AnyField, Decoder, MAX_CHANNELS, Shading};
 use crate::{Error, Model, Space};
 
 /// Highest log density; beyond it sigma stays at e^15 per scene unit.
@@ -15,27 +15,65 @@ pub(super) type Features = [f64; MAX_CHANNELS];
 /// Checks that the parts fit together and that the reference can evaluate them.
 pub(super) fn check(model: &Model<'_>) -> Result<(), Error> {
     model.validate()?;
-    let decoder = decoder(&model.field);
-    network::check(&decoder.density)?;
-    network::check(&decoder.color)
-}
-
-/// The networks of a field of any kind.
-pub(super) fn decoder<'f, 'a>(field: &'f AnyField<'a>) -> &'f Decoder<'a> {
-    match field {
-        #[cfg(feature = "hash-grid")]
-        AnyField::HashGrid(field) => &field.decoder,
-        #[cfg(feature = "frequency")]
-        AnyField::Frequency(field) => &field.decoder,
+    match decoder(&model.field) {
+        Some(decoder) => {
+            network::check(&decoder.density)?;
+            network::check(&decoder.color)
+        }
+        None if model.field.limits().width > MAX_WIDTH => Err(network::TOO_WIDE),
+        None => Ok(()),
     }
 }
 
+/// The networks of a field of a kind that has a decoder.
+pub(super) fn decoder<'f, 'a>(field: &'f AnyField<'a>) -> Option<&'f Decoder<'a>> {
+    match field {
+        #[cfg(feature = "hash-grid")]
+        AnyField::HashGrid(field) => Some(&field.decoder),
+        #[cfg(feature = "frequency")]
+        AnyField::Frequency(field) => Some(&field.decoder),
+        #[cfg(feature = "nerf")]
+        AnyField::Nerf(_) => None,
+    }
+}
+
+/// The networks that make colours of what a ray has gathered, where there are any.
+pub(super) fn deferred<'f, 'a>(field: &'f AnyField<'a>) -> Option<&'f Decoder<'a>> {
+    decoder(field).filter(|decoder| decoder.shading == Shading::PerRay)
+}
+
+/// Sigma, per scene unit, at unit point `u`, and what a ray along `direction`
+/// accumulates: a colour or features.
+pub(super) fn ask(field: &AnyField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
+    match field {
+        #[cfg(feature = "nerf")]
+        AnyField::Nerf(field) => super::nerf::ask(field, u, direction),
+        #[cfg(any(feature = "hash-grid", feature = "frequency"))]
+        _ => ask_decoded(field, u, direction),
+    }
+}
+
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+fn ask_decoded(field: &AnyField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
+    let Some(decoder) = decoder(field) else { return (0.0, [0.0; MAX_CHANNELS]) };
+    let (sigma, features) = density(field, decoder, u);
+    if decoder.shading == Shading::PerRay {
+        return (sigma, features);
+    }
+    let mut channels = [0.0; MAX_CHANNELS];
+    channels[..3].copy_from_slice(&shade(decoder, &features, direction));
+    (sigma, channels)
+}
+
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
 fn encode(field: &AnyField<'_>, u: [f32; 3]) -> Values {
     match field {
         #[cfg(feature = "hash-grid")]
         AnyField::HashGrid(field) => super::hash_grid::encode(&field.grid, u),
         #[cfg(feature = "frequency")]
         AnyField::Frequency(field) => super::frequency::encode(&field.encoding, u),
+        #[cfg(feature = "nerf")]
+        AnyField::Nerf(_) => [0.0; MAX_WIDTH],
     }
 }
 
@@ -55,8 +93,8 @@ pub(super) fn place(model: &Model<'_>, p: [f32; 3]) -> Option<[f32; 3]> {
 /// Sigma, per scene unit, and the features at unit point `u`.
 ///
 /// `sigma = exp(min(raw + log_density_bias, 15))`; a NaN is empty space.
-pub(super) fn density(field: &AnyField<'_>, u: [f32; 3]) -> (f64, Features) {
-    let decoder = decoder(field);
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+fn density(field: &AnyField<'_>, decoder: &Decoder<'_>, u: [f32; 3]) -> (f64, Features) {
     let out = network::forward(&decoder.density, &encode(field, u));
     let log_density = out[0] + f64::from(decoder.log_density_bias);
     let sigma = if log_density.is_nan() { 0.0 } else { exp(log_density.min(MAX_LOG_DENSITY)) };
@@ -91,7 +129,8 @@ mod tests {
         for kind in kinds() {
             let mut scene = SceneBuilder::new(&kind, [2.0, 4.0, -6.0], [1.0, 3.0, 0.0]);
             scene.decoder.log_density_bias = -2.0;
-            let (sigma, features) = density(&scene.build().field, [0.1, 0.2, 0.75]);
+            let field = scene.build().field;
+            let (sigma, features) = density(&field, decoder(&field).unwrap(), [0.1, 0.2, 0.75]);
             assert!((sigma - 1.0).abs() < 1e-14);
             assert!((features[0] - 5.0).abs() < 1e-14 && (features[1] + 3.0).abs() < 1e-14);
             assert_eq!(features[2..], [0.0; MAX_CHANNELS - 2]);
@@ -111,7 +150,7 @@ mod tests {
                 (f32::NAN, 0.0),
             ] {
                 let scene = SceneBuilder::new(&kind, [0.0; 3], [raw, 0.0, 0.0]).build();
-                let (sigma, _) = density(&scene.field, [0.5; 3]);
+                let (sigma, _) = density(&scene.field, decoder(&scene.field).unwrap(), [0.5; 3]);
                 assert!((sigma - expected).abs() <= 1e-14 * expected, "{raw}: {sigma}");
             }
         }

@@ -38,6 +38,8 @@ mod harmonics;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
 mod math;
+#[cfg(feature = "nerf")]
+mod nerf;
 mod network;
 mod ray;
 #[cfg(test)]
@@ -73,8 +75,11 @@ pub fn query(
     let Some(u) = field::place(model, point) else {
         return Ok(PointResult { sigma: 0.0, rgb: [0.0; 3] });
     };
-    let (sigma, features) = field::density(&model.field, u);
-    let rgb = field::shade(field::decoder(&model.field), &features, direction);
+    let (sigma, channels) = field::ask(&model.field, u, direction);
+    let rgb = match field::deferred(&model.field) {
+        Some(decoder) => field::shade(decoder, &channels, direction),
+        None => [channels[0], channels[1], channels[2]],
+    };
     Ok(PointResult { sigma: sigma as f32, rgb: rgb.map(|c| c as f32) })
 }
 

@@ -1,10 +1,13 @@
 //! Dense layers as sums over one input and one output at a time.
 
 use crate::Error;
-use crate::network::Mlp;
+use crate::network::{Dense, Mlp};
 
 /// Widest layer that the reference evaluates.
 pub const MAX_WIDTH: usize = 512;
+
+/// Why a network is refused.
+pub(super) const TOO_WIDE: Error = Error::Limits("the reference evaluates networks up to 512 wide");
 
 /// Values of one layer; those beyond its width are 0.
 pub(super) type Values = [f64; MAX_WIDTH];
@@ -12,7 +15,7 @@ pub(super) type Values = [f64; MAX_WIDTH];
 /// Refuses a network that is wider than [`MAX_WIDTH`].
 pub(super) fn check(network: &Mlp<'_>) -> Result<(), Error> {
     if network.max_width() > MAX_WIDTH {
-        return Err(Error::Limits("the reference evaluates networks up to 512 wide"));
+        return Err(TOO_WIDE);
     }
     Ok(())
 }
@@ -24,29 +27,33 @@ pub(super) fn forward(network: &Mlp<'_>, input: &Values) -> Values {
     let mut x = *input;
     let last = network.layers().len() - 1;
     for (number, layer) in network.layers().iter().enumerate() {
-        let n_out = layer.weight.cols();
-        let mut y = [0.0; MAX_WIDTH];
-        for (o, y) in y.iter_mut().enumerate().take(n_out) {
-            if let Some(bias) = layer.bias {
-                *y = f64::from(bias.get(o));
-            }
-            for (i, x) in x.iter().enumerate().take(layer.weight.rows()) {
-                *y += f64::from(layer.weight.get(i * n_out + o)) * x;
-            }
-            if number < last && *y < 0.0 {
-                *y = 0.0;
-            }
-        }
-        x = y;
+        x = one(layer, &x, number < last);
     }
     x
+}
+
+/// One layer; ReLU where asked.
+pub(super) fn one(layer: &Dense<'_>, x: &Values, relu: bool) -> Values {
+    let n_out = layer.weight.cols();
+    let mut y = [0.0; MAX_WIDTH];
+    for (o, y) in y.iter_mut().enumerate().take(n_out) {
+        if let Some(bias) = layer.bias {
+            *y = f64::from(bias.get(o));
+        }
+        for (i, x) in x.iter().enumerate().take(layer.weight.rows()) {
+            *y += f64::from(layer.weight.get(i * n_out + o)) * x;
+        }
+        if relu && *y < 0.0 {
+            *y = 0.0;
+        }
+    }
+    y
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::TensorView;
-    use crate::network::Dense;
     use crate::reference::testing::{dense, tensor};
 
     fn values(given: &[f64]) -> Values {

@@ -1,8 +1,8 @@
 //! The sum along one ray.
 
-use super::field::{Features, decoder, density, place, shade};
+use super::field::{Features, ask, deferred, place, shade};
 use super::math::exp;
-use crate::field::{MAX_CHANNELS, Shading};
+use crate::field::MAX_CHANNELS;
 use crate::sampler::MAX_STEPS;
 use crate::{Model, Ray, Sampling};
 
@@ -80,7 +80,6 @@ impl Sums {
 /// Marches `ray` through a checked model.
 pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
     let Sampling { step, near, far, min_transmittance } = model.sampling;
-    let decoder = decoder(&model.field);
     let mut sums = Sums::NEW;
     let mut samples = 0;
     for k in 0..MAX_STEPS {
@@ -90,15 +89,8 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
         }
         let Some(u) = place(model, point(ray, t)) else { continue };
         samples += 1;
-        let (sigma, features) = density(&model.field, u);
-        let (step, t) = (f64::from(step), f64::from(t));
-        match decoder.shading {
-            Shading::PerSample => {
-                let rgb = shade(decoder, &features, ray.direction);
-                sums.add(sigma, step, t, &rgb);
-            }
-            Shading::PerRay => sums.add(sigma, step, t, &features),
-        }
+        let (sigma, channels) = ask(&model.field, u, ray.direction);
+        sums.add(sigma, f64::from(step), f64::from(t), &channels);
         if sums.transmittance < f64::from(min_transmittance) {
             break;
         }
@@ -110,9 +102,9 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
     let ended = sums.transmittance < f64::from(min_transmittance);
     let alpha = if ended { 1.0 } else { sums.opacity };
     let mean = sums.channels.map(|sum| sum / sums.opacity);
-    let rgb = match decoder.shading {
-        Shading::PerSample => [mean[0], mean[1], mean[2]],
-        Shading::PerRay => shade(decoder, &mean, ray.direction),
+    let rgb = match deferred(&model.field) {
+        None => [mean[0], mean[1], mean[2]],
+        Some(decoder) => shade(decoder, &mean, ray.direction),
     };
     RayResult {
         rgb: rgb.map(|c| (alpha * c) as f32),

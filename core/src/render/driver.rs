@@ -74,6 +74,8 @@ pub(super) fn render(
         AnyField::HashGrid(field) => each_pass(simd, field, &mut group, job, &mut target),
         #[cfg(feature = "frequency")]
         AnyField::Frequency(field) => each_pass(simd, field, &mut group, job, &mut target),
+        #[cfg(feature = "nerf")]
+        AnyField::Nerf(field) => each_pass(simd, field, &mut group, job, &mut target),
     });
     target.fill(span.to);
     Ok(RenderStats { rays: group.rays, samples: group.samples })
@@ -90,7 +92,7 @@ fn each_pass<S: Simd, F: Field>(
 ) {
     let (source, detail) = (job.source, job.options.detail);
     for pass in job.span.passes(target.size) {
-        match field.decoder().density.layers()[0].weight.dtype() {
+        match field.dtype() {
             DType::F32 => {
                 one_pass::<S, F32, F>(simd, field, group, source, pass, detail, target);
             }
@@ -143,7 +145,7 @@ fn one_pass<S: Simd, T: Store, F: Field>(
         if group.is_full() || (is_over && group.count > 0) {
             group.march::<S, T, F>(simd, field);
             let rays = group.count;
-            group.finish::<S, T>(simd, field.decoder(), target);
+            group.finish::<S, T>(simd, field.deferred(), target);
             group.ended(Stage::Shade, rays);
         }
         if n < room {

@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 
 use crate::composite::Gathered;
-use crate::field::{Decoder, Shading};
+use crate::field::Decoder;
 use crate::render::flight::Flight;
 use crate::render::group::Group;
 use crate::render::target::Target;
@@ -17,12 +17,12 @@ impl Group<'_, '_, '_, '_> {
     pub(super) fn finish<S: Simd, T: Store>(
         &mut self,
         simd: S,
-        decoder: &Decoder<'_>,
+        deferred: Option<&Decoder<'_>>,
         target: &mut Target<'_>,
     ) {
-        match decoder.shading {
-            Shading::PerSample => self.write_sums(target),
-            Shading::PerRay => self.shade::<S, T>(simd, decoder, target),
+        match deferred {
+            None => self.write_sums(target),
+            Some(decoder) => self.shade::<S, T>(simd, decoder, target),
         }
         if let Some(depth) = &mut target.depth {
             for (pixel, gathered) in self.finished() {

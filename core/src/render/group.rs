@@ -6,7 +6,7 @@ use fearless_simd::Simd;
 
 use crate::Model;
 use crate::composite;
-use crate::field::{Field, Samples, Shading};
+use crate::field::{Field, Samples};
 use crate::lanes::{self, ROWS};
 use crate::render::flight::{Flight, Flights, Run};
 use crate::render::observe::{Observer, Stage};
@@ -86,13 +86,13 @@ impl Group<'_, '_, '_, '_> {
     /// Takes all rays to their ends.
     #[inline(always)]
     pub(super) fn march<S: Simd, T: Store, F: Field>(&mut self, simd: S, field: &F) {
-        let channels = field.decoder().channels();
+        let channels = field.channels();
         self.scratch.sums[..self.count * sums_len(channels)].fill(0.0);
         let numbers = self.scratch.living[..self.count].iter_mut().zip(0u32..);
         numbers.for_each(|(living, number)| *living = number as f32);
         let mut living = self.count;
         loop {
-            let n = self.gather(simd, field.decoder().shading, &mut living);
+            let n = self.gather(simd, field.deferred().is_none(), &mut living);
             self.ended(Stage::March, n);
             if living == 0 {
                 break;
@@ -108,14 +108,14 @@ impl Group<'_, '_, '_, '_> {
                 row[n..padded].fill(0.0);
             }
             let points = [0, 1, 2].map(|axis| &points[axis][..padded]);
-            field.encode(simd, points, work.a, work.stride);
+            field.encode(simd, points, work);
             self.ended(Stage::Encode, n);
             let Scratch { work, points, directions, .. } = &mut self.scratch;
             let samples = Samples {
                 points: [0, 1, 2].map(|axis| &points[axis][..padded]),
                 directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
             };
-            field.decoder().density_features::<S, T>(simd, samples, work);
+            field.decode::<S, T>(simd, samples, work);
             self.ended(Stage::Density, n);
             let step = self.model.sampling.step;
             composite::opacities(simd, &mut self.scratch.work.output[..padded], step);
@@ -125,8 +125,9 @@ impl Group<'_, '_, '_, '_> {
     }
 
     /// Fills a batch with the next samples of the living rays; gives their number.
-    /// Rays that have ended are no longer among the living then.
-    fn gather<S: Simd>(&mut self, simd: S, shading: Shading, living: &mut usize) -> usize {
+    /// Rays that have ended are no longer among the living then. `directed`: with the
+    /// samples' directions.
+    fn gather<S: Simd>(&mut self, simd: S, directed: bool, living: &mut usize) -> usize {
         let Scratch { rays, points: [x, y, z], directions, t, runs, living: numbers, .. } =
             &mut self.scratch;
         let (most, marcher) = (self.tuning.samples, &self.marcher);
@@ -136,7 +137,7 @@ impl Group<'_, '_, '_, '_> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let directions = (shading == Shading::PerSample).then_some(directions);
+                let directions = directed.then_some(directions);
                 let mut flights = Flights { rays, runs, directions, limits };
                 let living_rays = &mut numbers[..*living];
                 *living = marcher.gather(simd, &mut flights, living_rays, &mut batch);

@@ -3,6 +3,8 @@
 mod batch;
 mod bundle;
 mod gather;
+#[cfg(feature = "nerf")]
+pub mod hierarchical;
 mod occupancy_march;
 mod rays;
 mod stride;
@@ -13,6 +15,8 @@ mod walk;
 pub use batch::Batch;
 pub use bundle::{Bundle, LANES};
 pub use gather::Travellers;
+#[cfg(feature = "nerf")]
+pub use hierarchical::Hierarchical;
 pub use occupancy_march::Marcher;
 pub use walk::{RUN, Walk};
 

@@ -104,7 +104,7 @@ fn measured(
     changed: f64,
 ) -> Vec<Measured> {
     let model = trainer.model();
-    let decoder = model.field.decoder();
+    let decoder = model.field.decoder().expect("a kind that has one");
     let (density, color) = (&decoder.density, &decoder.color);
     let [bytes, full] = [1.0, 4.0].map(|size| stored(&model.field, size));
     let encode = || Demand::gather(bytes.clone(), work::encode_flops(&model.field));

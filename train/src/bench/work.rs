@@ -89,7 +89,7 @@ mod tests {
             |_| (),
             |field| {
                 // 36 -> 64 -> 16 and 15 + 16 -> 64 -> 64 -> 3.
-                let decoder = field.decoder();
+                let decoder = field.decoder().expect("a hash grid");
                 assert_eq!(network_flops(&decoder.density), 2.0 * (2304.0 + 1024.0));
                 assert_eq!(hidden_flops(&decoder.density), 2.0 * 2304.0);
                 assert_eq!(network_flops(&decoder.color), 2.0 * (1984.0 + 4096.0 + 192.0));

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::AnyField;
-use pocketnerf_core::field::Field;
+use pocketnerf_core::field::Decoded;
 use pocketnerf_core::sampler::Marcher;
 use pocketnerf_core::store::{F16, Store};
 use rayon::prelude::*;
@@ -214,7 +214,7 @@ pub(super) fn run_group<T: Store>(
     job: &Job<'_>,
     worker: &mut Worker,
 ) {
-    fn run<T: Store, F: Field>(
+    fn run<T: Store, F: Decoded>(
         level: Level,
         group: &mut Group,
         field: &F,

@@ -180,7 +180,7 @@ fn summary(
 /// The stages with what bounds them.
 fn measured(model: &Model<'_>, median: &Round, counts: &Counts) -> Vec<Measured> {
     let (field, samples) = (&model.field, counts.samples);
-    let decoder = field.decoder();
+    let decoder = field.decoder().expect("a kind that has one");
     let color = work::network_flops(&decoder.color);
     let mut density = work::network_flops(&decoder.density);
     let mut stages = STAGES.to_vec();

@@ -3,7 +3,7 @@
 use std::mem::take;
 
 use fearless_simd::Simd;
-use pocketnerf_core::field::{Decoder, Field, Shading};
+use pocketnerf_core::field::{Decoded, Decoder, Shading};
 use pocketnerf_core::lanes::transpose;
 use pocketnerf_core::sampler::LANES;
 use pocketnerf_core::store::Store;
@@ -53,7 +53,7 @@ impl Group {
 
     /// From samples to network weights and encoded points.
     #[inline(always)]
-    pub(super) fn back_through_networks<S: Simd, T: Store, F: Field>(
+    pub(super) fn back_through_networks<S: Simd, T: Store, F: Decoded>(
         &mut self,
         simd: S,
         field: &F,
@@ -62,7 +62,7 @@ impl Group {
     ) {
         let mut laps = Laps::begin(job.stopwatch);
         let decoder = field.decoder();
-        let row_len = row_len(decoder);
+        let row_len = row_len(decoder.channels());
         let n_encoded = field.n_encoded();
         let block_size = (3 + n_encoded) * STRIDE;
         // Taken out, so that the rest of the group can be borrowed beside them.
@@ -86,7 +86,7 @@ impl Group {
                 row[kept.len()..padded].fill(0.0);
             }
             let points = [0, 1, 2].map(|axis| &axes[axis][..padded]);
-            field.encode(simd, points, &mut worker.a, STRIDE);
+            field.encode_rows(simd, points, &mut worker.a, STRIDE);
             laps.end(Stage::EncodeAgain, kept.len());
             let d_values = &mut worker.d_values[..padded * row_len];
             d_values[kept.len() * row_len..].fill(0.0);

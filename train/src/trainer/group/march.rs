@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use fearless_simd::Simd;
 use pocketnerf_core::composite::{self, Gathered};
-use pocketnerf_core::field::{Field, Samples, Shading};
+use pocketnerf_core::field::{Field, Samples};
 use pocketnerf_core::lanes::transpose;
 use pocketnerf_core::sampler::{Batch, Bundle, LANES, Travellers, Walk};
 use pocketnerf_core::scratch::Workspace;
@@ -25,8 +25,8 @@ impl Group {
         worker: &mut Worker,
     ) {
         let mut laps = Laps::begin(job.stopwatch);
-        let per_sample = field.decoder().shading == Shading::PerSample;
-        let row_len = row_len(field.decoder());
+        let per_sample = field.deferred().is_none();
+        let row_len = row_len(field.channels());
         self.records.clear();
         self.values.clear();
         self.sums.clear();
@@ -67,9 +67,9 @@ impl Group {
                 points: [0, 1, 2].map(|axis| &points[axis][..padded]),
                 directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
             };
-            field.encode(simd, samples.points, work.a, STRIDE);
+            field.encode(simd, samples.points, &mut work);
             laps.end(Stage::Encode, n);
-            field.decoder().density_features::<S, T>(simd, samples, &mut work);
+            field.decode::<S, T>(simd, samples, &mut work);
             laps.end(Stage::Density, n);
             // The first row of `a` is free now: opacities go there, sigma stays.
             worker.a[..padded].copy_from_slice(&worker.output[..padded]);

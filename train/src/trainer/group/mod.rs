@@ -10,7 +10,7 @@ mod worker;
 
 use fearless_simd::Simd;
 use pocketnerf_core::composite::Gathered;
-use pocketnerf_core::field::{Decoder, Field, Shading};
+use pocketnerf_core::field::{Decoded, Field, Shading};
 use pocketnerf_core::sampler::{LANES, Marcher, Walk};
 use pocketnerf_core::scratch::Tuning;
 use pocketnerf_core::store::Store;
@@ -135,8 +135,8 @@ pub(crate) struct Group {
 
 /// Values between two rows of one sample or ray each: sigma and the channels,
 /// rounded up to whole registers.
-const fn row_len(decoder: &Decoder<'_>) -> usize {
-    (1 + decoder.channels()).next_multiple_of(LANES)
+const fn row_len(channels: usize) -> usize {
+    (1 + channels).next_multiple_of(LANES)
 }
 
 impl Group {
@@ -200,7 +200,7 @@ impl Group {
 
     /// Everything: march, shade, and both backward passes.
     #[inline(always)]
-    pub(crate) fn run<S: Simd, T: Store, F: Field>(
+    pub(crate) fn run<S: Simd, T: Store, F: Decoded>(
         &mut self,
         simd: S,
         field: &F,
@@ -212,9 +212,9 @@ impl Group {
         self.march::<S, T, F>(simd, field, job, worker);
         match field.decoder().shading {
             Shading::PerRay => self.shade::<S, T, F>(simd, field, job, worker),
-            Shading::PerSample => self.compare(row_len(field.decoder())),
+            Shading::PerSample => self.compare(row_len(field.channels())),
         }
-        self.sample_gradients(job, row_len(field.decoder()));
+        self.sample_gradients(job, row_len(field.channels()));
         self.back_through_networks::<S, T, F>(simd, field, job, worker);
     }
 }

@@ -1,7 +1,7 @@
 //! From what rays gathered to their colours, the error, and back.
 
 use fearless_simd::Simd;
-use pocketnerf_core::field::Field;
+use pocketnerf_core::field::Decoded;
 use pocketnerf_core::store::Store;
 
 use super::{BATCH, Group, Job, MIN_TRANSMITTANCE, RayGradient, STRIDE, Worker, row_len};
@@ -50,7 +50,7 @@ impl Group {
     /// Deferred shading: colour of every ray that met something, the error,
     /// and back through the colour network. `sums` become their gradients.
     #[inline(always)]
-    pub(super) fn shade<S: Simd, T: Store, F: Field>(
+    pub(super) fn shade<S: Simd, T: Store, F: Decoded>(
         &mut self,
         simd: S,
         field: &F,
@@ -60,7 +60,7 @@ impl Group {
         let mut laps = Laps::begin(job.stopwatch);
         let decoder = field.decoder();
         let channels = decoder.channels();
-        let row_len = row_len(decoder);
+        let row_len = row_len(channels);
         self.ray_gradients.clear();
         self.ray_gradients.resize(self.rays.len(), RayGradient::default());
         let mut hits = Vec::with_capacity(BATCH);

@@ -1,0 +1,129 @@
+//! Dense layers over samples in blocks of 32: for wide networks.
+//!
+//! The rows of a block lie one after another, so that a layer's 256 inputs are one
+//! stretch of memory, 32 kB long, which the processor fetches ahead; rows of a whole
+//! batch would lie on a page each. A panel of eight outputs' weights is decoded once
+//! for all blocks.
+
+use fearless_simd::{Simd, SimdBase, SimdFloat};
+
+use super::{Dense, PANEL, finish_row, load_bias, load_panel, panel_len};
+use crate::store::Store;
+
+/// Samples in a block.
+pub const BLOCK: usize = 32;
+
+/// A value of each sample of a block.
+pub type Row = [f32; BLOCK];
+
+/// Values of samples in blocks: `[block][per_block]` rows.
+#[derive(Clone, Copy, Debug)]
+pub struct Blocks<'x> {
+    /// The rows.
+    pub rows: &'x [Row],
+    /// Rows of a block.
+    pub per_block: usize,
+}
+
+impl Blocks<'_> {
+    /// No values.
+    pub const NONE: Blocks<'static> = Blocks { rows: &[], per_block: 0 };
+
+    /// The rows of block `b`.
+    #[inline(always)]
+    fn block(&self, b: usize) -> &[Row] {
+        &self.rows[b * self.per_block..][..self.per_block]
+    }
+}
+
+/// Applies one layer to blocks of samples: `y = W x + b`, then ReLU where asked (NaN
+/// passes, as in [`dense`](super::dense)). The layer reads the values of both `x`, one
+/// after the other; `y` is `[block][n_out]`, and its length says how many blocks there
+/// are. `panel` holds at least [`panel_len`] values.
+pub fn dense_blocks<S: Simd, T: Store>(
+    simd: S,
+    layer: &Dense<'_>,
+    x: [Blocks<'_>; 2],
+    y: &mut [Row],
+    relu: bool,
+    panel: &mut [f32],
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let (n_in, n_out) = (layer.weight.rows(), layer.weight.cols());
+            let panel = &mut panel[..panel_len(n_in)];
+            for first in (0..n_out).step_by(PANEL) {
+                let width = PANEL.min(n_out - first);
+                load_panel::<T>(&layer.weight, first, width, panel);
+                let bias = load_bias::<T>(layer, first, width);
+                let panels = panel.as_chunks::<PANEL>().0.split_at(x[0].per_block);
+                for (b, y) in y.chunks_exact_mut(n_out).enumerate() {
+                    let (rows, y) = ([x[0].block(b), x[1].block(b)], &mut y[first..first + width]);
+                    let n = S::f32s::LEN;
+                    if n == 16 {
+                        // With 32 registers, sixteen sums hide the latency of the additions.
+                        multiply::<S, 2>(simd, panels, &bias, rows, y, 0, relu);
+                    } else {
+                        for at in (0..BLOCK).step_by(n) {
+                            multiply::<S, 1>(simd, panels, &bias, rows, y, at, relu);
+                        }
+                    }
+                }
+            }
+        },
+    );
+}
+
+/// A panel's outputs at `V` registers of samples from `at` on.
+#[inline(always)]
+fn multiply<S: Simd, const V: usize>(
+    simd: S,
+    (first, second): (&[[f32; PANEL]], &[[f32; PANEL]]),
+    bias: &[f32; PANEL],
+    x: [&[Row]; 2],
+    y: &mut [Row],
+    at: usize,
+    relu: bool,
+) {
+    let mut sums = [[S::f32s::splat(simd, 0.0); V]; PANEL];
+    for (sums, b) in sums.iter_mut().zip(bias) {
+        *sums = [S::f32s::splat(simd, *b); V];
+    }
+    add_products(simd, &mut sums, first, x[0], at);
+    add_products(simd, &mut sums, second, x[1], at);
+    let n = S::f32s::LEN;
+    if let Ok(y) = <&mut [Row; PANEL]>::try_from(&mut *y) {
+        // Unrolled, so that the sums stay in registers.
+        for (sums, y) in sums.iter().zip(y) {
+            finish_row(simd, sums, &mut y[at..at + V * n], relu);
+        }
+    } else {
+        for (sums, y) in sums.iter().zip(y) {
+            finish_row(simd, sums, &mut y[at..at + V * n], relu);
+        }
+    }
+}
+
+#[inline(always)]
+fn add_products<S: Simd, const V: usize>(
+    simd: S,
+    sums: &mut [[S::f32s; V]; PANEL],
+    panel: &[[f32; PANEL]],
+    x: &[Row],
+    at: usize,
+) {
+    let n = S::f32s::LEN;
+    for (weights, row) in panel.iter().zip(x) {
+        let mut values = [S::f32s::splat(simd, 0.0); V];
+        for (v, value) in values.iter_mut().enumerate() {
+            *value = S::f32s::from_slice(simd, &row[at + v * n..at + (v + 1) * n]);
+        }
+        for (sums, weight) in sums.iter_mut().zip(weights) {
+            let weight = S::f32s::splat(simd, *weight);
+            for (sum, value) in sums.iter_mut().zip(values) {
+                *sum = value.mul_add(weight, *sum);
+            }
+        }
+    }
+}
