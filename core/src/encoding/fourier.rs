@@ -14,7 +14,7 @@ pub const MAX_OCTAVES: u32 = 16;
 pub const MAX_FREQUENCIES: usize = 512;
 
 /// 1 / π in two parts: twelve bits, and the rest to 1e-12.
-const INVERSE_PI: [f32; 2] = [0.3182373046875, 7.258149708e-05];
+const INVERSE_PI: [f32; 2] = [0.318_237_3, 7.258_15e-5];
 /// The upper twelve bits of a number's fraction: two such numbers have an exact product.
 const UPPER: i32 = -0x1000;
 
