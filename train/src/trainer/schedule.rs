@@ -109,6 +109,16 @@ pub(super) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
     let longer = (steps / LONG).sqrt().clamp(1.0, MOST_LONGER);
     let warm = ((step + 1) as f32 / WARM_UP as f32).min(1.0);
     let [first, last] = config.kept;
+    if config.paper.is_some() {
+        return StepSettings {
+            rate: config.final_rate.powf(progress),
+            step_scale: 1.0,
+            decay: 0.0,
+            kept: 1.0,
+            update_occupancy: false,
+            average: false,
+        };
+    }
     StepSettings {
         rate: warm * config.final_rate.powf(progress),
         step_scale: if progress < COARSE { config.first_step_scale } else { 1.0 },

@@ -8,7 +8,7 @@ use pocketnerf_formats::Precision;
 use crate::cli::{Failure, parse_color};
 use crate::field::EncodingConfig;
 use crate::trainer::checkpoint::Problem;
-use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig};
+use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, Paper, TrainConfig};
 
 /// Seconds of a run where neither time nor steps are given.
 const SECONDS: f64 = 120.0;
@@ -40,6 +40,12 @@ pub(in crate::cli) struct Train {
     /// (scene.pnerf: scene.ckpt.pnerf), the last at the end; none unless told.
     #[arg(long, value_name = "S")]
     pub(super) save_every: Option<f64>,
+    /// What is trained: hash-grid unless told.
+    #[arg(long, value_enum)]
+    method: Option<Method>,
+    /// Where rays are sampled while the nerf method trains; occupancy unless told.
+    #[arg(long, value_enum)]
+    sampling: Option<Sampling>,
     /// What the model is to be good at.
     #[arg(long, value_enum, default_value_t, conflicts_with = "resume")]
     profile: Profile,
@@ -74,6 +80,24 @@ pub(in crate::cli) struct Train {
     /// Base-two logarithm of the most entries of a grid level.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: Option<u32>,
+}
+
+/// What is trained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Method {
+    /// A multiresolution hash grid and small networks: minutes
+    HashGrid,
+    /// The paper's deep network: hours
+    Nerf,
+}
+
+/// Where rays are sampled in training.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Sampling {
+    /// In occupied cells, until a ray is opaque
+    Occupancy,
+    /// As in the paper: 64 and 128 samples a ray, a coarse and a fine network
+    Paper,
 }
 
 /// What a model is to be good at.
@@ -138,7 +162,11 @@ impl Train {
 
     /// The settings of a new run.
     pub(super) fn config(&self) -> TrainConfig {
-        let mut config = TrainConfig::hash_grid().for_length(self.length());
+        let mut config = match (self.method, self.sampling) {
+            (Some(Method::Nerf), Some(Sampling::Paper)) => TrainConfig::paper(Paper::PLAIN),
+            (Some(Method::Nerf), _) => TrainConfig::nerf(),
+            _ => TrainConfig::hash_grid().for_length(self.length()),
+        };
         if self.profile == Profile::Fast {
             config = config.for_speed();
         }
@@ -146,7 +174,7 @@ impl Train {
         config.aabb = self.aabb;
         config.near = self.near.unwrap_or(config.near);
         config.far = self.far;
-        config.batch_rays = self.batch_rays;
+        config.batch_rays = self.batch_rays.or(config.batch_rays);
         config.backdrop = self.background;
         if let (EncodingConfig::HashGrid(grid), Some(n)) =
             (&mut config.field.encoding, self.log2_hashmap_size)
