@@ -166,6 +166,10 @@ impl Trainer {
             Some(hull) => hull.cells(&space, resolution),
             None => all_cells(&space, resolution),
         };
+        let (candidates, source) = match (config.nerf_field(), config.paper) {
+            (Some(_), None) => scout::cells(source, hull, space, &config, level, candidates)?,
+            _ => (candidates, source),
+        };
         let aim = Aim::new(source.cameras(), &space, resolution, &candidates);
         let backward = Backward::new(&config.field, &layout);
         let n_network = layout.len() - layout.networks_start();

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use pocketnerf_formats::Precision;
 
+use super::nerf::NerfOptions;
 use crate::cli::{Failure, parse_color};
 use crate::field::EncodingConfig;
 use crate::trainer::checkpoint::Problem;
-use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, Paper, TrainConfig};
+use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig};
 
 /// Seconds of a run where neither time nor steps are given.
 const SECONDS: f64 = 120.0;
@@ -43,9 +44,6 @@ pub(in crate::cli) struct Train {
     /// What is trained: hash-grid unless told.
     #[arg(long, value_enum)]
     method: Option<Method>,
-    /// Where rays are sampled while the nerf method trains; occupancy unless told.
-    #[arg(long, value_enum)]
-    sampling: Option<Sampling>,
     /// What the model is to be good at.
     #[arg(long, value_enum, default_value_t, conflicts_with = "resume")]
     profile: Profile,
@@ -80,6 +78,14 @@ pub(in crate::cli) struct Train {
     /// Base-two logarithm of the most entries of a grid level.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: Option<u32>,
+    /// Learn from so many views, spread evenly over the dataset; from all unless told.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) views: Option<u32>,
+    /// Without view dependence: a point has the same colour from everywhere.
+    #[arg(long)]
+    no_view_dependence: bool,
+    #[command(flatten)]
+    nerf: NerfOptions,
 }
 
 /// What is trained.
@@ -89,15 +95,6 @@ pub(super) enum Method {
     HashGrid,
     /// The paper's deep network: hours
     Nerf,
-}
-
-/// Where rays are sampled in training.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Sampling {
-    /// In occupied cells, until a ray is opaque
-    Occupancy,
-    /// As in the paper: 64 and 128 samples a ray, a coarse and a fine network
-    Paper,
 }
 
 /// What a model is to be good at.
@@ -152,6 +149,11 @@ impl Train {
                 format!("--near {near}{far}: expected 0 or more, and far beyond near").into()
             );
         }
+        if let (Some(option), false) = (self.nerf.given(), self.method == Some(Method::Nerf)) {
+            // A checkpoint knows its method.
+            return Err(format!("{option}: give --method nerf too").into());
+        }
+        self.nerf.check()?;
         match self.batch_rays {
             Some(n) if !(1..=MAX_BATCH_RAYS).contains(&n) => {
                 Err(format!("--batch-rays {n}: expected 1 to {MAX_BATCH_RAYS}").into())
@@ -160,13 +162,18 @@ impl Train {
         }
     }
 
-    /// The settings of a new run.
-    pub(super) fn config(&self) -> TrainConfig {
-        let mut config = match (self.method, self.sampling) {
-            (Some(Method::Nerf), Some(Sampling::Paper)) => TrainConfig::paper(Paper::PLAIN),
-            (Some(Method::Nerf), _) => TrainConfig::nerf(),
+    /// The settings of a new run on images with or without alpha.
+    pub(super) fn config(&self, has_alpha: bool) -> TrainConfig {
+        let mut config = match self.method {
+            Some(Method::Nerf) => self.nerf.config(has_alpha),
             _ => TrainConfig::hash_grid().for_length(self.length()),
         };
+        if self.no_view_dependence {
+            config.field.sh_degree = 1;
+            if let EncodingConfig::Nerf(nerf) = &mut config.field.encoding {
+                nerf.directions = None;
+            }
+        }
         if self.profile == Profile::Fast {
             config = config.for_speed();
         }
@@ -175,7 +182,9 @@ impl Train {
         config.near = self.near.unwrap_or(config.near);
         config.far = self.far;
         config.batch_rays = self.batch_rays.or(config.batch_rays);
-        config.backdrop = self.background;
+        // The paper's pictures with alpha lie on white.
+        let white = (config.paper.is_some() && has_alpha).then_some([1.0; 3]);
+        config.backdrop = self.background.or(white);
         if let (EncodingConfig::HashGrid(grid), Some(n)) =
             (&mut config.field.encoding, self.log2_hashmap_size)
         {
