@@ -76,6 +76,7 @@ impl<'a> ModelFile<'a> {
             space: space::read_space(required(&container, kind::SPACE)?)?,
             occupancy: occupancy(&container)?,
             sampling: space::read_sampling(required(&container, kind::SAMPLING)?)?,
+            hierarchical: None,
             display,
         };
         model.validate()?;

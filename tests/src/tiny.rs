@@ -92,6 +92,7 @@ impl Tiny {
             space: Space::Box { min: [-1.0, -1.0, -0.5], max: [1.0, 1.0, 0.5] },
             occupancy: Some(Occupancy::new(16, 1, &self.coarse, &self.fine).unwrap()),
             sampling: Sampling { step: 0.0625, near: 0.25, far: 6.0, min_transmittance: 1e-3 },
+            hierarchical: None,
             display: Display {
                 background: [1.0; 3],
                 color_space: ColorSpace::Srgb,
@@ -120,6 +121,7 @@ impl Tiny {
             space: Space::Box { min: [0.0; 3], max: [2.0; 3] },
             occupancy: None,
             sampling: Sampling { step: 0.125, near: 0.0, far: 8.0, min_transmittance: 0.0 },
+            hierarchical: None,
             display: Display {
                 background: [0.0, 0.5, 1.0],
                 color_space: ColorSpace::Linear,
