@@ -3,6 +3,8 @@
 use pocketnerf_core::encoding::{FrequencyConfig, HashGridConfig, spherical_harmonics};
 use pocketnerf_core::field::Shading;
 
+use super::NerfConfig;
+
 /// How positions are encoded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EncodingConfig {
@@ -10,6 +12,9 @@ pub enum EncodingConfig {
     HashGrid(HashGridConfig),
     /// Positional encoding, fixed.
     Frequency(FrequencyConfig),
+    /// The paper's field, which brings its own networks: nothing else of a
+    /// [`FieldConfig`] is read.
+    Nerf(NerfConfig),
 }
 
 impl EncodingConfig {
@@ -19,6 +24,7 @@ impl EncodingConfig {
         match self {
             Self::HashGrid(config) => config.n_output(),
             Self::Frequency(config) => config.n_output(),
+            Self::Nerf(config) => config.positions.n_output(),
         }
     }
 }

@@ -6,10 +6,10 @@ use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::{AnyField, DType, Error, Layout as Order, TensorView};
 
 use super::rounding::Half;
-use super::{EncodingConfig, FieldConfig, Rounded};
+use super::{EncodingConfig, FieldConfig, NerfPart, Rounded};
 
 /// What a range of parameters is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
     /// Table of a hash grid's level.
     GridLevel(usize),
@@ -21,10 +21,12 @@ pub enum Part {
     ColorWeight(usize),
     /// Its biases.
     ColorBias(usize),
+    /// A part of the paper's field.
+    Nerf(NerfPart),
 }
 
 /// A named range of the flat buffer, row-major `[rows, cols]`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// What it is.
     pub part: Part,
@@ -72,6 +74,10 @@ impl Layout {
                 let rows = grid.level(level).entries as usize;
                 layout.push(Part::GridLevel(level), [rows, grid.n_features_per_level as usize]);
             }
+        }
+        if let EncodingConfig::Nerf(nerf) = &config.encoding {
+            nerf.parts(|part, shape| layout.push(Part::Nerf(part), shape));
+            return layout;
         }
         for (i, pair) in config.density_widths().windows(2).enumerate() {
             layout.push(Part::DensityWeight(i), [pair[0], pair[1]]);
@@ -179,6 +185,12 @@ impl Layout {
         config: &FieldConfig,
         tensor: impl Fn(&Range) -> Result<TensorView<'a>, Error>,
     ) -> Result<AnyField<'a>, Error> {
+        if let EncodingConfig::Nerf(nerf) = &config.encoding {
+            let view = |part| tensor(&self.range(Part::Nerf(part)));
+            let field = AnyField::Nerf(nerf.view(view)?);
+            field.validate()?;
+            return Ok(field);
+        }
         let mut levels = [TensorView::EMPTY; MAX_LEVELS];
         for (level, range) in levels.iter_mut().zip(self.levels()) {
             *level = tensor(range)?;
@@ -206,6 +218,7 @@ impl Layout {
             EncodingConfig::Frequency(encoding) => {
                 AnyField::Frequency(FrequencyField { encoding, decoder })
             }
+            EncodingConfig::Nerf(_) => unreachable!("laid out above"),
         };
         field.validate()?;
         Ok(field)

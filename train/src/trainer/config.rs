@@ -143,7 +143,7 @@ mod tests {
         // Fewer levels, and the finest as fine.
         let finest = |config: &TrainConfig| match config.field.encoding {
             EncodingConfig::HashGrid(grid) => grid.level(grid.n_levels as usize - 1).scale,
-            EncodingConfig::Frequency(_) => unreachable!("a hash grid"),
+            _ => unreachable!("a hash grid"),
         };
         let [fine, fast] = [&TrainConfig::hash_grid(), &short].map(finest);
         assert!((fast / fine - 1.0).abs() < 0.02, "{fine} {fast}");

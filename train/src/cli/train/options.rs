@@ -176,7 +176,7 @@ impl Train {
         };
         let log2_hashmap_size = match config.field.encoding {
             EncodingConfig::HashGrid(grid) => Some(grid.log2_hashmap_size),
-            EncodingConfig::Frequency(_) => None,
+            EncodingConfig::Frequency(_) | EncodingConfig::Nerf(_) => None,
         };
         let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
         same("--seconds", self.seconds, seconds)

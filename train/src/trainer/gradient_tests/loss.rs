@@ -163,6 +163,7 @@ fn encoding(config: &FieldConfig, u: [f32; 3]) -> Encoding {
             }
             Encoding::Values(values)
         }
+        EncodingConfig::Nerf(_) => unreachable!("has tests of its own"),
     }
 }
 

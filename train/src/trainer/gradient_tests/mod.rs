@@ -138,6 +138,7 @@ impl Step {
                             *value = random.next_f32() - 0.5;
                         }
                         Part::DensityWeight(_) | Part::ColorWeight(_) => *value *= 0.7,
+                        Part::Nerf(_) => unreachable!("has tests of its own"),
                     }
                 }
             }

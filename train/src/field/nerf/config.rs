@@ -1,0 +1,229 @@
+//! The shape of the paper's field.
+
+use pocketnerf_core::encoding::{Affine, Fourier, Waves};
+use pocketnerf_core::field::{Activation, NerfField, NerfNetwork};
+use pocketnerf_core::network::{Dense, Mlp};
+use pocketnerf_core::{Error, TensorView};
+
+/// The waves of an encoding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WavesConfig {
+    /// So many octaves, with or without π, see [`Waves::Octaves`].
+    Octaves {
+        /// Octaves; 0 is no encoding.
+        n: u32,
+        /// Whether phases have the factor π.
+        pi: bool,
+    },
+    /// So many random frequencies, see [`Waves::Gaussian`].
+    Gaussian {
+        /// Frequencies.
+        n: u32,
+        /// Their standard deviation, waves a unit.
+        deviation: f32,
+    },
+}
+
+/// An encoding by Fourier features.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FourierConfig {
+    /// The waves.
+    pub waves: WavesConfig,
+    /// Whether the coordinates themselves stand before them.
+    pub include_input: bool,
+}
+
+impl FourierConfig {
+    /// Values that the encoding gives.
+    #[must_use]
+    pub const fn n_output(&self) -> usize {
+        let waves = match self.waves {
+            WavesConfig::Octaves { n, .. } => 6 * n,
+            WavesConfig::Gaussian { n, .. } => 2 * n,
+        };
+        (waves + if self.include_input { 3 } else { 0 }) as usize
+    }
+
+    fn view(self, matrix: Option<TensorView<'_>>) -> Fourier<'_> {
+        let waves = match (self.waves, matrix) {
+            (WavesConfig::Gaussian { .. }, Some(matrix)) => Waves::Gaussian(matrix),
+            (WavesConfig::Octaves { n, pi }, _) => Waves::Octaves { n, pi },
+            (WavesConfig::Gaussian { .. }, None) => Waves::Gaussian(TensorView::EMPTY),
+        };
+        Fourier { waves, include_input: self.include_input }
+    }
+}
+
+/// A layer of one of the field's networks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NerfLayer {
+    /// Of the trunk, counted from 0.
+    Trunk(usize),
+    /// The density.
+    Density,
+    /// The feature.
+    Feature,
+    /// Of the colour network, counted from 0.
+    Color(usize),
+}
+
+/// A tensor of the field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NerfPart {
+    /// `[3, n]` random frequencies, which are not trained.
+    Frequencies {
+        /// Of directions, or of positions.
+        direction: bool,
+        /// Their standard deviation.
+        deviation: f32,
+    },
+    /// Of a network.
+    Network {
+        /// Of the coarse network, or of the fine one.
+        coarse: bool,
+        /// Which layer.
+        layer: NerfLayer,
+        /// Its biases, or its weights.
+        bias: bool,
+    },
+}
+
+/// The shape of the paper's field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NerfConfig {
+    /// Encoding of positions, in -1 .. 1.
+    pub positions: FourierConfig,
+    /// Encoding of directions; `None`: colours do not depend on them.
+    pub directions: Option<FourierConfig>,
+    /// Layers of the trunk.
+    pub depth: usize,
+    /// Their width.
+    pub width: usize,
+    /// The layer of the trunk, counted from 0, that reads the encoded point once more;
+    /// 0: none.
+    pub skip: usize,
+    /// Width of the hidden layer that makes colours.
+    pub color_width: usize,
+    /// Whether there is a coarse network beside the fine one.
+    pub coarse: bool,
+    /// From the network's output to a density.
+    pub activation: Activation,
+    /// Factor on densities: unit lengths a scene unit.
+    pub density_scale: f32,
+}
+
+impl NerfConfig {
+    /// The paper's: 10 and 4 octaves, eight layers of 256, of which the sixth reads the
+    /// point again, 128 for the colour.
+    #[must_use]
+    pub fn paper() -> Self {
+        let octaves =
+            |n| FourierConfig { waves: WavesConfig::Octaves { n, pi: false }, include_input: true };
+        Self {
+            positions: octaves(10),
+            directions: Some(octaves(4)),
+            depth: 8,
+            width: 256,
+            skip: 5,
+            color_width: 128,
+            coarse: true,
+            activation: Activation::Relu,
+            density_scale: 1.0,
+        }
+    }
+
+    /// Values that encode a direction.
+    #[must_use]
+    pub fn n_direction(&self) -> usize {
+        self.directions.map_or(0, |directions| directions.n_output())
+    }
+
+    /// Whether a feature stands between trunk and colour.
+    const fn has_feature(&self) -> bool {
+        self.directions.is_some()
+    }
+
+    /// Inputs and outputs of a layer.
+    #[must_use]
+    pub fn shape(&self, layer: NerfLayer) -> [usize; 2] {
+        let (width, n_position) = (self.width, self.positions.n_output());
+        match layer {
+            NerfLayer::Trunk(0) => [n_position, width],
+            NerfLayer::Trunk(i) if i == self.skip => [n_position + width, width],
+            NerfLayer::Trunk(_) | NerfLayer::Feature => [width, width],
+            NerfLayer::Density => [width, 1],
+            NerfLayer::Color(0) => [width + self.n_direction(), self.color_width],
+            NerfLayer::Color(_) => [self.color_width, 3],
+        }
+    }
+
+    /// The layers of a network, in order.
+    pub fn layers(&self) -> impl Iterator<Item = NerfLayer> + use<> {
+        let feature = self.has_feature().then_some(NerfLayer::Feature);
+        let trunk = (0..self.depth).map(NerfLayer::Trunk).chain([NerfLayer::Density]);
+        trunk.chain(feature).chain([NerfLayer::Color(0), NerfLayer::Color(1)])
+    }
+
+    /// Calls `push` with every tensor and its shape, in order.
+    pub fn parts(&self, mut push: impl FnMut(NerfPart, [usize; 2])) {
+        let encodings = [(false, Some(self.positions)), (true, self.directions)];
+        for (direction, encoding) in encodings {
+            if let Some(WavesConfig::Gaussian { n, deviation }) = encoding.map(|e| e.waves) {
+                push(NerfPart::Frequencies { direction, deviation }, [3, n as usize]);
+            }
+        }
+        for coarse in [false, true].into_iter().take(1 + usize::from(self.coarse)) {
+            for layer in self.layers() {
+                let shape = self.shape(layer);
+                push(NerfPart::Network { coarse, layer, bias: false }, shape);
+                push(NerfPart::Network { coarse, layer, bias: true }, [1, shape[1]]);
+            }
+        }
+    }
+
+    /// Multiply-adds of one evaluation of a network.
+    #[must_use]
+    pub fn multiply_adds(&self) -> usize {
+        self.layers().map(|layer| self.shape(layer)).map(|[n_in, n_out]| n_in * n_out).sum()
+    }
+
+    /// The field of these tensors.
+    ///
+    /// # Errors
+    /// Whatever core's validation reports.
+    pub(in crate::field) fn view<'a>(
+        &self,
+        tensor: impl Fn(NerfPart) -> Result<TensorView<'a>, Error>,
+    ) -> Result<NerfField<'a>, Error> {
+        let encoding = |config: FourierConfig, direction| {
+            let matrix = match config.waves {
+                WavesConfig::Gaussian { deviation, .. } => {
+                    Some(tensor(NerfPart::Frequencies { direction, deviation })?)
+                }
+                WavesConfig::Octaves { .. } => None,
+            };
+            Ok(config.view(matrix))
+        };
+        let network = |coarse| {
+            let dense = |layer| {
+                let part = |bias| tensor(NerfPart::Network { coarse, layer, bias });
+                Ok::<_, Error>(Dense { weight: part(false)?, bias: Some(part(true)?) })
+            };
+            let trunk: Result<Vec<_>, _> =
+                (0..self.depth).map(|i| dense(NerfLayer::Trunk(i))).collect();
+            let skips = if self.skip == 0 { 0 } else { 1 << self.skip };
+            let feature = self.has_feature().then(|| dense(NerfLayer::Feature)).transpose()?;
+            let color = Mlp::new(&[dense(NerfLayer::Color(0))?, dense(NerfLayer::Color(1))?])?;
+            NerfNetwork::new(&trunk?, [skips, 0], dense(NerfLayer::Density)?, feature, color)
+        };
+        Ok(NerfField {
+            positions: encoding(self.positions, false)?,
+            directions: self.directions.map(|config| encoding(config, true)).transpose()?,
+            map: Affine::CENTRED,
+            activation: self.activation,
+            density_scale: self.density_scale,
+            fine: network(false)?,
+            coarse: self.coarse.then(|| network(true)).transpose()?,
+        })
+    }
+}

@@ -1,0 +1,15 @@
+//! The paper's field, trainable: its shape, and the way back through it.
+//!
+//! Forwards it is core's kernels, layer by layer, with every layer's output kept
+//! ([`Tape`]); backwards, two products a layer ([`NerfGradients`]).
+
+mod backward;
+mod config;
+mod tape;
+#[cfg(test)]
+mod tests;
+mod weights;
+
+pub(crate) use backward::{NerfGradients, NerfWork, slope};
+pub use config::{FourierConfig, NerfConfig, NerfLayer, NerfPart, WavesConfig};
+pub(crate) use tape::Tape;

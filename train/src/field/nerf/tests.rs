@@ -1,0 +1,183 @@
+use fearless_simd::{Simd, dispatch};
+use pocketnerf_core::field::Activation;
+use pocketnerf_core::store::F32;
+use pocketnerf_core::{
+    AnyField, ColorSpace, Display, Model, Sampling, SimdLevel, Space, reference,
+};
+
+use super::*;
+use crate::field::{EncodingConfig, FieldConfig, Layout, initialize};
+use crate::random::Random;
+use crate::trainer::TrainConfig;
+
+/// Samples, two of which fill up a register.
+const N: usize = 78;
+
+struct Case {
+    config: FieldConfig,
+    layout: Layout,
+    parameters: Vec<f32>,
+    /// Unit points, and directions.
+    at: [[[f32; 3]; N]; 2],
+    /// How much a sample's density and colour count.
+    factors: [[f32; 4]; N],
+}
+
+impl Case {
+    fn new(nerf: NerfConfig) -> Self {
+        let config =
+            FieldConfig { encoding: EncodingConfig::Nerf(nerf), ..TrainConfig::hash_grid().field };
+        let layout = Layout::new(&config);
+        let mut parameters = vec![0.0; layout.len()];
+        initialize(&layout, 3, &mut parameters);
+        let mut random = Random::new(5, [0; 3]);
+        // Biases too are to matter.
+        for value in &mut parameters {
+            *value += 0.02 * random.next_f32();
+        }
+        let mut draw = || random.next_f32();
+        let points = [(); N].map(|()| [draw(), draw(), draw()]);
+        let directions = [(); N].map(|()| {
+            glam::Vec3::new(draw() - 0.5, draw() - 0.5, draw() - 0.6).normalize().to_array()
+        });
+        let factors = [(); N].map(|()| [0.1 * draw(), draw(), -draw(), draw()]);
+        Self { config, layout, parameters, at: [points, directions], factors }
+    }
+
+    fn nerf(&self) -> NerfConfig {
+        let EncodingConfig::Nerf(nerf) = self.config.encoding else { unreachable!() };
+        nerf
+    }
+
+    /// What core's reference makes of the samples, summed up with their factors.
+    fn expected(&self, parameters: &[f32], coarse: bool) -> f64 {
+        let field = self.layout.view(&self.config, parameters).unwrap();
+        let AnyField::Nerf(field) = field else { unreachable!() };
+        let model = Model {
+            field: AnyField::Nerf(if coarse { field.coarse_field() } else { field }),
+            space: Space::Box { min: [0.0; 3], max: [1.0; 3] },
+            occupancy: None,
+            sampling: Sampling { step: 0.1, near: 0.0, far: 1.0, min_transmittance: 0.0 },
+            display: Display {
+                background: [0.0; 3],
+                color_space: ColorSpace::Srgb,
+                tolerance: Display::TOLERANCE,
+            },
+        };
+        let [points, directions] = self.at;
+        let samples = points.iter().zip(directions).zip(self.factors);
+        let each = samples.map(|((point, direction), [sigma, r, g, b])| {
+            let found = reference::query(&model, *point, direction).unwrap();
+            let products =
+                [found.sigma * sigma, found.rgb[0] * r, found.rgb[1] * g, found.rgb[2] * b];
+            products.iter().map(|p| f64::from(*p)).sum::<f64>()
+        });
+        each.sum()
+    }
+
+    /// The same sum from the tape, and its gradient.
+    fn found<S: Simd>(&self, simd: S, coarse: bool) -> (f64, Vec<f32>) {
+        let nerf = self.nerf();
+        let mut gradients = NerfGradients::new(&nerf, &self.layout);
+        gradients.update(&self.parameters);
+        let field = self.layout.view(&self.config, &self.parameters).unwrap();
+        let AnyField::Nerf(field) = field else { unreachable!() };
+        let field = if coarse { field.coarse_field() } else { field };
+        let (mut tape, mut work) = (Tape::new(&nerf, 96), gradients.work(96));
+        let padded = N.next_multiple_of(16);
+        let axes = self.at.map(|values| {
+            [0, 1, 2].map(|a| {
+                let mut axis: Vec<f32> = values.iter().map(|p| p[a]).collect();
+                axis.resize(padded, 0.0);
+                axis
+            })
+        });
+        let [points, directions] = axes.each_ref().map(|a| a.each_ref().map(|row| &row[..]));
+        tape.forward::<S, F32>(simd, &field, points, directions);
+        let mut sum = 0.0;
+        for s in 0..N {
+            let raw = tape.raw()[s];
+            let sigma = field.sigma(simd, fearless_simd::SimdBase::splat(simd, raw));
+            let sigma = fearless_simd::SimdBase::as_slice(&sigma)[0];
+            let [f, colors @ ..] = self.factors[s];
+            let rgb = tape.color(s);
+            sum += f64::from(sigma * f);
+            sum += (0..3).map(|c| f64::from(rgb[c] * colors[c])).sum::<f64>();
+            let d_raw = f * nerf.density_scale * slope(nerf.activation, sigma / nerf.density_scale);
+            tape.set_gradient(s, d_raw, colors);
+        }
+        tape.clear_from(N);
+        let mut gradient = vec![0.0; self.layout.len()];
+        gradients.backward(simd, coarse, &tape, &mut work, &mut gradient);
+        (sum, gradient)
+    }
+}
+
+#[test]
+fn gradients_are_those_of_the_reference() {
+    let octaves =
+        |n, pi| FourierConfig { waves: WavesConfig::Octaves { n, pi }, include_input: true };
+    let gaussian = FourierConfig {
+        waves: WavesConfig::Gaussian { n: 5, deviation: 1.5 },
+        include_input: false,
+    };
+    let small = NerfConfig {
+        positions: octaves(3, false),
+        directions: Some(octaves(1, true)),
+        depth: 4,
+        width: 20,
+        skip: 2,
+        color_width: 9,
+        coarse: true,
+        activation: Activation::Softplus,
+        density_scale: 2.0,
+    };
+    let cases = [
+        small,
+        NerfConfig { activation: Activation::Relu, skip: 0, ..small },
+        NerfConfig { directions: None, activation: Activation::Exp, width: 40, ..small },
+        NerfConfig { positions: gaussian, directions: Some(gaussian), ..small },
+        NerfConfig { positions: octaves(0, false), coarse: false, ..small },
+    ];
+    for nerf in cases {
+        let case = Case::new(nerf);
+        for coarse in [false, true].into_iter().take(1 + usize::from(nerf.coarse)) {
+            for level in SimdLevel::ALL.into_iter().filter_map(|level| level.token().ok()) {
+                let (sum, gradient) = dispatch!(level, simd => case.found(simd, coarse));
+                let expected = case.expected(&case.parameters, coarse);
+                assert!((sum - expected).abs() < 1e-4, "{sum} {expected}");
+                check_gradient(&case, coarse, &gradient);
+            }
+        }
+    }
+}
+
+/// Differences along a random direction through each tensor.
+fn check_gradient(case: &Case, coarse: bool, gradient: &[f32]) {
+    for (i, range) in case.layout.ranges().iter().enumerate() {
+        let crate::field::Part::Nerf(part) = range.part else { unreachable!() };
+        let own = matches!(part, NerfPart::Network { coarse: c, .. } if c == coarse);
+        if !own {
+            // Of the other network, or not trained.
+            assert!(gradient[range.indices()].iter().all(|g| *g == 0.0), "{part:?}");
+            continue;
+        }
+        let mut random = Random::new(7, [i as u64; 3]);
+        let direction: Vec<f32> = range.indices().map(|_| random.next_f32() - 0.3).collect();
+        let length = direction.iter().map(|d| d * d).sum::<f32>().sqrt();
+        // Small enough that hardly a sample passes a corner of ReLU.
+        let h = 2e-3 / length;
+        let at = |h: f32| {
+            let mut parameters = case.parameters.clone();
+            for (p, d) in parameters[range.indices()].iter_mut().zip(&direction) {
+                *p += h * d;
+            }
+            case.expected(&parameters, coarse)
+        };
+        let slope = (at(h) - at(-h)) / f64::from(2.0 * h);
+        let products = gradient[range.indices()].iter().zip(&direction);
+        let found: f64 = products.map(|(g, d)| f64::from(g * d)).sum();
+        let close = (found - slope).abs() <= 2e-2 * slope.abs() + 2e-2 * f64::from(length);
+        assert!(close, "{part:?}: {found}, by differences {slope}");
+    }
+}
