@@ -49,6 +49,7 @@
 //!     space: Space::Box { min: [-1.0; 3], max: [1.0; 3] },
 //!     occupancy: None,
 //!     sampling: Sampling { step: 0.05, near: 0.0, far: 6.0, min_transmittance: 1e-3 },
+//!     hierarchical: None,
 //!     display: Display { background: [1.0; 3], color_space: ColorSpace::Srgb, tolerance: Display::TOLERANCE },
 //! };
 //!

@@ -2,6 +2,7 @@
 
 use crate::field::AnyField;
 use crate::render::Detail;
+use crate::sampler::Hierarchical;
 use crate::scratch::Limits;
 use crate::{Error, Occupancy, Sampling, Space};
 
@@ -46,6 +47,8 @@ pub struct Model<'a> {
     pub occupancy: Option<Occupancy<'a>>,
     /// Steps along a ray.
     pub sampling: Sampling,
+    /// The paper's sampling, where the model was made for it.
+    pub hierarchical: Option<Hierarchical>,
     /// Background and colour space.
     pub display: Display,
 }
@@ -85,6 +88,9 @@ impl<'a> Model<'a> {
     pub fn validate(&self) -> Result<(), Error> {
         self.space.validate()?;
         self.sampling.validate()?;
+        if let Some(hierarchical) = &self.hierarchical {
+            hierarchical.validate()?;
+        }
         if !self.display.background.iter().all(|v| v.is_finite()) {
             return Err(Error::Range("background colour"));
         }

@@ -11,7 +11,7 @@
 //! * none: reading, `no_std` without a heap.
 //! * `alloc`: [`write`](write()) and [`ContainerWriter`].
 //! * `std` (default): [`write_atomically`], faster checksums.
-//! * `hash-grid`, `frequency` (default): kinds of field. A file of a kind that is
+//! * `hash-grid`, `frequency`, `nerf` (default): kinds of field. A file of a kind that is
 //!   left out is refused by name; at least one is needed.
 //!
 //! # Example
@@ -45,6 +45,7 @@
 //!     space: Space::Box { min: [-1.0; 3], max: [1.0; 3] },
 //!     occupancy: None,
 //!     sampling: Sampling { step: 0.01, near: 0.0, far: 4.0, min_transmittance: 1e-3 },
+//!     hierarchical: None,
 //!     display: Display { background: [1.0; 3], color_space: ColorSpace::Srgb, tolerance: Display::TOLERANCE },
 //! };
 //!
@@ -68,15 +69,21 @@ mod about;
 mod atomic;
 mod checksum;
 mod container;
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+mod decoded;
+mod directory;
 #[cfg(feature = "alloc")]
 mod eight_bits;
 mod error;
 #[cfg(feature = "alloc")]
 mod f16;
+mod field;
 mod header;
 mod metadata;
 #[cfg(feature = "alloc")]
 mod model_writer;
+#[cfg(feature = "nerf")]
+mod nerf;
 mod reader;
 mod section;
 mod tensors;
@@ -94,6 +101,6 @@ pub use metadata::MAX_METADATA_BYTES;
 pub use model_writer::{Precision, write};
 pub use reader::{ModelFile, open, open_verified};
 pub use section::{ALIGNMENT, CRITICAL, MAX_SECTIONS, RAW, Section, SectionId, kind};
-pub use tensors::{TensorName, tensors};
+pub use tensors::{LayerName, Network, TensorName, tensors};
 #[cfg(feature = "alloc")]
 pub use writer::{ContainerWriter, WriteError};

@@ -2,15 +2,22 @@
 
 use alloc::vec::Vec;
 
-use pocketnerf_core::network::Mlp;
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+use pocketnerf_core::field::Decoder;
 use pocketnerf_core::{AnyField, DType, Display, Layout, Model, TensorView};
 
 use crate::about::About;
-use crate::metadata::field::{DecoderConfig, EncodingConfig, write_field};
+use crate::directory::write_directory;
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+use crate::metadata::decoder::DecoderConfig;
+use crate::metadata::field::{FieldConfig, write_field};
+#[cfg(feature = "nerf")]
+use crate::metadata::nerf::NerfV1;
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
 use crate::metadata::widths::Widths;
 use crate::metadata::{V1, about, encode, space};
 use crate::section::{SectionId, kind};
-use crate::tensors::{TensorName, parts, tensors, write_directory};
+use crate::tensors::{TensorName, tensors};
 use crate::writer::{ContainerWriter, WriteError};
 use crate::{FormatError, eight_bits, f16, reader};
 
@@ -60,8 +67,8 @@ impl<'a> ContainerWriter<'a> {
         let bytes = space::write_space(&model.space).ok_or(WriteError::Unsupported("space"))?;
         self.metadata(kind::SPACE, bytes);
         self.metadata(kind::SAMPLING, space::write_sampling(&model.sampling));
-        let (encoding, decoder) = config(&model.field).ok_or(WriteError::Unsupported("field"))?;
-        let bytes = write_field(&encoding, &decoder).ok_or(WriteError::Unsupported("field"))?;
+        let config = config(&model.field).ok_or(WriteError::Unsupported("field"))?;
+        let bytes = write_field(&config).ok_or(WriteError::Unsupported("field"))?;
         self.metadata(kind::FIELD, bytes);
         let bytes = about::write_display(&model.display, about.camera.as_ref())
             .ok_or(WriteError::Unsupported("colour space"))?;
@@ -70,6 +77,10 @@ impl<'a> ContainerWriter<'a> {
         if model.display.tolerance != Display::TOLERANCE {
             let bytes = about::write_detail(model.display.tolerance);
             self.add(SectionId::first(kind::DETAIL), V1, false, bytes);
+        }
+        if let Some(hierarchical) = &model.hierarchical {
+            let id = SectionId::first(kind::HIERARCHICAL);
+            self.add(id, V1, false, space::write_hierarchical(hierarchical));
         }
         if let Some(provenance) = &about.provenance {
             let id = SectionId::first(kind::PROVENANCE);
@@ -98,7 +109,11 @@ impl<'a> ContainerWriter<'a> {
             if view.layout() != Layout::RowMajor {
                 return Err(WriteError::Unsupported("tensor layout"));
             }
+            // So few, and what is rounded here is other waves.
+            let exact =
+                matches!(name, TensorName::PositionFrequencies | TensorName::DirectionFrequencies);
             let (dtype, bytes, scale_log2) = match precision {
+                _ if exact => (DType::F32, f16::to_f32(name, &view)?, 0),
                 Precision::F32 => (DType::F32, f16::to_f32(name, &view)?, 0),
                 Precision::I8 if matches!(name, TensorName::GridLevel(_)) => {
                     let (bytes, scale_log2) = eight_bits::to_i8(name, &view)?;
@@ -135,29 +150,30 @@ impl<'a> ContainerWriter<'a> {
 }
 
 /// What FIELD says of a field; `None` for a kind that the format lacks.
-fn config(field: &AnyField<'_>) -> Option<(EncodingConfig, DecoderConfig)> {
-    let encoding = match field {
+fn config(field: &AnyField<'_>) -> Option<FieldConfig> {
+    match field {
         #[cfg(feature = "hash-grid")]
-        AnyField::HashGrid(field) => EncodingConfig::HashGrid(field.grid.config),
+        AnyField::HashGrid(field) => {
+            Some(FieldConfig::HashGrid(field.grid.config, decoder(&field.decoder)?))
+        }
         #[cfg(feature = "frequency")]
-        AnyField::Frequency(field) => EncodingConfig::Frequency(field.encoding),
-        _ => return None,
-    };
-    let (_, decoder) = parts(field)?;
-    let config = DecoderConfig {
+        AnyField::Frequency(field) => {
+            Some(FieldConfig::Frequency(field.encoding, decoder(&field.decoder)?))
+        }
+        #[cfg(feature = "nerf")]
+        AnyField::Nerf(field) => Some(FieldConfig::Nerf(NerfV1::of(field)?)),
+        _ => None,
+    }
+}
+
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+fn decoder(decoder: &Decoder<'_>) -> Option<DecoderConfig> {
+    Some(DecoderConfig {
         n_features: decoder.n_features,
         sh_degree: decoder.sh_degree,
         shading: decoder.shading,
         log_density_bias: decoder.log_density_bias,
-        density: widths(&decoder.density)?,
-        color: widths(&decoder.color)?,
-    };
-    Some((encoding, config))
-}
-
-fn widths(network: &Mlp<'_>) -> Option<Widths> {
-    let mut widths = Widths::default();
-    let n_input = u32::try_from(network.n_input()).ok()?;
-    let outputs = network.layers().iter().map(|layer| layer.weight.shape()[1]);
-    core::iter::once(n_input).chain(outputs).all(|width| widths.push(width)).then_some(widths)
+        density: Widths::of(decoder.density.layers())?,
+        color: Widths::of(decoder.color.layers())?,
+    })
 }

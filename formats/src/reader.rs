@@ -1,24 +1,16 @@
 //! From bytes to a model.
 
-#[cfg(feature = "hash-grid")]
-use pocketnerf_core::encoding::HashGrid;
-use pocketnerf_core::encoding::MAX_LEVELS;
-use pocketnerf_core::field::Decoder;
-#[cfg(feature = "frequency")]
-use pocketnerf_core::field::FrequencyField;
-#[cfg(feature = "hash-grid")]
-use pocketnerf_core::field::HashGridField;
-use pocketnerf_core::network::{Dense, MAX_LAYERS, Mlp};
-use pocketnerf_core::{AnyField, Model, Occupancy, TensorView};
+use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::{Model, Occupancy, TensorView};
 
-use crate::FormatError;
 use crate::about::About;
 use crate::container::Container;
-use crate::metadata::field::{DecoderConfig, EncodingConfig, read_field};
-use crate::metadata::widths::Widths;
+use crate::directory::Listed;
+use crate::metadata::field::read_field;
 use crate::metadata::{Fields, V1, about, space};
 use crate::section::{RAW, Section, SectionId, kind};
-use crate::tensors::{TensorName, Tensors, tensors};
+use crate::tensors::{TensorName, tensors};
+use crate::{FormatError, field};
 
 /// An opened file. Everything in it borrows the bytes that were opened.
 #[derive(Clone, Copy, Debug)]
@@ -63,10 +55,9 @@ impl<'a> ModelFile<'a> {
         for section in container.sections() {
             is_usable(&section)?;
         }
-        let (encoding, config) = read_field(required(&container, kind::FIELD)?)?;
-        let tensors = Tensors::read(&container, required(&container, kind::TENSORS)?)?;
-        let decoder = decoder(&config, &tensors)?;
-        let field = field(encoding, decoder, &tensors)?;
+        let config = read_field(required(&container, kind::FIELD)?)?;
+        let listed = Listed::read(&container, required(&container, kind::TENSORS)?)?;
+        let field = field::read(&config, listed)?;
         let (mut display, camera) = about::read_display(required(&container, kind::DISPLAY)?)?;
         if let Some(fields) = optional(&container, kind::DETAIL)? {
             display.tolerance = about::read_detail(fields)?;
@@ -76,6 +67,7 @@ impl<'a> ModelFile<'a> {
             space: space::read_space(required(&container, kind::SPACE)?)?,
             occupancy: occupancy(&container)?,
             sampling: space::read_sampling(required(&container, kind::SAMPLING)?)?,
+            hierarchical: hierarchical(&container)?,
             display,
         };
         model.validate()?;
@@ -169,100 +161,10 @@ fn occupancy<'a>(container: &Container<'a>) -> Result<Option<Occupancy<'a>>, For
     Ok(Some(Occupancy::new(size.resolution, size.n_cascades, coarse, fine)?))
 }
 
-fn field<'a>(
-    encoding: EncodingConfig,
-    decoder: Decoder<'a>,
-    tensors: &Tensors<'a>,
-) -> Result<AnyField<'a>, FormatError> {
-    let n_levels = match encoding {
-        #[cfg(feature = "hash-grid")]
-        EncodingConfig::HashGrid(config) => config.n_levels,
-        #[cfg(feature = "frequency")]
-        EncodingConfig::Frequency(_) => 0,
-    };
-    let mut levels = [TensorView::EMPTY; MAX_LEVELS];
-    for ((l, level), table) in (0..).zip(&mut levels).zip(&tensors.grid) {
-        match (table, l < n_levels) {
-            (Some(table), true) => *level = *table,
-            (None, true) => return Err(FormatError::MissingTensor(TensorName::GridLevel(l))),
-            (Some(_), false) => {
-                return Err(FormatError::UnexpectedTensor(TensorName::GridLevel(l)));
-            }
-            (None, false) => {}
-        }
-    }
-    Ok(match encoding {
-        #[cfg(feature = "hash-grid")]
-        EncodingConfig::HashGrid(config) => {
-            AnyField::HashGrid(HashGridField { grid: HashGrid { config, levels }, decoder })
-        }
-        #[cfg(feature = "frequency")]
-        EncodingConfig::Frequency(encoding) => {
-            AnyField::Frequency(FrequencyField { encoding, decoder })
-        }
-    })
-}
-
-fn decoder<'a>(config: &DecoderConfig, tensors: &Tensors<'a>) -> Result<Decoder<'a>, FormatError> {
-    Ok(Decoder {
-        density: network(
-            &config.density,
-            (&tensors.density_weight, TensorName::DensityWeight),
-            (&tensors.density_bias, TensorName::DensityBias),
-        )?,
-        color: network(
-            &config.color,
-            (&tensors.color_weight, TensorName::ColorWeight),
-            (&tensors.color_bias, TensorName::ColorBias),
-        )?,
-        n_features: config.n_features,
-        sh_degree: config.sh_degree,
-        shading: config.shading,
-        log_density_bias: config.log_density_bias,
-    })
-}
-
-/// The tensors of one role, and what a tensor of that role is called.
-type Role<'t, 'a> = (&'t [Option<TensorView<'a>>; MAX_LAYERS], fn(u32) -> TensorName);
-
-/// Builds a network of the stated widths from the tensors of its two roles.
-fn network<'a>(
-    widths: &Widths,
-    (weights, weight_name): Role<'_, 'a>,
-    (biases, bias_name): Role<'_, 'a>,
-) -> Result<Mlp<'a>, FormatError> {
-    let mut layers = [Dense::EMPTY; MAX_LAYERS];
-    let mut n_layers = 0;
-    for (i, ((weight, bias), layer)) in (0..).zip(weights.iter().zip(biases).zip(&mut layers)) {
-        let Some(shape) = widths.layer(i as usize) else {
-            // The field ends here, so the directory must as well.
-            for (extra, name) in [(weight, weight_name), (bias, bias_name)] {
-                if extra.is_some() {
-                    return Err(FormatError::UnexpectedTensor(name(i)));
-                }
-            }
-            continue;
-        };
-        let weight = weight.ok_or(FormatError::MissingTensor(weight_name(i)))?;
-        expect_shape(weight_name(i), &weight, shape)?;
-        if let Some(bias) = bias {
-            expect_shape(bias_name(i), bias, [1, shape[1]])?;
-        }
-        *layer = Dense { weight, bias: *bias };
-        n_layers += 1;
-    }
-    Ok(Mlp::new(&layers[..n_layers])?)
-}
-
-fn expect_shape(
-    tensor: TensorName,
-    view: &TensorView<'_>,
-    expected: [u32; 2],
-) -> Result<(), FormatError> {
-    let found = view.shape();
-    if found == expected {
-        Ok(())
-    } else {
-        Err(FormatError::TensorShape { tensor, expected, found })
+/// Builds without the paper's sampling overlook its section, as older builds do.
+fn hierarchical(container: &Container<'_>) -> Result<Option<Hierarchical>, FormatError> {
+    match cfg!(feature = "nerf") {
+        true => optional(container, kind::HIERARCHICAL)?.map(space::read_hierarchical).transpose(),
+        false => Ok(None),
     }
 }

@@ -28,6 +28,8 @@ pub mod kind {
     pub const TENSORS: u32 = 8;
     /// Metadata: what may be left out of pictures.
     pub const DETAIL: u32 = 9;
+    /// Metadata: the paper's sampling.
+    pub const HIERARCHICAL: u32 = 10;
     /// Raw: the table of one hash grid level; the index is the level.
     pub const GRID: u32 = 16;
     /// Raw: one weight or bias; numbered in the order of the directory.
@@ -52,6 +54,7 @@ pub mod kind {
             OCCUPANCY => "OCCUPANCY",
             TENSORS => "TENSORS",
             DETAIL => "DETAIL",
+            HIERARCHICAL => "HIERARCHICAL",
             GRID => "GRID",
             NETWORK => "NETWORK",
             OCC_COARSE => "OCC_COARSE",

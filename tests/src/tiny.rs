@@ -1,8 +1,13 @@
 //! Models small enough for golden files, the same on every machine.
 
-use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
-use pocketnerf_core::field::{Decoder, FrequencyField, HashGridField, Shading};
+use pocketnerf_core::encoding::{
+    Affine, Fourier, FrequencyConfig, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, Waves,
+};
+use pocketnerf_core::field::{
+    Activation, Decoder, FrequencyField, HashGridField, NerfField, NerfNetwork, Shading,
+};
 use pocketnerf_core::network::{Dense, Mlp};
+use pocketnerf_core::sampler::Hierarchical;
 use pocketnerf_core::{
     AnyField, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,
 };
@@ -26,14 +31,13 @@ impl<'a> Cutter<'a> {
         TensorView::new(bytes, DType::F32, [rows, cols], 0, Layout::RowMajor).unwrap()
     }
 
+    fn layer(&mut self, n_in: u32, n_out: u32) -> Dense<'a> {
+        Dense { weight: self.tensor(n_in, n_out), bias: Some(self.tensor(1, n_out)) }
+    }
+
     fn mlp(&mut self, widths: &[u32]) -> Mlp<'a> {
-        let layers: Vec<Dense<'_>> = widths
-            .windows(2)
-            .map(|pair| Dense {
-                weight: self.tensor(pair[0], pair[1]),
-                bias: Some(self.tensor(1, pair[1])),
-            })
-            .collect();
+        let layers = widths.windows(2).map(|pair| self.layer(pair[0], pair[1]));
+        let layers: Vec<Dense<'_>> = layers.collect();
         Mlp::new(&layers).unwrap()
     }
 }
@@ -92,6 +96,7 @@ impl Tiny {
             space: Space::Box { min: [-1.0, -1.0, -0.5], max: [1.0, 1.0, 0.5] },
             occupancy: Some(Occupancy::new(16, 1, &self.coarse, &self.fine).unwrap()),
             sampling: Sampling { step: 0.0625, near: 0.25, far: 6.0, min_transmittance: 1e-3 },
+            hierarchical: None,
             display: Display {
                 background: [1.0; 3],
                 color_space: ColorSpace::Srgb,
@@ -120,9 +125,47 @@ impl Tiny {
             space: Space::Box { min: [0.0; 3], max: [2.0; 3] },
             occupancy: None,
             sampling: Sampling { step: 0.125, near: 0.0, far: 8.0, min_transmittance: 0.0 },
+            hierarchical: None,
             display: Display {
                 background: [0.0, 0.5, 1.0],
                 color_space: ColorSpace::Linear,
+                tolerance: Display::TOLERANCE,
+            },
+        }
+    }
+}
+
+impl Tiny {
+    /// The paper's networks, the coarse one smaller than the fine one, with random
+    /// frequencies for directions and the paper's sampling.
+    #[must_use]
+    pub fn nerf(&self) -> Model<'_> {
+        let mut cut = Cutter(&self.weights);
+        let positions = Fourier { waves: Waves::Octaves { n: 2, pi: true }, include_input: true };
+        let directions = Fourier { waves: Waves::Gaussian(cut.tensor(3, 3)), include_input: false };
+        let trunk = [cut.layer(15, 8), cut.layer(15 + 8, 10), cut.layer(10, 8)];
+        let (density, feature) = (cut.layer(8, 1), cut.layer(8, 6));
+        let color = cut.mlp(&[6 + 6, 5, 3]);
+        let fine = NerfNetwork::new(&trunk, [0b010, 0b100], density, Some(feature), color);
+        let trunk = [cut.layer(15, 6)];
+        let coarse = NerfNetwork::new(&trunk, [0, 0], cut.layer(6, 1), None, cut.mlp(&[6 + 6, 3]));
+        Model {
+            field: AnyField::Nerf(NerfField {
+                positions,
+                directions: Some(directions),
+                map: Affine { scale: [2.0, 1.0, 2.0], offset: [-1.0, -0.5, -1.0] },
+                activation: Activation::Softplus,
+                density_scale: 3.0,
+                fine: fine.unwrap(),
+                coarse: Some(coarse.unwrap()),
+            }),
+            space: Space::Box { min: [-1.0; 3], max: [1.0; 3] },
+            occupancy: None,
+            sampling: Sampling { step: 0.0625, near: 1.0, far: 5.0, min_transmittance: 0.0 },
+            hierarchical: Some(Hierarchical { n_coarse: 16, n_fine: 24, clipped: true }),
+            display: Display {
+                background: [1.0; 3],
+                color_space: ColorSpace::Srgb,
                 tolerance: Display::TOLERANCE,
             },
         }

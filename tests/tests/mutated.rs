@@ -31,7 +31,7 @@ fn use_everything(bytes: &[u8]) -> bool {
     true
 }
 
-fn goldens() -> [Vec<u8>; 3] {
+fn goldens() -> [Vec<u8>; 4] {
     let tiny = Tiny::new();
     // One with a section DETAIL.
     let mut detailed = tiny.hash_grid();
@@ -40,6 +40,7 @@ fn goldens() -> [Vec<u8>; 3] {
         write(&tiny.hash_grid(), &tiny::about(), Precision::F16).unwrap(),
         write(&tiny.frequency(), &tiny::about(), Precision::F32).unwrap(),
         write(&detailed, &tiny::about(), Precision::I8).unwrap(),
+        write(&tiny.nerf(), &tiny::about(), Precision::F16).unwrap(),
     ]
 }
 

@@ -1,12 +1,17 @@
 //! What a field says of one point: density, features and colour.
 
 use super::harmonics::harmonics;
-use super::math::{exp, logistic};
-use super::network::{self, MAX_WIDTH, Values};
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+use super::math::exp;
+use super::math::logistic;
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+use super::network::Values;
+use super::network::{self, MAX_WIDTH};
 use crate::field::{AnyField, Decoder, MAX_CHANNELS, Shading};
 use crate::{Error, Model, Space};
 
 /// Highest log density; beyond it sigma stays at e^15 per scene unit.
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
 const MAX_LOG_DENSITY: f64 = 15.0;
 
 /// Features of a point or of a ray; those that the field does not have are 0.

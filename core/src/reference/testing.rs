@@ -119,6 +119,7 @@ impl SceneBuilder {
             space: Space::Box { min: [-1.0; 3], max: [1.0; 3] },
             occupancy: None,
             sampling: self.sampling,
+            hierarchical: None,
             display: Display {
                 background: [1.0; 3],
                 color_space: ColorSpace::Srgb,

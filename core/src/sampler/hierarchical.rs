@@ -4,46 +4,9 @@
 //! The arithmetic is that of the authors' program, so that networks trained with it
 //! see the same points.
 
-use crate::{Error, lanes};
 use fearless_simd::{Simd, SimdBase};
 
-/// Most samples of a ray.
-pub const MAX_SAMPLES: u32 = 1024;
-
-/// How many samples the paper's sampling takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Hierarchical {
-    /// Evenly spaced samples, at least 4.
-    pub n_coarse: u32,
-    /// Samples that are drawn from the weights of the first; 0: none.
-    pub n_fine: u32,
-    /// Whether samples lie between where the ray enters the space and where it leaves
-    /// it, in occupied cells alone, or anywhere between `near` and `far`: the field was
-    /// trained everywhere.
-    pub clipped: bool,
-}
-
-impl Hierarchical {
-    /// The paper's numbers.
-    pub const PAPER: Self = Self { n_coarse: 64, n_fine: 128, clipped: false };
-
-    /// Checks the numbers.
-    ///
-    /// # Errors
-    /// [`Error::Range`].
-    pub const fn validate(&self) -> Result<(), Error> {
-        if self.n_coarse < 4 || self.n_coarse > MAX_SAMPLES || self.n_fine > MAX_SAMPLES {
-            return Err(Error::Range("the paper's sampling: number of samples"));
-        }
-        Ok(())
-    }
-
-    /// Samples of a ray after the second round.
-    #[must_use]
-    pub const fn n_all(&self) -> usize {
-        (self.n_coarse + self.n_fine) as usize
-    }
-}
+use crate::lanes;
 
 /// Evenly spaced distances, the first at `near`, the last at `far`.
 pub fn evenly(near: f32, far: f32, t: &mut [f32]) {

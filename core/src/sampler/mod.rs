@@ -15,8 +15,6 @@ mod walk;
 pub use batch::Batch;
 pub use bundle::{Bundle, LANES};
 pub use gather::Travellers;
-#[cfg(feature = "nerf")]
-pub use hierarchical::Hierarchical;
 pub use occupancy_march::Marcher;
 pub use walk::{RUN, Walk};
 
@@ -57,5 +55,44 @@ impl Sampling {
             return Err(crate::Error::Range("sampling min_transmittance"));
         }
         Ok(())
+    }
+}
+
+/// Most samples of a ray in either round of the paper's sampling.
+pub const MAX_SAMPLES: u32 = 1024;
+
+/// How many samples the paper's sampling takes (Mildenhall et al. 2020, section 5.2):
+/// evenly spaced ones, then more of them where those have weight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hierarchical {
+    /// Evenly spaced samples, at least 4.
+    pub n_coarse: u32,
+    /// Samples that are drawn from the weights of the first; 0: none.
+    pub n_fine: u32,
+    /// Whether samples lie between where the ray enters the space and where it leaves
+    /// it, in occupied cells alone, or anywhere between `near` and `far`: the field was
+    /// trained everywhere.
+    pub clipped: bool,
+}
+
+impl Hierarchical {
+    /// The paper's numbers.
+    pub const PAPER: Self = Self { n_coarse: 64, n_fine: 128, clipped: false };
+
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`crate::Error::Range`].
+    pub const fn validate(&self) -> Result<(), crate::Error> {
+        if self.n_coarse < 4 || self.n_coarse > MAX_SAMPLES || self.n_fine > MAX_SAMPLES {
+            return Err(crate::Error::Range("the paper's sampling: number of samples"));
+        }
+        Ok(())
+    }
+
+    /// Samples of a ray after the second round.
+    #[must_use]
+    pub const fn n_all(&self) -> usize {
+        (self.n_coarse + self.n_fine) as usize
     }
 }

@@ -4,23 +4,25 @@
 use pocketnerf_core::encoding::FrequencyConfig;
 #[cfg(feature = "hash-grid")]
 use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
-use pocketnerf_core::field::Shading;
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
 use serde::{Deserialize, Serialize};
 
 use super::Fields;
-use super::widths::Widths;
+#[cfg(all(feature = "alloc", any(feature = "hash-grid", feature = "frequency")))]
+use super::decoder::DecoderV1;
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+use super::decoder::{DecoderConfig, read_decoder};
+#[cfg(feature = "nerf")]
+use super::nerf::NerfV1;
 use crate::FormatError;
 
 /// Codes of the field kinds.
 const HASH_GRID: u8 = 0;
 const FREQUENCY: u8 = 1;
+const NERF: u8 = 2;
 /// Code of [`GridIndex::Blocked`].
 #[cfg(feature = "hash-grid")]
 const BLOCKED: u8 = 0;
-/// Codes of [`Shading`].
-const PER_SAMPLE: u8 = 0;
-const PER_RAY: u8 = 1;
-
 /// FIELD after its code, kind [`HASH_GRID`]; a [`DecoderV1`] follows.
 #[cfg(feature = "hash-grid")]
 #[derive(Serialize, Deserialize)]
@@ -41,46 +43,24 @@ struct FrequencyV1 {
     include_input: bool,
 }
 
-/// The end of FIELD.
-#[derive(Serialize, Deserialize)]
-struct DecoderV1 {
-    n_features: u32,
-    sh_degree: u32,
-    shading: u8,
-    log_density_bias: f32,
-    density: Widths,
-    color: Widths,
-}
-
-/// What FIELD says of the position encoding.
+/// What FIELD says, by kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum EncodingConfig {
+pub(crate) enum FieldConfig {
     #[cfg(feature = "hash-grid")]
-    HashGrid(HashGridConfig),
+    HashGrid(HashGridConfig, DecoderConfig),
     #[cfg(feature = "frequency")]
-    Frequency(FrequencyConfig),
+    Frequency(FrequencyConfig, DecoderConfig),
+    #[cfg(feature = "nerf")]
+    Nerf(NerfV1),
 }
 
-/// What FIELD says of the decoder.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct DecoderConfig {
-    pub(crate) n_features: u32,
-    pub(crate) sh_degree: u32,
-    pub(crate) shading: Shading,
-    pub(crate) log_density_bias: f32,
-    pub(crate) density: Widths,
-    pub(crate) color: Widths,
-}
-
-pub(crate) fn read_field(
-    mut fields: Fields<'_>,
-) -> Result<(EncodingConfig, DecoderConfig), FormatError> {
-    let encoding = match fields.take::<u8>()? {
+pub(crate) fn read_field(mut fields: Fields<'_>) -> Result<FieldConfig, FormatError> {
+    match fields.take::<u8>()? {
         #[cfg(feature = "hash-grid")]
         HASH_GRID => {
             let grid: HashGridV1 = fields.take()?;
             fields.finite("per_level_scale", &[grid.per_level_scale])?;
-            EncodingConfig::HashGrid(HashGridConfig {
+            let config = HashGridConfig {
                 n_levels: grid.n_levels,
                 n_features_per_level: grid.n_features_per_level,
                 log2_hashmap_size: grid.log2_hashmap_size,
@@ -90,53 +70,33 @@ pub(crate) fn read_field(
                     BLOCKED => GridIndex::Blocked,
                     code => return Err(fields.unknown("index of grid entries", code)),
                 },
-            })
+            };
+            Ok(FieldConfig::HashGrid(config, read_decoder(fields)?))
         }
         #[cfg(feature = "frequency")]
         FREQUENCY => {
             let FrequencyV1 { n_frequencies, include_input } = fields.take()?;
-            EncodingConfig::Frequency(FrequencyConfig { n_frequencies, include_input })
+            let config = FrequencyConfig { n_frequencies, include_input };
+            Ok(FieldConfig::Frequency(config, read_decoder(fields)?))
         }
+        #[cfg(feature = "nerf")]
+        NERF => Ok(FieldConfig::Nerf(NerfV1::read(fields)?)),
         #[cfg(not(feature = "hash-grid"))]
-        HASH_GRID => return Err(FormatError::FieldKind("hash-grid")),
+        HASH_GRID => Err(FormatError::FieldKind("hash-grid")),
         #[cfg(not(feature = "frequency"))]
-        FREQUENCY => return Err(FormatError::FieldKind("frequency")),
-        code => return Err(fields.unknown("kind of field", code)),
-    };
-    let decoder: DecoderV1 = fields.take()?;
-    fields.finite("log_density_bias", &[decoder.log_density_bias])?;
-    let shading = match decoder.shading {
-        PER_SAMPLE => Shading::PerSample,
-        PER_RAY => Shading::PerRay,
-        code => return Err(fields.unknown("shading", code)),
-    };
-    fields.finish()?;
-    let DecoderV1 { n_features, sh_degree, log_density_bias, density, color, .. } = decoder;
-    let decoder =
-        DecoderConfig { n_features, sh_degree, shading, log_density_bias, density, color };
-    Ok((encoding, decoder))
+        FREQUENCY => Err(FormatError::FieldKind("frequency")),
+        #[cfg(not(feature = "nerf"))]
+        NERF => Err(FormatError::FieldKind("nerf")),
+        code => Err(fields.unknown("kind of field", code)),
+    }
 }
 
 /// The section's bytes; `None` for a choice that the format has no code for.
 #[cfg(feature = "alloc")]
-pub(crate) fn write_field(
-    encoding: &EncodingConfig,
-    decoder: &DecoderConfig,
-) -> Option<alloc::vec::Vec<u8>> {
-    let decoder = DecoderV1 {
-        n_features: decoder.n_features,
-        sh_degree: decoder.sh_degree,
-        shading: match decoder.shading {
-            Shading::PerSample => PER_SAMPLE,
-            Shading::PerRay => PER_RAY,
-        },
-        log_density_bias: decoder.log_density_bias,
-        density: decoder.density,
-        color: decoder.color,
-    };
-    Some(match *encoding {
+pub(crate) fn write_field(config: &FieldConfig) -> Option<alloc::vec::Vec<u8>> {
+    Some(match config {
         #[cfg(feature = "hash-grid")]
-        EncodingConfig::HashGrid(grid) => {
+        FieldConfig::HashGrid(grid, decoder) => {
             let index = match grid.index {
                 GridIndex::Blocked => BLOCKED,
                 _ => return None,
@@ -149,12 +109,16 @@ pub(crate) fn write_field(
                 per_level_scale: grid.per_level_scale,
                 index,
             };
-            super::encode(&(HASH_GRID, grid, decoder))
+            super::encode(&(HASH_GRID, grid, DecoderV1::of(decoder)))
         }
         #[cfg(feature = "frequency")]
-        EncodingConfig::Frequency(FrequencyConfig { n_frequencies, include_input }) => {
-            super::encode(&(FREQUENCY, FrequencyV1 { n_frequencies, include_input }, decoder))
+        FieldConfig::Frequency(encoding, decoder) => {
+            let FrequencyConfig { n_frequencies, include_input } = *encoding;
+            let encoding = FrequencyV1 { n_frequencies, include_input };
+            super::encode(&(FREQUENCY, encoding, DecoderV1::of(decoder)))
         }
+        #[cfg(feature = "nerf")]
+        FieldConfig::Nerf(nerf) => super::encode(&(NERF, nerf)),
     })
 }
 
@@ -162,26 +126,28 @@ pub(crate) fn write_field(
 mod tests {
     use super::*;
     use crate::metadata::test_section;
-    use crate::section::{SectionId, kind};
+    use crate::section::kind;
 
-    fn widths(values: &[u32]) -> Widths {
-        let mut widths = Widths::default();
+    #[cfg(any(feature = "hash-grid", feature = "frequency"))]
+    fn widths(values: &[u32]) -> crate::metadata::widths::Widths {
+        let mut widths = crate::metadata::widths::Widths::default();
         assert!(values.iter().all(|width| widths.push(*width)));
         widths
     }
 
+    #[cfg(any(feature = "hash-grid", feature = "frequency"))]
     fn decoder() -> DecoderConfig {
         DecoderConfig {
             n_features: 15,
             sh_degree: 4,
-            shading: Shading::PerRay,
+            shading: pocketnerf_core::field::Shading::PerRay,
             log_density_bias: -2.0,
             density: widths(&[32, 64, 16]),
             color: widths(&[31, 3]),
         }
     }
 
-    fn read(bytes: &[u8]) -> Result<(EncodingConfig, DecoderConfig), FormatError> {
+    fn read(bytes: &[u8]) -> Result<FieldConfig, FormatError> {
         read_field(Fields::open(&test_section(kind::FIELD, bytes))?)
     }
 
@@ -196,23 +162,35 @@ mod tests {
         2, 31, 3, // colour network
     ];
     const FREQUENCY_BYTES: [u8; 17] = [1, 10, 1, 15, 4, 1, 0, 0, 0, 0xc0, 3, 32, 64, 16, 2, 31, 3];
+    /// One octave, no directions, one layer of eight.
+    #[rustfmt::skip]
+    const NERF_BYTES: [u8; 45] = [
+        2,
+        0, 1, 0, 0,  0,
+        0, 0, 0x80, 0x3f,  0, 0, 0x80, 0x3f,  0, 0, 0x80, 0x3f,
+        0, 0, 0, 0,        0, 0, 0, 0,        0, 0, 0, 0,
+        0,  0, 0, 0x80, 0x3f,
+        2, 6, 8,  0, 0,  0,  2, 8, 3,
+        0,
+    ];
 
     #[cfg(feature = "hash-grid")]
     #[test]
     fn bytes_of_hash_grid_v1() {
-        let encoding = EncodingConfig::HashGrid(HashGridConfig {
+        let grid = HashGridConfig {
             n_levels: 8,
             n_features_per_level: 4,
             log2_hashmap_size: 17,
             base_resolution: 300,
             per_level_scale: 1.5,
             index: GridIndex::Blocked,
-        });
-        let mut bytes = write_field(&encoding, &decoder()).unwrap();
+        };
+        let config = FieldConfig::HashGrid(grid, decoder());
+        let mut bytes = write_field(&config).unwrap();
         assert_eq!(bytes, HASH_GRID_BYTES);
-        assert_eq!(read(&bytes), Ok((encoding, decoder())));
+        assert_eq!(read(&bytes), Ok(config));
         bytes[10] = 7;
-        let section = SectionId::first(kind::FIELD);
+        let section = crate::section::SectionId::first(kind::FIELD);
         assert_eq!(
             read(&bytes),
             Err(FormatError::UnknownCode { section, field: "index of grid entries", found: 7 })
@@ -222,15 +200,15 @@ mod tests {
     #[cfg(feature = "frequency")]
     #[test]
     fn bytes_of_frequency_v1() {
-        let encoding =
-            EncodingConfig::Frequency(FrequencyConfig { n_frequencies: 10, include_input: true });
-        let bytes = write_field(&encoding, &decoder()).unwrap();
+        let encoding = FrequencyConfig { n_frequencies: 10, include_input: true };
+        let config = FieldConfig::Frequency(encoding, decoder());
+        let bytes = write_field(&config).unwrap();
         assert_eq!(bytes, FREQUENCY_BYTES);
-        assert_eq!(read(&bytes), Ok((encoding, decoder())));
+        assert_eq!(read(&bytes), Ok(config));
         for end in 0..bytes.len() {
             assert_eq!(
                 read(&bytes[..end]),
-                Err(FormatError::Metadata(SectionId::first(kind::FIELD)))
+                Err(FormatError::Metadata(crate::section::SectionId::first(kind::FIELD)))
             );
         }
     }
@@ -240,6 +218,7 @@ mod tests {
         for (bytes, kind, linked) in [
             (&HASH_GRID_BYTES[..], "hash-grid", cfg!(feature = "hash-grid")),
             (&FREQUENCY_BYTES[..], "frequency", cfg!(feature = "frequency")),
+            (&NERF_BYTES[..], "nerf", cfg!(feature = "nerf")),
         ] {
             match read(bytes) {
                 Ok(_) => assert!(linked),

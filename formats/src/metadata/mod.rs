@@ -5,7 +5,11 @@
 //! version. The tests hold the bytes of each.
 
 pub(crate) mod about;
+#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+pub(crate) mod decoder;
 pub(crate) mod field;
+#[cfg(feature = "nerf")]
+pub(crate) mod nerf;
 pub(crate) mod space;
 pub(crate) mod widths;
 

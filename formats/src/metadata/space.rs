@@ -1,5 +1,6 @@
-//! SPACE, SAMPLING and OCCUPANCY: the geometry of a ray's way.
+//! SPACE, SAMPLING, HIERARCHICAL and OCCUPANCY: the geometry of a ray's way.
 
+use pocketnerf_core::sampler::Hierarchical;
 use pocketnerf_core::{Sampling, Space};
 use serde::{Deserialize, Serialize};
 
@@ -64,6 +65,26 @@ pub(crate) fn write_sampling(sampling: &Sampling) -> alloc::vec::Vec<u8> {
     super::encode(&SamplingV1 { step, near, far, min_transmittance })
 }
 
+/// HIERARCHICAL; the fields are those of [`Hierarchical`].
+#[derive(Serialize, Deserialize)]
+struct HierarchicalV1 {
+    clipped: bool,
+    n_coarse: u32,
+    n_fine: u32,
+}
+
+pub(crate) fn read_hierarchical(mut fields: Fields<'_>) -> Result<Hierarchical, FormatError> {
+    let HierarchicalV1 { clipped, n_coarse, n_fine } = fields.take()?;
+    fields.finish()?;
+    Ok(Hierarchical { n_coarse, n_fine, clipped })
+}
+
+#[cfg(feature = "alloc")]
+pub(crate) fn write_hierarchical(hierarchical: &Hierarchical) -> alloc::vec::Vec<u8> {
+    let Hierarchical { n_coarse, n_fine, clipped } = *hierarchical;
+    super::encode(&HierarchicalV1 { clipped, n_coarse, n_fine })
+}
+
 /// OCCUPANCY.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct OccupancyV1 {
@@ -122,6 +143,18 @@ mod tests {
             read_sampling(fields(kind::SAMPLING, &bad)),
             Err(FormatError::Value { section, field: "far" })
         );
+    }
+
+    #[test]
+    fn bytes_of_hierarchical_v1() {
+        let hierarchical = Hierarchical { clipped: true, ..Hierarchical::PAPER };
+        let bytes = write_hierarchical(&hierarchical);
+        assert_eq!(bytes, [1, 64, 0x80, 1]);
+        let read = |bytes: &[u8]| read_hierarchical(fields(kind::HIERARCHICAL, bytes));
+        assert_eq!(read(&bytes), Ok(hierarchical));
+        let error = FormatError::Metadata(SectionId::first(kind::HIERARCHICAL));
+        assert_eq!(read(&[2, 64, 64]), Err(error));
+        assert_eq!(read(&[1, 64]), Err(error));
     }
 
     #[test]

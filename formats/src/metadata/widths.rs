@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+#[cfg(feature = "alloc")]
+use pocketnerf_core::network::Dense;
 use pocketnerf_core::network::MAX_LAYERS;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -21,6 +23,15 @@ impl Widths {
         *free = width;
         self.len += 1;
         true
+    }
+
+    /// The widths of layers that follow one another; `None` for too many or too wide.
+    #[cfg(feature = "alloc")]
+    pub(crate) fn of(layers: &[Dense<'_>]) -> Option<Self> {
+        let mut widths = Self::default();
+        let n_input = layers.first()?.weight.shape()[0];
+        let outputs = layers.iter().map(|layer| layer.weight.shape()[1]);
+        core::iter::once(n_input).chain(outputs).all(|width| widths.push(width)).then_some(widths)
     }
 
     pub(crate) fn as_slice(&self) -> &[u32] {

@@ -104,6 +104,7 @@ impl Recipe {
             space: Space::Box { min: [-1.0, -0.75, -1.0], max: [1.0, 0.75, 0.5] },
             occupancy: self.occupancy.map(|n| occupancy(n, &mut tensors.random)),
             sampling: Sampling { step: 0.03, near: 0.5, far: 6.0, min_transmittance: 1e-4 },
+            hierarchical: None,
             display: Display {
                 background: [1.0, 0.5, 0.25],
                 color_space: ColorSpace::Srgb,
