@@ -248,6 +248,32 @@ impl Field for NerfField<'_> {
 
     #[inline(always)]
     fn decode<S: Simd, T: Store>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
+        self.ask::<S, T>(simd, samples, work, true);
+    }
+
+    /// Without the feature and the colour network.
+    #[inline(always)]
+    fn densities<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        samples: Samples<'_>,
+        work: &mut Workspace<'_>,
+    ) {
+        self.encode(simd, samples.points, work);
+        self.ask::<S, T>(simd, samples, work, false);
+    }
+}
+
+impl NerfField<'_> {
+    /// The networks over encoded points; without colours where they are not `wanted`.
+    #[inline(always)]
+    fn ask<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        samples: Samples<'_>,
+        work: &mut Workspace<'_>,
+        wanted: bool,
+    ) {
         let Workspace { a, b, output, panel, stride } = work;
         let [n_position, n_direction] = [self.positions.n_output(), self.n_direction()];
         let n_blocks = samples.len().div_ceil(BLOCK);
@@ -259,7 +285,7 @@ impl Field for NerfField<'_> {
         while first * BLOCK < len {
             let blocks = most.min(n_blocks - first);
             let (begin, end) = (first * BLOCK, len.min((first + blocks) * BLOCK));
-            if let Some(encoding) = &self.directions {
+            if let (Some(encoding), true) = (&self.directions, wanted) {
                 let d = [0, 1, 2].map(|axis| &samples.directions[axis][begin..end]);
                 let out = &mut directions[..n_direction * blocks];
                 simd.vectorize(
@@ -274,7 +300,8 @@ impl Field for NerfField<'_> {
             let (density, rows) = output.split_at_mut(*stride);
             let density = &mut density[begin..];
             let density = &mut density.as_chunks_mut().0[..blocks];
-            let rgb = self.fine.forward::<S, T>(simd, [x, d], [a, b], density, panel);
+            let d = wanted.then_some(d);
+            let rgb = self.fine.forward::<S, T>(simd, (x, d), [a, b], density, panel);
             for (block, rgb) in rgb.chunks_exact(3).enumerate() {
                 let at = begin + block * BLOCK;
                 let n = BLOCK.min(end - at);
@@ -291,7 +318,8 @@ impl Field for NerfField<'_> {
                     let raw = S::f32s::from_slice(simd, values);
                     self.sigma(simd, raw).store_slice(values);
                 }
-                for row in output[*stride..].chunks_mut(*stride).take(3) {
+                let colors = if wanted { 3 } else { 0 };
+                for row in output[*stride..].chunks_mut(*stride).take(colors) {
                     for values in row[..len].chunks_exact_mut(S::f32s::LEN) {
                         let raw = S::f32s::from_slice(simd, values);
                         lanes::logistic(simd, raw).store_slice(values);
@@ -320,11 +348,12 @@ impl NerfField<'_> {
 impl NerfNetwork<'_> {
     /// From encoded points and directions to densities before their activation, a row a
     /// block, and colours before theirs, `[block][3]`, which end in one of the two
-    /// `buffers`: each has room for the widest layer.
+    /// buffers: each has room for the widest layer. Without directions there are no
+    /// colours.
     fn forward<'b, S: Simd, T: Store>(
         &self,
         simd: S,
-        [x, directions]: [Blocks<'_>; 2],
+        (x, directions): (Blocks<'_>, Option<Blocks<'_>>),
         [a, b]: [&'b mut [Row]; 2],
         density: &mut [Row],
         panel: &mut [f32],
@@ -347,6 +376,7 @@ impl NerfNetwork<'_> {
         }
         let hidden = Blocks { rows: &from[..rows(width)], per_block: width };
         dense_blocks::<S, T>(simd, &self.density, [hidden, Blocks::NONE], density, false, panel);
+        let Some(directions) = directions else { return &[] };
         if let Some(feature) = &self.feature {
             width = feature.weight.cols();
             let y = &mut to[..rows(width)];

@@ -48,6 +48,9 @@ pub struct TrainConfig {
     pub opaque_backdrop: [f32; 3],
     /// `Some`: learn against this background, not against what random ones give on average.
     pub backdrop: Option<[f32; 3]>,
+    /// Whether a field of networks alone learns by Muon at first, as those beside a grid
+    /// do; else by Adam.
+    pub orthogonal: bool,
     /// The paper's sampling, in place of marching through occupied cells.
     pub paper: Option<Paper>,
 }
@@ -112,6 +115,7 @@ impl TrainConfig {
             first_step_scale: 2.5,
             opaque_backdrop: [0.0; 3],
             backdrop: None,
+            orthogonal: false,
             paper: None,
         }
     }
@@ -126,9 +130,9 @@ impl TrainConfig {
             occupancy_resolution: 64,
             samples_per_side: 128.0,
             batch_rays: Some(4096),
-            network_rate: 5e-4,
-            kept: [0.5, 0.7],
+            kept: [0.5; 2],
             first_step_scale: 1.0,
+            orthogonal: true,
             ..config
         }
     }
@@ -138,7 +142,19 @@ impl TrainConfig {
     pub fn paper(paper: Paper) -> Self {
         let mut config = Self::nerf();
         config.field.encoding = EncodingConfig::Nerf(NerfConfig::paper());
-        Self { paper: Some(paper), kept: [1.0; 2], samples_per_side: 256.0, ..config }
+        Self {
+            paper: Some(paper),
+            network_rate: 5e-4,
+            orthogonal: false,
+            samples_per_side: 256.0,
+            ..config
+        }
+    }
+
+    /// How the paper's sampling asks the model: as in training, or with its numbers.
+    pub(super) fn hierarchical(&self) -> Option<Hierarchical> {
+        let paper = self.paper.unwrap_or(Paper::PLAIN).sampling;
+        self.nerf_field().map(|_| paper)
     }
 
     /// The constants of Adam.

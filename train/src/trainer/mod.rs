@@ -221,7 +221,7 @@ impl Trainer {
             space: self.space,
             occupancy: Some(self.grid.view()),
             sampling: self.sampling,
-            hierarchical: None,
+            hierarchical: self.config.hierarchical(),
             display: Display {
                 background: [1.0; 3],
                 color_space: ColorSpace::Srgb,

@@ -5,7 +5,8 @@
 //! steps follow those. Here a step is the matrix with the singular vectors of
 //! the mean gradient, and all singular values about 1.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat};
+use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch};
+use rayon::prelude::*;
 
 use super::optimizer::{Adam, Slices};
 use crate::aligned::Aligned;
@@ -34,33 +35,37 @@ const NARROWEST: usize = 8;
 /// One step of all networks: of their matrices at `rate`, of biases and narrow
 /// matrices as Adam, at the rate beside it, would take it. `slices` begin where
 /// the networks begin.
-#[inline(always)]
-pub(super) fn update_all<S: Simd>(
-    simd: S,
+pub(super) fn update_all(
+    level: Level,
     rate: f32,
     layout: &Layout,
     (adam, adam_rate): (&Adam, f32),
+    mut slices: Slices<'_, u16>,
+) {
+    let mut tasks = Vec::with_capacity(layout.networks().len());
+    for range in layout.networks() {
+        tasks.push((range.shape, slices.split_off(range.len())));
+    }
+    tasks.into_par_iter().with_max_len(1).for_each(|(shape, slices)| {
+        dispatch!(level, simd => update_one(simd, rate, shape, (adam, adam_rate), slices));
+    });
+}
+
+#[inline(always)]
+fn update_one<S: Simd>(
+    simd: S,
+    rate: f32,
+    shape: [usize; 2],
+    (adam, adam_rate): (&Adam, f32),
     slices: Slices<'_, u16>,
 ) {
-    let Slices { parameters, gradient, mean, square, rounded } = slices;
-    for range in layout.networks() {
-        let start = range.start - layout.networks_start();
-        let part = start..start + range.len();
-        let slices = Slices {
-            parameters: &mut parameters[part.clone()],
-            gradient: &mut gradient[part.clone()],
-            mean: &mut mean[part.clone()],
-            square: &mut square[part.clone()],
-            rounded: &mut rounded[part],
-        };
-        if range.shape.into_iter().min() >= Some(NARROWEST) {
-            for (square, g) in slices.square.iter_mut().zip(slices.gradient.iter()) {
-                *square += (g * g - *square) * (1.0 - adam.beta2);
-            }
-            update(simd, rate, range.shape, slices);
-        } else {
-            adam.update(simd, adam_rate, Half, slices);
+    if shape.into_iter().min() >= Some(NARROWEST) {
+        for (square, g) in slices.square.iter_mut().zip(slices.gradient.iter()) {
+            *square += (g * g - *square) * (1.0 - adam.beta2);
         }
+        update(simd, rate, shape, slices);
+    } else {
+        adam.update(simd, adam_rate, Half, slices);
     }
 }
 
@@ -180,7 +185,6 @@ fn multiply<S: Simd>(simd: S, a: &[f32], b: &[f32], product: &mut [f32], [m, k, 
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
     use pocketnerf_core::SimdLevel;
 
     use super::*;

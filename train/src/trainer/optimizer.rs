@@ -42,6 +42,19 @@ pub struct Slices<'p, B> {
     pub rounded: &'p mut [B],
 }
 
+impl<'p, B> Slices<'p, B> {
+    /// The first `n` parameters, which are no longer among these.
+    pub(super) fn split_off(&mut self, n: usize) -> Slices<'p, B> {
+        Slices {
+            parameters: self.parameters.split_off_mut(..n).unwrap_or_default(),
+            gradient: self.gradient.split_off_mut(..n).unwrap_or_default(),
+            mean: self.mean.split_off_mut(..n).unwrap_or_default(),
+            square: self.square.split_off_mut(..n).unwrap_or_default(),
+            rounded: self.rounded.split_off_mut(..n).unwrap_or_default(),
+        }
+    }
+}
+
 impl Adam {
     /// The step length that includes the correction of both moments' bias
     /// after `step` steps, counted from 1.

@@ -12,6 +12,9 @@ use crate::field::rounding::{EightBits, Half, Rounding};
 use crate::field::{EncodingConfig, Rounded, scatter_level};
 use crate::stopwatch::{Laps, Stage};
 
+/// Parameters of the networks whose gradients a task sums up.
+const REDUCED: usize = 1 << 14;
+
 /// A level of the grid that is to be updated.
 struct Task<'p> {
     number: usize,
@@ -46,11 +49,13 @@ impl Trainer {
         let start = layout.networks_start();
         let (grid_p, network_p) = parameters.split_at_mut(start);
         let (grid_v, network_v) = square.split_at_mut(start);
-        for group in &*groups {
-            for (sum, g) in gradient.iter_mut().zip(&group.network_gradient) {
-                *sum += g;
+        // Each part of it in the order of the groups.
+        gradient.par_chunks_mut(REDUCED).enumerate().for_each(|(part, sums)| {
+            for group in &*groups {
+                let own = group.network_gradient[part * REDUCED..].iter();
+                sums.iter_mut().zip(own).for_each(|(sum, g)| *sum += g);
             }
-        }
+        });
         laps.end(Stage::Reduce, 1);
         let Rounded { tables, scales, networks } = rounded;
         let network = Slices {
@@ -63,6 +68,11 @@ impl Trainer {
         let rate = config.network_rate * settings.rate;
         let corrected = adam.corrected(rate, self.step);
         let EncodingConfig::HashGrid(grid) = config.field.encoding else {
+            if config.orthogonal && self.step <= muon::STEPS {
+                muon::update_all(*level, rate, layout, (adam, corrected), network);
+                laps.end(Stage::Adam, 0);
+                return;
+            }
             dispatch!(*level, simd => adam.update(simd, corrected, Half, network));
             laps.end(Stage::Adam, 0);
             return;
@@ -87,7 +97,7 @@ impl Trainer {
         let update_networks = || {
             let mut laps = Laps::begin(stopwatch);
             if self.step <= muon::STEPS {
-                dispatch!(*level, simd => muon::update_all(simd, rate, layout, (adam, corrected), network));
+                muon::update_all(*level, rate, layout, (adam, corrected), network);
             } else {
                 dispatch!(*level, simd => adam.update(simd, corrected, Half, network));
             }

@@ -51,7 +51,6 @@ pub(crate) struct Tape {
     panel: Aligned<f32>,
     /// Samples, filled up to whole blocks.
     len: usize,
-    most: usize,
 }
 
 impl Tape {
@@ -70,13 +69,7 @@ impl Tape {
             rgb: rows(3),
             panel: Aligned::new(panel_len(most_inputs)),
             len: 0,
-            most: blocks * BLOCK,
         }
-    }
-
-    /// Samples that find room.
-    pub(crate) fn most(&self) -> usize {
-        self.most
     }
 
     /// Blocks in use.

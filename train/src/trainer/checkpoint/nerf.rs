@@ -23,6 +23,7 @@ struct PaperV1 {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct NerfV1 {
     paper: Option<PaperV1>,
+    pub(super) orthogonal: bool,
     /// Standard deviations of the random frequencies of positions and directions; 0
     /// where there are none.
     pub(super) deviations: [f32; 2],
@@ -41,7 +42,7 @@ impl NerfV1 {
             PaperV1 { n_coarse, n_fine, clipped, noise, crop_steps }
         });
         let waves = [Some(nerf.positions.waves), nerf.directions.map(|d| d.waves)];
-        Some(Self { paper, deviations: waves.map(deviation) })
+        Some(Self { paper, orthogonal: config.orthogonal, deviations: waves.map(deviation) })
     }
 
     pub(super) fn paper(&self) -> Option<Paper> {

@@ -132,6 +132,7 @@ impl RecordV1 {
             first_step_scale: config.first_step_scale,
             opaque_backdrop: config.opaque_backdrop,
             backdrop: config.backdrop,
+            orthogonal: false,
             paper: None,
         }
     }
@@ -187,6 +188,7 @@ impl ConfigV1 {
             first_step_scale,
             opaque_backdrop,
             backdrop,
+            orthogonal: _,
             paper: _,
         } = *config;
         Self {

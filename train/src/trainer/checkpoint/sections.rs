@@ -82,6 +82,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let parameters = parameters(&model_file, &layout)?;
     let mut config = record.config(field, occupancy.resolution());
     config.paper = nerf.and_then(|nerf| nerf.paper());
+    config.orthogonal = nerf.is_some_and(|nerf| nerf.orthogonal);
     record.check(&config).map_err(Problem::State)?;
     let moments = |kind, n: usize| {
         let section = section(&model_file, kind)?;
