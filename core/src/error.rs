@@ -33,6 +33,8 @@ pub enum Error {
     },
     /// The model is larger than the [`Limits`](crate::scratch::Limits) the scratch was sized for.
     Limits(&'static str),
+    /// This build leaves out the cargo feature that was asked for.
+    Feature(&'static str),
     /// The machine (or this build) lacks the SIMD level asked for.
     SimdUnavailable(crate::simd::SimdLevel),
 }
@@ -52,6 +54,9 @@ impl fmt::Display for Error {
                 write!(f, "output holds {given} values where {needed} are needed")
             }
             Self::Limits(what) => write!(f, "the model exceeds the limits given: {what}"),
+            Self::Feature(name) => {
+                write!(f, "this build leaves it out: it needs the cargo feature `{name}`")
+            }
             Self::SimdUnavailable(level) => {
                 write!(f, "this machine or build has no SIMD level `{level}`")
             }

@@ -8,7 +8,8 @@
 //! # Features
 //! * `std` (default): detects the machine's SIMD level; everything else is the
 //!   same without it.
-//! * `hash-grid`, `frequency` (default): kinds of field, at least one.
+//! * `hash-grid`, `frequency`, `nerf` (default): kinds of field, at least one; `nerf` also is
+//!   the paper's sampling.
 //!
 //! # Example
 //! A fog that is denser to the right, from 24 numbers; `pocketnerf-formats` reads
@@ -92,7 +93,7 @@ pub use error::Error;
 pub use field::AnyField;
 pub use model::{ColorSpace, Display, Model};
 pub use occupancy::Occupancy;
-pub use render::{RenderOptions, Tile, render_tile};
+pub use render::{RenderOptions, SamplingMode, Tile, render_tile};
 pub use sampler::Sampling;
 pub use scratch::{Limits, Tuning};
 pub use simd::SimdLevel;

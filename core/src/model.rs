@@ -1,7 +1,7 @@
 //! A scene as the renderer sees it: borrowed parts, checked to fit together.
 
 use crate::field::AnyField;
-use crate::render::Detail;
+use crate::render::{Detail, SamplingMode};
 use crate::sampler::Hierarchical;
 use crate::scratch::Limits;
 use crate::{Error, Occupancy, Sampling, Space};
@@ -105,6 +105,14 @@ impl<'a> Model<'a> {
     #[must_use]
     pub fn detail(&self, quality: f32) -> Detail {
         Detail::new(quality, self.display.tolerance)
+    }
+
+    /// The paper's sampling: the model's own, or, where it was made for another, the
+    /// paper's numbers within the space and its occupied cells.
+    #[must_use]
+    pub fn paper_sampling(&self) -> SamplingMode {
+        let clipped = Hierarchical { clipped: true, ..Hierarchical::PAPER };
+        SamplingMode::Paper(self.hierarchical.unwrap_or(clipped))
     }
 
     /// Checks that scratch for `limits` suffices.

@@ -13,6 +13,8 @@ mod flight;
 mod foreground;
 mod group;
 mod observe;
+#[cfg(feature = "nerf")]
+mod paper;
 mod passes;
 mod progressive;
 mod rehearse;
@@ -24,12 +26,24 @@ pub use observe::{Observer, Stage, observe_tile};
 pub use progressive::{Refinement, Refinements, refine_tile};
 pub use rehearse::rehearse_tile;
 
-use crate::sampler::LANES;
+use crate::sampler::{Hierarchical, LANES};
 use crate::scratch::{Limits, Tuning, scratch_len};
 use crate::{Camera, Error, Model, Ray, SimdLevel};
 use driver::Job;
 use passes::Span;
 use source::Pixels;
+
+/// Where along a ray the field is asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SamplingMode {
+    /// In occupied cells, in equal steps, until next to no light passes.
+    #[default]
+    Occupancy,
+    /// As the paper has it: at evenly spaced distances, then where these have weight.
+    /// Every pixel is rendered and no ray ends early, whatever `detail` says. Needs the
+    /// cargo feature `nerf`.
+    Paper(Hierarchical),
+}
 
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,19 +59,42 @@ pub struct RenderOptions {
     pub skip: bool,
     /// What may be left out.
     pub detail: Detail,
+    /// Where along a ray the field is asked; see [`with_sampling`](Self::with_sampling).
+    pub sampling: SamplingMode,
 }
 
 impl RenderOptions {
     /// The usual way to render `model`: all it needs and no more.
     #[must_use]
     pub fn new(model: &Model<'_>, simd: SimdLevel, tuning: Tuning) -> Self {
-        Self { simd, limits: model.field.limits(), tuning, skip: true, detail: model.detail(0.5) }
+        let (limits, detail) = (model.field.limits(), model.detail(0.5));
+        Self { simd, limits, tuning, skip: true, detail, sampling: SamplingMode::Occupancy }
+    }
+
+    /// The same with another sampling, and the scratch that it needs.
+    #[must_use]
+    pub const fn with_sampling(mut self, sampling: SamplingMode) -> Self {
+        self.sampling = sampling;
+        self.limits.ray_samples = match &sampling {
+            SamplingMode::Occupancy => 0,
+            SamplingMode::Paper(hierarchical) => hierarchical.n_all(),
+        };
+        self
     }
 
     fn check(&self, model: &Model<'_>) -> Result<(), Error> {
         // Cheap beside a tile's work, and kernels rely on it.
         model.validate()?;
         model.fits(&self.limits)?;
+        if let SamplingMode::Paper(hierarchical) = &self.sampling {
+            if !cfg!(feature = "nerf") {
+                return Err(Error::Feature("nerf"));
+            }
+            hierarchical.validate()?;
+            if hierarchical.n_all() > self.limits.ray_samples {
+                return Err(Error::Limits("samples of a ray"));
+            }
+        }
         self.detail.validate()?;
         let Tuning { samples, rays } = self.tuning;
         let multiples = samples.is_multiple_of(32) && rays.is_multiple_of(LANES);
@@ -103,14 +140,18 @@ impl Tile {
 pub struct RenderStats {
     /// Rays cast; the other pixels are interpolated, or empty before one is cast.
     pub rays: u64,
-    /// Samples at which the field was asked.
+    /// Samples at which the field was asked; in the paper's sampling, both networks
+    /// together.
     pub samples: u64,
+    /// Rays along which the field was asked at all.
+    pub hits: u64,
 }
 
 impl core::ops::AddAssign for RenderStats {
     fn add_assign(&mut self, other: Self) {
         self.rays += other.rays;
         self.samples += other.samples;
+        self.hits += other.hits;
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Limits {
     /// Features that the density network gives, and channels that a ray
     /// accumulates, whichever is more; at least 3.
     pub channels: usize,
+    /// Samples of a ray in the paper's sampling; 0: nobody asks for it.
+    pub ray_samples: usize,
 }
 
 /// How much is worked on at a time: speed against memory.
@@ -29,7 +31,25 @@ pub struct Tuning {
 
 impl Limits {
     /// Enough for every hash grid with networks up to 64 wide.
-    pub const SMALL: Self = Self { width: 64, rows: [64; 2], channels: 15 };
+    pub const SMALL: Self = Self { width: 64, rows: [64; 2], channels: 15, ray_samples: 0 };
+
+    /// Rays that travel together in the paper's sampling: enough to fill batches even
+    /// where most samples lie in empty cells.
+    #[cfg(feature = "nerf")]
+    pub(crate) const fn paper_rays(&self, tuning: Tuning) -> usize {
+        if self.ray_samples == 0 {
+            return 0;
+        }
+        let wanted = 16 * tuning.samples / self.ray_samples;
+        let most = if tuning.rays < 4096 { tuning.rays } else { 4096 };
+        if wanted > most {
+            most
+        } else if wanted == 0 {
+            1
+        } else {
+            wanted
+        }
+    }
 }
 
 impl Tuning {
@@ -72,6 +92,18 @@ pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
         + SAMPLE_ROWS * stride
         + tuning.rays * (RAY_LEN + 1 + sums_len(limits.channels))
         + depths_len(tuning)
+        + paper_len(limits, tuning)
+}
+
+/// What the paper's sampling takes: two rows a ray, one more, and one of a batch.
+const fn paper_len(limits: Limits, tuning: Tuning) -> usize {
+    #[cfg(feature = "nerf")]
+    if limits.ray_samples > 0 {
+        let rows = 2 * limits.paper_rays(tuning) + 1;
+        return rows * limits.ray_samples + tuning.stride();
+    }
+    let _ = (limits, tuning);
+    0
 }
 
 /// Depths of a tile's squares of pixels: for a tile of 128 x 64 pixels enough for
@@ -133,6 +165,21 @@ pub(crate) struct Scratch<'s> {
     pub(crate) sums: &'s mut [f32],
     /// Depths of squares of pixels.
     pub(crate) depths: &'s mut [f32],
+    #[cfg(feature = "nerf")]
+    pub(crate) paper: PaperScratch<'s>,
+}
+
+/// What the paper's sampling keeps.
+#[cfg(feature = "nerf")]
+#[derive(Debug)]
+pub(crate) struct PaperScratch<'s> {
+    /// `[ray][2][ray_samples]`: distances and opacities of the first round, then the
+    /// distances of the second.
+    pub(crate) rays: &'s mut [f32],
+    /// Distances drawn for a ray.
+    pub(crate) found: &'s mut [f32],
+    /// What a batch's samples stand for.
+    pub(crate) deltas: &'s mut [f32],
 }
 
 impl<'s> Scratch<'s> {
@@ -163,6 +210,12 @@ impl<'s> Scratch<'s> {
             living: take(tuning.rays),
             sums: take(tuning.rays * sums_len(limits.channels)),
             depths: take(depths_len(tuning)),
+            #[cfg(feature = "nerf")]
+            paper: PaperScratch {
+                rays: take(2 * limits.paper_rays(tuning) * limits.ray_samples),
+                found: take(limits.ray_samples),
+                deltas: take(if limits.ray_samples > 0 { stride } else { 0 }),
+            },
         }
     }
 }

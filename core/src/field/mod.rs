@@ -142,6 +142,7 @@ impl<D: Decoded> Field for D {
             width: self.n_encoded().max(decoder.density.max_width()).max(decoder.color.max_width()),
             rows: decoder.rows(self.n_encoded()),
             channels: decoder.channels().max(decoder.n_features as usize).max(3),
+            ray_samples: 0,
         }
     }
 

@@ -231,6 +231,7 @@ impl Field for NerfField<'_> {
             width: self.most(|n| n.most_inputs()).max(widest),
             rows: [n_position + widest, self.n_direction() + widest],
             channels: 3,
+            ray_samples: 0,
         }
     }
 

@@ -41,6 +41,8 @@ mod math;
 #[cfg(feature = "nerf")]
 mod nerf;
 mod network;
+#[cfg(feature = "nerf")]
+mod paper;
 mod ray;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -48,6 +50,8 @@ pub(crate) mod testing;
 pub use network::MAX_WIDTH;
 pub use ray::RayResult;
 
+#[cfg(feature = "nerf")]
+use crate::sampler::Hierarchical;
 use crate::{Camera, Error, Model, Ray};
 
 /// What the field says of one point.
@@ -90,6 +94,21 @@ pub fn query(
 pub fn render_ray(model: &Model<'_>, ray: &Ray) -> Result<RayResult, Error> {
     field::check(model)?;
     Ok(ray::march(model, ray))
+}
+
+/// Renders one ray as the paper does: [`Hierarchical`] samples.
+///
+/// # Errors
+/// As [`query`].
+#[cfg(feature = "nerf")]
+pub fn render_ray_hierarchically(
+    model: &Model<'_>,
+    ray: &Ray,
+    hierarchical: &Hierarchical,
+) -> Result<RayResult, Error> {
+    field::check(model)?;
+    hierarchical.validate()?;
+    Ok(paper::march(model, ray, hierarchical))
 }
 
 /// Renders the ray through the centre of pixel (`x`, `y`): `camera.ray(x + 0.5, y + 0.5)`.

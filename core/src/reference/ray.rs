@@ -115,7 +115,7 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
 }
 
 /// The scene point at distance `t`, in f32 as every renderer has it.
-fn point(ray: &Ray, t: f32) -> [f32; 3] {
+pub(super) fn point(ray: &Ray, t: f32) -> [f32; 3] {
     let (o, d) = (ray.origin, ray.direction);
     [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
 }

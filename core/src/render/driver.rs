@@ -10,6 +10,8 @@ use crate::render::passes::{Pass, Span};
 use crate::render::source::Source;
 use crate::render::target::Target;
 use crate::render::{Detail, RenderOptions, RenderStats};
+#[cfg(feature = "nerf")]
+use crate::render::{SamplingMode, paper};
 use crate::sampler::{LANES, Marcher};
 use crate::scratch::Scratch;
 use crate::store::{F16, F32, Store};
@@ -59,6 +61,7 @@ pub(super) fn render(
         count: 0,
         rays: 0,
         samples: 0,
+        hits: 0,
         observer,
     };
     let depths = core::mem::take(&mut group.scratch.depths);
@@ -69,6 +72,26 @@ pub(super) fn render(
     group.ended(Stage::Aim, 0);
     let rgba = rgba.as_chunks_mut().0;
     let mut target = Target { rgba, depth, size, cell: source.cell(model), foreground };
+    #[cfg(feature = "nerf")]
+    if let SamplingMode::Paper(hierarchical) = &options.sampling {
+        group.min_transmittance = 0.0;
+        dispatch!(level, simd => match &model.field {
+            #[cfg(feature = "hash-grid")]
+            AnyField::HashGrid(field) => {
+                paper::each_pixel(simd, [field; 2], hierarchical, &mut group, job, &mut target);
+            }
+            #[cfg(feature = "frequency")]
+            AnyField::Frequency(field) => {
+                paper::each_pixel(simd, [field; 2], hierarchical, &mut group, job, &mut target);
+            }
+            AnyField::Nerf(field) => {
+                let fields = [&field.coarse_field(), field];
+                paper::each_pixel(simd, fields, hierarchical, &mut group, job, &mut target);
+            }
+        });
+        target.fill(span.to);
+        return Ok(group.stats());
+    }
     dispatch!(level, simd => match &model.field {
         #[cfg(feature = "hash-grid")]
         AnyField::HashGrid(field) => each_pass(simd, field, &mut group, job, &mut target),
@@ -78,7 +101,7 @@ pub(super) fn render(
         AnyField::Nerf(field) => each_pass(simd, field, &mut group, job, &mut target),
     });
     target.fill(span.to);
-    Ok(RenderStats { rays: group.rays, samples: group.samples })
+    Ok(group.stats())
 }
 
 /// Opens the stored type: from here on it and the kind of field are types.
@@ -145,6 +168,7 @@ fn one_pass<S: Simd, T: Store, F: Field>(
         if group.is_full() || (is_over && group.count > 0) {
             group.march::<S, T, F>(simd, field);
             let rays = group.count;
+            group.hits += rays as u64;
             group.finish::<S, T>(simd, field.deferred(), target);
             group.ended(Stage::Shade, rays);
         }

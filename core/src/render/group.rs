@@ -8,6 +8,7 @@ use crate::Model;
 use crate::composite;
 use crate::field::{Field, Samples};
 use crate::lanes::{self, ROWS};
+use crate::render::RenderStats;
 use crate::render::flight::{Flight, Flights, Run};
 use crate::render::observe::{Observer, Stage};
 use crate::render::source::Source;
@@ -29,10 +30,18 @@ pub(super) struct Group<'m, 's, 'o, 'f> {
     pub(super) rays: u64,
     /// Samples at which the field was asked.
     pub(super) samples: u64,
+    /// Rays along which it was.
+    pub(super) hits: u64,
     pub(super) observer: Option<&'o mut Observer<'f>>,
 }
 
 impl Group<'_, '_, '_, '_> {
+    /// What it took so far.
+    #[inline(always)]
+    pub(super) const fn stats(&self) -> RenderStats {
+        RenderStats { rays: self.rays, samples: self.samples, hits: self.hits }
+    }
+
     /// Rays that still find room, up to a bundle of them.
     #[inline(always)]
     pub(super) fn room(&self) -> usize {

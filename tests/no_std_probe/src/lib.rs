@@ -12,7 +12,7 @@ use pocketnerf_formats::FormatError;
 
 const WIDTH: u32 = 8;
 const HEIGHT: u32 = 8;
-const LIMITS: Limits = Limits { width: 16, rows: [16; 2], channels: 8 };
+const LIMITS: Limits = Limits { width: 16, rows: [16; 2], channels: 8, ray_samples: 0 };
 const SCRATCH: usize = scratch::scratch_len(LIMITS, Tuning::SMALL);
 
 /// Renders a picture of 8 × 8 pixels into `rgba`, four values each; gives 0, or

@@ -47,7 +47,7 @@ fn every_kind_of_model_at_every_level() {
 }
 
 #[track_caller]
-fn compare(found: &Picture, expected: &[RayResult], what: &str) {
+pub(crate) fn compare(found: &Picture, expected: &[RayResult], what: &str) {
     let mut squares = 0.0;
     for (i, (rgba, expected)) in found.rgba.iter().zip(expected).enumerate() {
         let [r, g, b] = expected.rgb;

@@ -1,10 +1,11 @@
 //! Rays and weights that no camera and no training would give: every call ends,
 //! and pictures hold finite numbers.
 
-use pocketnerf_core::field::{AnyField, Shading};
+use pocketnerf_core::field::{AnyField, NerfNetwork, Shading};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::reference;
-use pocketnerf_core::{DType, Layout, Model, Ray, TensorView, Tuning};
+use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::{DType, Layout, Model, Ray, SamplingMode, TensorView, Tuning};
 
 use crate::models::{Encoding, Random, Recipe, camera};
 use crate::picture::{self, Picture, levels, options, whole};
@@ -37,6 +38,18 @@ fn rays_of_every_kind_of_number() {
     let rays: Vec<Ray> = (0..3000)
         .map(|_| Ray { origin: [any(), any(), any()], direction: [any(), any(), any()] })
         .collect();
+    for recipe in Recipe::nerfs().step_by(3) {
+        let model = recipe.build();
+        for level in levels() {
+            let usual = options(&model, level, Tuning::FAST);
+            for clipped in [false, true] {
+                let paper = SamplingMode::Paper(Hierarchical { n_coarse: 5, n_fine: 6, clipped });
+                let found = picture::rays(&model, &rays, &usual.with_sampling(paper));
+                assert_finite(&found, "strange rays in the paper's sampling");
+            }
+            assert_finite(&picture::rays(&model, &rays, &usual), "strange rays");
+        }
+    }
     let not_a_place = |ray: &Ray| {
         let mut numbers = ray.origin.iter().chain(&ray.direction);
         numbers.any(|v| !v.is_finite())
@@ -89,6 +102,65 @@ fn weights_that_are_no_numbers() {
                         let options = options(&model, level, Tuning::SMALL);
                         let found = picture::tile(&model, &camera, whole(&camera), &options);
                         assert_finite(&found, &format!("{value} {of_density} {layer} {level}"));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The model with the first weight of a layer of the paper's network replaced.
+fn poisoned_nerf(model: &Model<'static>, of: Layer, value: f32) -> Model<'static> {
+    let AnyField::Nerf(mut field) = model.field else { unreachable!("one of the paper's") };
+    let poison = |layer: &Dense<'static>| {
+        let mut bytes = layer.weight.bytes().to_vec();
+        bytes[..4].copy_from_slice(&value.to_le_bytes());
+        let (dtype, shape) = (layer.weight.dtype(), layer.weight.shape());
+        let weight = TensorView::new(bytes.leak(), dtype, shape, 0, Layout::RowMajor).unwrap();
+        Dense { weight, ..*layer }
+    };
+    let NerfNetwork { skips, linear, mut density, feature, mut color, .. } = field.fine;
+    let mut trunk = field.fine.trunk().to_vec();
+    match of {
+        Layer::Trunk => trunk[0] = poison(&trunk[0]),
+        Layer::Density => density = poison(&density),
+        Layer::Color => {
+            let mut layers = color.layers().to_vec();
+            layers[0] = poison(&layers[0]);
+            color = Mlp::new(&layers).unwrap();
+        }
+    }
+    field.fine = NerfNetwork::new(&trunk, [skips, linear], density, feature, color).unwrap();
+    Model { field: AnyField::Nerf(field), ..*model }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Layer {
+    Trunk,
+    Density,
+    Color,
+}
+
+#[test]
+fn weights_of_the_papers_network_that_are_no_numbers() {
+    let camera = camera(11, 7);
+    for recipe in Recipe::nerfs().filter(|recipe| recipe.dtype == DType::F32) {
+        let sound = recipe.build();
+        for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN] {
+            for of in [Layer::Trunk, Layer::Density, Layer::Color] {
+                let model = poisoned_nerf(&sound, of, value);
+                for level in levels() {
+                    let what = format!("{recipe:?} {value} {of:?} {level}");
+                    let options = options(&model, level, Tuning::SMALL);
+                    let found = picture::tile(&model, &camera, whole(&camera), &options);
+                    assert_finite(&found, &what);
+                    let h = Hierarchical { n_coarse: 8, n_fine: 8, clipped: false };
+                    let options = options.with_sampling(SamplingMode::Paper(h));
+                    let found = picture::tile(&model, &camera, whole(&camera), &options);
+                    assert_finite(&found, &what);
+                    if value.is_nan() && matches!(of, Layer::Density) {
+                        // A density that is no number is empty space.
+                        assert!(found.rgba.iter().all(|rgba| *rgba == [0.0; 4]), "{what}");
                     }
                 }
             }
@@ -174,6 +246,31 @@ fn densities_beyond_measure() {
                     let found = picture::tile(&model, &camera, whole(&camera), &options);
                     assert_finite(&found, &format!("{log_density_bias} {step} {level}"));
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn densities_of_the_papers_network_beyond_measure() {
+    let camera = camera(11, 7);
+    for recipe in Recipe::nerfs() {
+        for density_scale in [1e-30, 9e8] {
+            let mut model = recipe.build();
+            if let AnyField::Nerf(field) = &mut model.field {
+                field.density_scale = density_scale;
+            }
+            for level in levels() {
+                let options = options(&model, level, Tuning::FAST);
+                for h in
+                    [Hierarchical { n_coarse: 9, n_fine: 9, clipped: true }, Hierarchical::PAPER]
+                {
+                    let options = options.with_sampling(SamplingMode::Paper(h));
+                    let found = picture::tile(&model, &camera, whole(&camera), &options);
+                    assert_finite(&found, &format!("{recipe:?} {density_scale} {level}"));
+                }
+                let found = picture::tile(&model, &camera, whole(&camera), &options);
+                assert_finite(&found, &format!("{recipe:?} {density_scale} {level}"));
             }
         }
     }

@@ -5,5 +5,7 @@ mod agreement;
 mod hostile;
 mod invariants;
 mod models;
+mod nerf;
+mod paper;
 mod picture;
 mod refusals;

@@ -7,6 +7,8 @@ use pocketnerf_core::{
     Camera, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,
 };
 
+use crate::nerf::Nerf;
+
 /// Knuth's MMIX generator: the same numbers on every machine.
 pub(crate) struct Random(pub u64);
 
@@ -31,6 +33,8 @@ pub(crate) enum Encoding {
     HashGrid(u32),
     /// Sines and cosines, with the position itself or without.
     Frequency { include_input: bool },
+    /// The paper's networks, which bring shading of their own.
+    Nerf(Nerf),
 }
 
 /// What to build.
@@ -63,7 +67,7 @@ impl Recipe {
             Encoding::Frequency { include_input: false },
             Encoding::Frequency { include_input: true },
         ]);
-        encodings.enumerate().flat_map(|(e, encoding)| {
+        let decoded = encodings.enumerate().flat_map(|(e, encoding)| {
             let n_types = if matches!(encoding, Encoding::HashGrid(_)) { 3 } else { 2 };
             (0..4 * n_types).map(move |n| Self {
                 encoding,
@@ -78,6 +82,18 @@ impl Recipe {
                 sh_degree: 1 + (e as u32 + n) % 4,
                 seed: 1000 + 8 * e as u64 + u64::from(n) + if n < 8 { 0 } else { 1000 },
             })
+        });
+        decoded.chain(Self::nerfs())
+    }
+
+    /// Those of the paper's networks.
+    pub(crate) fn nerfs() -> impl Iterator<Item = Self> {
+        (0..2 * Nerf::ALL.len()).map(|n| Self {
+            encoding: Encoding::Nerf(Nerf::ALL[n / 2]),
+            dtype: if n & 1 == 0 { DType::F32 } else { DType::F16 },
+            occupancy: [None, Some(16), Some(24)][n % 3],
+            seed: 3000 + n as u64,
+            ..Self::PLAIN
         })
     }
 
@@ -98,6 +114,7 @@ impl Recipe {
                 let decoder = self.decoder(&mut tensors, encoding.n_output());
                 AnyField::Frequency(FrequencyField { encoding, decoder })
             }
+            Encoding::Nerf(nerf) => AnyField::Nerf(nerf.build(&mut tensors)),
         };
         let model = Model {
             field,
@@ -137,16 +154,21 @@ impl Recipe {
 }
 
 /// Makes tensors of random values.
-struct Tensors {
+pub(crate) struct Tensors {
     random: Random,
-    dtype: DType,
+    pub dtype: DType,
     made: usize,
 }
 
 impl Tensors {
     /// Uniform values in [-amplitude, amplitude). Half precision is stored with a
     /// scale of its own for each tensor, never 1.
-    fn tensor(&mut self, rows: usize, cols: usize, amplitude: f32) -> TensorView<'static> {
+    pub(crate) fn tensor(
+        &mut self,
+        rows: usize,
+        cols: usize,
+        amplitude: f32,
+    ) -> TensorView<'static> {
         let scale_log2 = match self.dtype {
             DType::F16 => [-9, 3, -2, 6][self.made % 4],
             // Whole numbers from -128 to 127.
@@ -169,7 +191,13 @@ impl Tensors {
     }
 
     /// A layer that keeps the spread of its inputs, times `gain`.
-    fn dense(&mut self, n_in: usize, n_out: usize, gain: f32, bias: bool) -> Dense<'static> {
+    pub(crate) fn dense(
+        &mut self,
+        n_in: usize,
+        n_out: usize,
+        gain: f32,
+        bias: bool,
+    ) -> Dense<'static> {
         let weight = self.tensor(n_in, n_out, gain * (6.0 / n_in as f32).sqrt());
         Dense { weight, bias: bias.then(|| self.tensor(1, n_out, 0.5)) }
     }

@@ -60,7 +60,7 @@ fn short_buffers() {
 fn limits_that_the_model_exceeds() {
     let model = Recipe::PLAIN.build();
     let fits = options(&model, SimdLevel::Portable, Tuning::SMALL);
-    let Limits { width, rows: [a, b], channels } = fits.limits;
+    let Limits { width, rows: [a, b], channels, .. } = fits.limits;
     for limits in [
         Limits { width: width - 1, ..fits.limits },
         Limits { rows: [a - 1, b], ..fits.limits },
