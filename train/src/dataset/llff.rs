@@ -79,7 +79,8 @@ pub(super) fn list(
             );
             return Err(DatasetError::Camera { file, frame: index, name: path, problem });
         }
-        captured.push(&pose, [near, far]);
+        let half_angle = (0.5 * width.hypot(height) / focal).atan();
+        captured.push(&pose, half_angle, [near, far]);
         let pixels = Some(Focal::Pixels(focal));
         let intrinsics = Intrinsics {
             size: Some([width, height]),
@@ -100,8 +101,8 @@ pub(super) fn list(
         }
     } else if looks_around {
         notes.push(
-            "the cameras look in all directions: a 360-degree capture, not a forward-facing one; \
-             --spherify centres it"
+            "the cameras look around, not forward (normalised device coordinates do not suit them); \
+             --spherify centres a 360-degree capture"
                 .to_owned(),
         );
     }
