@@ -142,5 +142,8 @@ fn refusals() {
         folder.remove(&format!("train/cube/pose/{pose}.txt"));
         folder.remove(&format!("train/cube/rgb/{pose}.png"));
     }
-    assert!(refusal(folder.path()).starts_with("D/train/cube/pose: \"frames\" is empty"));
+    assert!(
+        refusal(folder.path())
+            .starts_with("D/train/cube/pose: no .txt file; expected 16 numbers an image")
+    );
 }

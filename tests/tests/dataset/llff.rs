@@ -104,7 +104,10 @@ fn the_folder_that_fits() {
     std::fs::remove_dir_all(folder.path().join("images")).unwrap();
     assert_eq!(of(&folder, 1), (2, [4, 2], 4.0, 1));
     assert_eq!(of(&folder, 2), (2, [4, 2], 4.0, 0));
-    assert_eq!(all(&folder, 1).notes, ["no images: images_2 count as the full images"]);
+    assert_eq!(
+        all(&folder, 1).notes,
+        ["no folder images: those in images_2 count as the full images"]
+    );
 }
 
 #[test]
@@ -194,7 +197,7 @@ fn refusals() {
         (npy(1, "<f8", "False", "(34,)", values), file("shape (34,);")),
         (npy(1, "<f8", "False", "(17, 2)", values), file("rows of 2 numbers, expected 17;")),
         (npy(1, "<f8", "False", "(18446744073709551615, 17)", values), file("272 bytes of values")),
-        (poses(&[]), file("\"frames\" is empty")),
+        (poses(&[]), file("0 rows; expected a .npy array")),
         (poses(&pair()[..1]), "D/images: 2 images, but D/poses_bounds.npy has 1 poses".to_owned()),
         (changed(3, f64::NAN), frame("the pose holds a number that is not finite")),
         (poses(&scaled), file("frame 0 (\"images/0.png\"): the pose's 3x3 part is not a rotation")),

@@ -44,7 +44,7 @@ pub(super) fn list(
     }
     let rows = matrix.values.as_chunks::<COLUMNS>().0;
     if rows.is_empty() {
-        return Err(DatasetError::NoFrames(file));
+        return refuse("0 rows".to_owned());
     }
     let images = folders::choose(folder, options.downscale_factor)?;
     if images.names.len() != rows.len() {

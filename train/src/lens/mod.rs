@@ -109,7 +109,7 @@ impl Lens {
                 let radius = x.hypot(y);
                 let angle = radius.atan2(z);
                 let scale = if radius > 0.0 { lens.radial.at(angle) / radius } else { 0.0 };
-                (angle <= lens.radial.limit).then(|| [x * scale, y * scale])
+                (angle <= lens.radial.limit).then_some([x * scale, y * scale])
             }
         }
     }

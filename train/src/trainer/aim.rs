@@ -268,7 +268,7 @@ mod tests {
     #[test]
     fn masked_pixels_are_never_drawn() {
         // The left half, and every seventh pixel, are ignored.
-        let counts = |x: u32, y: u32| x >= 30 && (x + 61 * y) % 7 != 0;
+        let counts = |x: u32, y: u32| x >= 30 && !(x + 61 * y).is_multiple_of(7);
         let mask: Vec<u8> = pixels().map(|(x, y)| u8::from(counts(x, y))).collect();
         let pose = Camera::look_at([3.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
         let camera = Camera::from_fov_x(61, 47, 1.0, pose);
