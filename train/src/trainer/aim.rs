@@ -57,9 +57,7 @@ impl Aim {
             }
             seen.tiles(view as u32)
         });
-        let counts = |tile: &Tile| {
-            source.masks()[tile.view as usize].is_none() || counting(source, tile) != 0
-        };
+        let counts = |tile: &Tile| counting(source, tile) != 0;
         let mut tiles: Vec<Tile> = per_view.flatten_iter().filter(counts).collect();
         if tiles.is_empty() {
             let all = |(view, camera): (usize, &Camera)| {
@@ -141,6 +139,10 @@ fn counting(source: &RaySource, tile: &Tile) -> u64 {
     let [width, height] = size(camera, tile);
     let (left, top) = (u32::from(tile.x) * TILE, u32::from(tile.y) * TILE);
     let mut bits = 0;
+    if source.masks()[tile.view as usize].is_none() {
+        let row = (1 << width) - 1;
+        return (0..height).fold(0, |bits, y| bits | row << (y * TILE));
+    }
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let i = (top + y) as usize * camera.width as usize + (left + x) as usize;
         bits |= u64::from(source.counts(tile.view as usize, i)) << (y * TILE + x);
