@@ -7,7 +7,8 @@
 use pocketnerf_core::{Camera, Space};
 use rayon::prelude::*;
 
-use super::rays::Pixel;
+use super::rays::{Pixel, RaySource};
+use crate::lens::{Lens, Rectangle};
 use crate::random::Random;
 
 /// Pixels along a tile's side.
@@ -28,38 +29,58 @@ struct Tile {
 pub(crate) struct Aim {
     /// Ascending.
     tiles: Vec<Tile>,
-    /// Share of all pixels that lie in the tiles.
+    /// Which pixels of each tile count, a bit each, row after row of eight. Empty where
+    /// all do.
+    counting: Vec<u64>,
+    /// Share of all pixels that count that lie in the tiles.
     share: f64,
 }
 
 impl Aim {
     /// The tiles of all views to which `cells` of a grid of so many cells along
-    /// an axis project. Where there are none, all tiles.
-    pub(crate) fn new(cameras: &[Camera], space: &Space, resolution: u32, cells: &[u32]) -> Self {
+    /// an axis project. Where there are none, all tiles. Tiles in which no pixel counts
+    /// are left out.
+    pub(crate) fn new(source: &RaySource, space: &Space, resolution: u32, cells: &[u32]) -> Self {
+        let (cameras, lenses) = (source.cameras(), source.lenses());
         let cubes = Cubes::new(space, resolution, cells);
-        let per_view = cameras.par_iter().enumerate().map(|(view, camera)| {
+        let per_view = cameras.par_iter().zip(lenses).enumerate().map(|(view, (camera, lens))| {
             let mut seen = Seen::new(camera);
-            cubes.corners.iter().for_each(|cube| seen.mark(camera, cube, cubes.side));
+            match lens {
+                Lens::Pinhole => {
+                    cubes.corners.iter().for_each(|cube| seen.mark(camera, cube, cubes.side));
+                }
+                lens => {
+                    cubes.corners.iter().for_each(|cube| {
+                        seen.mark_ball_around((camera, lens), cube, cubes.side);
+                    });
+                }
+            }
             seen.tiles(view as u32)
         });
-        let mut tiles: Vec<Tile> = per_view.flatten_iter().collect();
+        let counts = |tile: &Tile| counting(source, tile) != 0;
+        let mut tiles: Vec<Tile> = per_view.flatten_iter().filter(counts).collect();
         if tiles.is_empty() {
             let all = |(view, camera): (usize, &Camera)| {
                 let mut seen = Seen::new(camera);
                 seen.marks.fill(true);
                 seen.tiles(view as u32)
             };
-            tiles = cameras.iter().enumerate().flat_map(all).collect();
+            tiles = cameras.iter().enumerate().flat_map(all).filter(counts).collect();
         }
-        let seen: u64 = tiles
-            .iter()
-            .map(|tile| {
-                let [width, height] = size(&cameras[tile.view as usize], tile);
-                u64::from(width) * u64::from(height)
-            })
-            .sum();
-        let all: u64 = cameras.iter().map(|c| u64::from(c.width) * u64::from(c.height)).sum();
-        Self { tiles, share: seen as f64 / all.max(1) as f64 }
+        let pixels = |tile: &Tile| u64::from(counting(source, tile).count_ones());
+        let seen: u64 = tiles.par_iter().map(pixels).sum();
+        let views = cameras.iter().zip(source.masks());
+        let of_view = |(camera, mask): (&Camera, &Option<Vec<u8>>)| match mask {
+            Some(mask) => mask.iter().filter(|counts| **counts != 0).count() as u64,
+            None => u64::from(camera.width) * u64::from(camera.height),
+        };
+        let all: u64 = views.map(of_view).sum();
+        let is_masked = source.masks().iter().any(Option::is_some);
+        let counting = match is_masked {
+            true => tiles.par_iter().map(|tile| counting(source, tile)).collect(),
+            false => Vec::new(),
+        };
+        Self { tiles, counting, share: seen as f64 / all.max(1) as f64 }
     }
 
     /// Share of all pixels that may be drawn.
@@ -70,7 +91,12 @@ impl Aim {
     /// Whether a pixel may be drawn.
     pub(crate) fn draws(&self, pixel: Pixel) -> bool {
         let Pixel { view, x, y } = pixel;
-        self.tiles.binary_search(&Tile { view, y: (y / TILE) as u16, x: (x / TILE) as u16 }).is_ok()
+        let tile = Tile { view, y: (y / TILE) as u16, x: (x / TILE) as u16 };
+        let counts = |i: usize| {
+            let bits = self.counting.get(i).copied().unwrap_or(u64::MAX);
+            bits >> (y % TILE * TILE + x % TILE) & 1 == 1
+        };
+        self.tiles.binary_search(&tile).is_ok_and(counts)
     }
 
     /// How many tiles there are.
@@ -78,10 +104,20 @@ impl Aim {
         self.tiles.len()
     }
 
-    /// A random pixel of a tile.
+    /// A random pixel of a tile, one that counts.
     #[inline]
     pub(crate) fn pixel(&self, cameras: &[Camera], tile: usize, random: &mut Random) -> Pixel {
+        let counting = self.counting.get(tile).copied();
         let tile = self.tiles[tile];
+        if let Some(mut bits) = counting {
+            // As with the edges, masked tiles are drawn a little too often.
+            for _ in 0..random.below(bits.count_ones() as usize) {
+                bits &= bits - 1;
+            }
+            let (x, y) = (bits.trailing_zeros() % TILE, bits.trailing_zeros() / TILE);
+            let (x, y) = (u32::from(tile.x) * TILE + x, u32::from(tile.y) * TILE + y);
+            return Pixel { view: tile.view, x, y };
+        }
         // Tiles on an edge may be smaller; one in a hundred is drawn a little
         // too often, which does not matter.
         let [width, height] = size(&cameras[tile.view as usize], &tile);
@@ -95,6 +131,23 @@ impl Aim {
 fn size(camera: &Camera, tile: &Tile) -> [u32; 2] {
     let side = |first: u16, pixels: u32| TILE.min(pixels - u32::from(first) * TILE);
     [side(tile.x, camera.width), side(tile.y, camera.height)]
+}
+
+/// Which pixels of a tile count, a bit each.
+fn counting(source: &RaySource, tile: &Tile) -> u64 {
+    let camera = &source.cameras()[tile.view as usize];
+    let [width, height] = size(camera, tile);
+    let (left, top) = (u32::from(tile.x) * TILE, u32::from(tile.y) * TILE);
+    let mut bits = 0;
+    if source.masks()[tile.view as usize].is_none() {
+        let row = (1 << width) - 1;
+        return (0..height).fold(0, |bits, y| bits | row << (y * TILE));
+    }
+    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        let i = (top + y) as usize * camera.width as usize + (left + x) as usize;
+        bits |= u64::from(source.counts(tile.view as usize, i)) << (y * TILE + x);
+    }
+    bits
 }
 
 /// Cubes of cells in scene space.
@@ -160,6 +213,21 @@ impl Seen {
             }
             return;
         }
+        self.mark_between(low, high);
+    }
+
+    /// The same through a lens: the tiles that may show the ball around a cube.
+    fn mark_ball_around(&mut self, (camera, lens): (&Camera, &Lens), corner: &[f32; 3], side: f32) {
+        let center = corner.map(|low| low + 0.5 * side);
+        match lens.rectangle(camera, center, 0.5 * side * 3f32.sqrt()) {
+            Rectangle::Within([x0, y0, x1, y1]) => self.mark_between([x0, y0], [x1, y1]),
+            Rectangle::Unknown => self.marks.fill(true),
+            Rectangle::Nothing => {}
+        }
+    }
+
+    /// Marks the tiles between two image points.
+    fn mark_between(&mut self, low: [f32; 2], high: [f32; 2]) {
         // `as` saturates: what lies outside is cut off.
         let first = low.map(|v| (v / TILE as f32) as u32);
         let end = high.map(|v| if v < 0.0 { 0 } else { (v / TILE as f32) as u32 + 1 });
@@ -183,9 +251,59 @@ impl Seen {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::View;
+    use crate::trainer::rays::Backdrop;
+
+    fn source(cameras: &[Camera], lens: Lens, mask: Option<&[u8]>) -> RaySource {
+        let view = |camera: &Camera| {
+            let rgba = vec![255; 4 * (camera.width * camera.height) as usize];
+            View { lens, mask: mask.map(<[u8]>::to_vec), ..View::new("", *camera, rgba) }
+        };
+        RaySource::new(cameras.iter().map(view).collect(), Backdrop::Random)
+    }
+
+    /// Of pictures of 61x47 pixels.
+    fn pixels() -> impl Iterator<Item = (u32, u32)> {
+        (0..47).flat_map(|y| (0..61).map(move |x| (x, y)))
+    }
+
+    #[test]
+    fn masked_pixels_are_never_drawn() {
+        // The left half, and every seventh pixel, are ignored.
+        let counts = |x: u32, y: u32| x >= 30 && !(x + 61 * y).is_multiple_of(7);
+        let mask: Vec<u8> = pixels().map(|(x, y)| u8::from(counts(x, y))).collect();
+        let pose = Camera::look_at([3.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
+        let camera = Camera::from_fov_x(61, 47, 1.0, pose);
+        let source = source(&[camera], Lens::Pinhole, Some(&mask));
+        let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
+        let aim = Aim::new(&source, &space, 32, &[]);
+        assert!((aim.share() - 1.0).abs() < 1e-12);
+        let mut random = Random::new(1, [0; 3]);
+        let mut drawn = vec![0; mask.len()];
+        for _ in 0..40_000 {
+            let tile = random.below(aim.n_tiles());
+            let Pixel { x, y, .. } = aim.pixel(source.cameras(), tile, &mut random);
+            drawn[(x + 61 * y) as usize] += 1;
+        }
+        for ((x, y), (times, counts)) in pixels().zip(drawn.iter().zip(&mask)) {
+            // About 32 each.
+            assert_eq!(*times > 0, *counts != 0, "{x} {y}");
+            assert_eq!(aim.draws(Pixel { view: 0, x, y }), *counts != 0, "{x} {y}");
+        }
+    }
 
     #[test]
     fn every_ray_that_meets_a_cell_can_be_drawn() {
+        for lens in [
+            Lens::Pinhole,
+            Lens::open_cv([-0.2, 0.1, 0.0, 0.0], [0.01, 0.0]),
+            Lens::fisheye([0.05, 0.0, 0.0, 0.0]),
+        ] {
+            rays_can_be_drawn(lens);
+        }
+    }
+
+    fn rays_can_be_drawn(lens: Lens) {
         let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
         let map = space.unit_map();
         let cells = [5 + 32 * (6 + 32 * 7), 20 + 32 * (25 + 32 * 3)];
@@ -194,31 +312,30 @@ mod tests {
             let pose = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0]);
             Camera::from_fov_x(61, 47, 1.0, pose)
         });
-        let aim = Aim::new(&cameras, &space, 32, &cells);
-        let drawn = |view: usize, x, y| aim.draws(Pixel { view: view as u32, x, y });
+        let source = source(&cameras, lens, None);
+        let aim = Aim::new(&source, &space, 32, &cells);
+        let drawn = |view: u32, x, y| aim.draws(Pixel { view, x, y });
         let (mut met, mut missed) = (0, 0);
-        for (view, camera) in cameras.iter().enumerate() {
-            for (x, y) in (0..47).flat_map(|y| (0..61).map(move |x| (x, y))) {
-                let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
-                let meets = (0..4000).any(|k| {
-                    let t = k as f32 * 1e-3;
-                    let p = [0, 1, 2].map(|a| ray.origin[a] + t * ray.direction[a]);
-                    let cell = map.apply(p).map(|u| (u * 32.0).floor() as i32);
-                    cells.iter().any(|c| [c % 32, c / 32 % 32, c / 1024].map(|v| v as i32) == cell)
-                });
-                assert!(!meets || drawn(view, x, y), "view {view}: pixel {x}, {y}");
-                met += u32::from(meets);
-                missed += u32::from(!drawn(view, x, y));
-            }
+        for (view, (x, y)) in (0..3).flat_map(|view| pixels().map(move |pixel| (view, pixel))) {
+            let ray = source.through(Pixel { view, x, y });
+            let meets = (0..4000).any(|k| {
+                let t = k as f32 * 1e-3;
+                let p = [0, 1, 2].map(|a| ray.origin[a] + t * ray.direction[a]);
+                let cell = map.apply(p).map(|u| (u * 32.0).floor() as i32);
+                cells.iter().any(|c| [c % 32, c / 32 % 32, c / 1024].map(|v| v as i32) == cell)
+            });
+            assert!(!meets || drawn(view, x, y), "view {view}: pixel {x}, {y}");
+            met += u32::from(meets);
+            missed += u32::from(!drawn(view, x, y));
         }
-        assert!(met > 5 && missed > 1000, "{met} {missed}");
+        assert!(met > 5 && missed > 1000, "{lens:?}: {met} {missed}");
         let mut random = Random::new(1, [0; 3]);
         for _ in 0..1000 {
             let tile = random.below(aim.n_tiles());
             let Pixel { view, x, y } = aim.pixel(&cameras, tile, &mut random);
-            assert!(x < 61 && y < 47 && drawn(view as usize, x, y));
+            assert!(x < 61 && y < 47 && drawn(view, x, y));
         }
         // Nothing to see: everything may be drawn.
-        assert!((Aim::new(&cameras, &space, 32, &[]).share() - 1.0).abs() < 1e-12);
+        assert!((Aim::new(&source, &space, 32, &[]).share() - 1.0).abs() < 1e-12);
     }
 }

@@ -117,13 +117,14 @@ impl Trainer {
             grid.validate()?;
         }
         let has_alpha = dataset.has_alpha;
+        config.aabb = config.aabb.or(dataset.aabb);
         let backdrop = match (config.backdrop, has_alpha) {
             (Some(color), _) => Backdrop::Color(color),
             (None, true) => Backdrop::Random,
-            (None, false) => Backdrop::Color(config.opaque_backdrop),
+            (None, false) => Backdrop::Color(dataset.background.unwrap_or(config.opaque_backdrop)),
         };
         let mut source = RaySource::new(dataset.views, backdrop);
-        let hull = has_alpha.then(|| Hull::new(source.cameras(), source.images()));
+        let hull = has_alpha.then(|| Hull::new(&source));
         let mut space = match config.aabb {
             Some([min, max]) => Space::Box { min, max },
             None => find_box(source.cameras(), hull.as_ref()),
@@ -170,7 +171,7 @@ impl Trainer {
             (Some(_), None) => scout::cells(source, hull, space, &config, level, candidates)?,
             _ => (candidates, source),
         };
-        let aim = Aim::new(source.cameras(), &space, resolution, &candidates);
+        let aim = Aim::new(&source, &space, resolution, &candidates);
         let backward = Backward::new(&config.field, &layout);
         let n_network = layout.len() - layout.networks_start();
         let group = || Group::new(n_network);

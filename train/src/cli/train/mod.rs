@@ -13,7 +13,7 @@ use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
 use serde_json::{Value, json};
 
 use super::{Common, Failure, print_line};
-use crate::dataset::{self, Dataset, Split};
+use crate::dataset::{Dataset, Split};
 use crate::output;
 use crate::trainer::checkpoint::TrainedOn;
 use crate::trainer::{Checkpoint, Run, Trainer};
@@ -34,7 +34,7 @@ impl Train {
         }
         let factor = checkpoint.as_ref().map(|c| c.trained_on().downscale_factor);
         let factor = factor.unwrap_or_else(|| self.downscale_factor());
-        let mut dataset = dataset::load(&self.data, Split::Train, factor)?;
+        let mut dataset = self.reading.load(&self.data, Split::Train, factor, common)?;
         if let Some(views) = self.views {
             dataset.thin(views as usize);
         }
@@ -56,8 +56,8 @@ impl Train {
             }
             let (data, out) = (self.data.clone(), self.out.clone());
             let (step, checkpoint) = (trainer.steps(), saving.path.clone());
-            let precision = self.precision;
-            Err(Interrupted { step, checkpoint, data, out, precision }.into())
+            let (precision, reading) = (self.precision, self.reading);
+            Err(Interrupted { step, checkpoint, data, out, precision, reading }.into())
         })?;
         saving.at_end(&trainer, &run, &origin)?;
         if common.json {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use pocketnerf_formats::Precision;
 
 use super::nerf::NerfOptions;
-use crate::cli::{Failure, parse_color};
+use crate::cli::{Failure, Reading, parse_color};
 use crate::field::EncodingConfig;
 use crate::trainer::checkpoint::Problem;
 use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig};
@@ -21,7 +21,8 @@ const SECONDS: f64 = 120.0;
 /// Ctrl-C ends at once.
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Train {
-    /// Folder of a Blender-style dataset (transforms_train.json and images).
+    /// Dataset folder: images with transforms_train.json (Blender), transforms.json
+    /// (instant-ngp, nerfstudio) or poses_bounds.npy (LLFF).
     pub(super) data: PathBuf,
     /// Model file to write.
     #[arg(long, value_name = "FILE")]
@@ -56,8 +57,10 @@ pub(in crate::cli) struct Train {
     /// Train on images so many times smaller; 1 unless told.
     #[arg(long, value_name = "K")]
     downscale_factor: Option<u32>,
-    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; found from cameras, silhouettes and
-    /// a small field unless told.
+    #[command(flatten)]
+    pub(super) reading: Reading,
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; the dataset's own unless told,
+    /// or found from cameras, silhouettes and a small field.
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     aabb: Option<[[f32; 3]; 2]>,
     /// Nothing is seen nearer to a camera than this, scene units; 0 unless told.

@@ -25,6 +25,9 @@ use crate::trainer::rays::{Pixel, RaySource};
 /// their 768 samples, 8 MB, is still in the third-level cache on the way back.
 pub(super) const RAYS: usize = 4;
 
+/// Pixels drawn at most until one counts.
+const DRAWS: u32 = 64;
+
 /// A ray in its space.
 #[derive(Clone, Copy, Debug)]
 struct Line {
@@ -132,14 +135,23 @@ impl Group {
     ) {
         self.rays.clear();
         self.rays.extend((0..n).map(|_| {
-            let view = random.below(source.cameras().len());
-            let camera = &source.cameras()[view];
-            let mut along = |pixels: u32| {
-                let most = if cropped { (pixels / 2).max(1) } else { pixels };
-                (pixels - most) / 2 + random.below(most as usize) as u32
+            let mut draw = || {
+                let view = random.below(source.cameras().len());
+                let camera = &source.cameras()[view];
+                let mut along = |pixels: u32| {
+                    let most = if cropped { (pixels / 2).max(1) } else { pixels };
+                    (pixels - most) / 2 + random.below(most as usize) as u32
+                };
+                Pixel { view: view as u32, x: along(camera.width), y: along(camera.height) }
             };
-            let pixel =
-                Pixel { view: view as u32, x: along(camera.width), y: along(camera.height) };
+            let mut pixel = draw();
+            for _ in 0..DRAWS {
+                let width = source.cameras()[pixel.view as usize].width;
+                if source.counts(pixel.view as usize, (pixel.y * width + pixel.x) as usize) {
+                    break;
+                }
+                pixel = draw();
+            }
             source.ray(pixel, source.rgba(pixel), (0, 1.0), &mut random)
         }));
         self.errors.clear();
