@@ -7,5 +7,6 @@ mod finished;
 mod guard;
 mod masked;
 mod mutated;
+mod nerf;
 mod refusals;
 mod setup;

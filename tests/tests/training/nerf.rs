@@ -1,0 +1,91 @@
+//! The paper's field, small: trained in occupied cells, and as in the paper.
+
+use pocketnerf_core::AnyField;
+use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_formats::open_verified;
+use pocketnerf_train::field::{EncodingConfig, FourierConfig, NerfConfig, WavesConfig};
+use pocketnerf_train::trainer::{Length, Paper, TrainConfig};
+
+use super::setup::{advance, begin, config, finish, read, resume, save, with_threads};
+
+const STEPS: u32 = 24;
+
+/// Three layers of 24, trained in occupied cells.
+fn occupancy() -> TrainConfig {
+    let octaves =
+        |n| FourierConfig { waves: WavesConfig::Octaves { n, pi: false }, include_input: true };
+    let mut nerf = TrainConfig::nerf();
+    if let EncodingConfig::Nerf(field) = &mut nerf.field.encoding {
+        *field = NerfConfig {
+            positions: octaves(5),
+            directions: Some(octaves(2)),
+            depth: 3,
+            width: 24,
+            skip: 2,
+            color_width: 12,
+            ..*field
+        };
+    }
+    TrainConfig { aabb: config().aabb, occupancy_resolution: 16, batch_rays: Some(96), ..nerf }
+}
+
+/// The same with a coarse network beside it, and random frequencies.
+fn paper() -> TrainConfig {
+    let mut paper = TrainConfig::paper(Paper {
+        sampling: Hierarchical { n_coarse: 16, n_fine: 16, clipped: true },
+        noise: 0.1,
+        crop_steps: 4,
+    });
+    let EncodingConfig::Nerf(field) = occupancy().field.encoding else { unreachable!() };
+    let positions = FourierConfig {
+        waves: WavesConfig::Gaussian { n: 16, deviation: 0.7 },
+        include_input: false,
+    };
+    paper.field.encoding = EncodingConfig::Nerf(NerfConfig { positions, coarse: true, ..field });
+    TrainConfig {
+        aabb: config().aabb,
+        occupancy_resolution: 16,
+        batch_rays: Some(96),
+        samples_per_side: 48.0,
+        ..paper
+    }
+}
+
+#[test]
+fn threads_and_interruptions_leave_no_trace() {
+    for config in [occupancy(), paper()] {
+        let whole = |n| with_threads(n, || finish(begin(config.clone(), Length::Steps(STEPS))));
+        let expected = whole(1);
+        assert!(whole(2) == expected && whole(5) == expected);
+        for at in [0, 3, 17, STEPS] {
+            let (mut trainer, mut run) = begin(config.clone(), Length::Steps(STEPS));
+            advance(&mut trainer, &mut run, at).unwrap();
+            let saved = save(&trainer, &run);
+            assert_eq!(read(&saved).config().paper, config.paper);
+            assert!(finish(resume(&saved)) == expected, "interrupted at {at}");
+        }
+    }
+}
+
+#[test]
+fn both_ways_learn() {
+    for config in [occupancy(), paper()] {
+        let config = TrainConfig { network_rate: 1e-2, batch_rays: Some(384), ..config };
+        let (mut trainer, mut run) = begin(config.clone(), Length::Steps(240));
+        let mut first = None;
+        while advance(&mut trainer, &mut run, 10).unwrap() {
+            first.get_or_insert(run.summary(&trainer).train_psnr);
+        }
+        let (first, last) = (first.unwrap(), run.summary(&trainer).train_psnr);
+        assert!(last > first + 3.0, "from {first} to {last} dB");
+        let bytes = finish((trainer, run));
+        let file = open_verified(&bytes).unwrap();
+        let AnyField::Nerf(field) = file.model.field else { panic!("another kind") };
+        assert_eq!(field.coarse.is_some(), config.paper.is_some());
+        let sampling = config.paper.unwrap_or(Paper::PLAIN).sampling;
+        assert_eq!(file.model.hierarchical, Some(sampling));
+        // Most of the box is empty, and known to be.
+        let occupied = file.model.occupancy.unwrap().fraction();
+        assert!((0.001..0.6).contains(&occupied), "{occupied}");
+    }
+}
