@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::machine::Curve;
-use super::{Machine, Rendering, Training};
+use super::{Machine, Rendering, StageCost, Training};
 
 /// Everything that was measured: the object that `bench --json` prints.
 #[derive(Clone, Debug, Serialize)]
@@ -32,6 +32,8 @@ pub struct Report {
     pub streams: Vec<Stream>,
     /// Tables of several sizes, eight bytes read at random places.
     pub gathers: Vec<Gather>,
+    /// What the paper's network costs.
+    pub networks: Vec<StageCost>,
     /// Dataset that training was timed on.
     pub dataset: String,
     /// What a training step costs.
@@ -70,6 +72,7 @@ impl Report {
     #[must_use]
     pub fn new(
         machine: &Machine,
+        networks: Vec<StageCost>,
         (dataset, training): (String, Training),
         (model, rendering): (String, Rendering),
         clock_at_end: f64,
@@ -87,6 +90,7 @@ impl Report {
             peak_gb_per_s_one_thread: memory.one_thread * 1e-9,
             streams: streams(&machine.streams),
             gathers: gathers(&machine.gathers),
+            networks,
             dataset,
             training,
             model,

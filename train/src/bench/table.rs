@@ -27,7 +27,8 @@ impl fmt::Display for Report {
         }
         let fraction = 100.0 * self.fma_fraction;
         writeln!(f, "one core reaches {fraction:.0} % of two multiply-adds a cycle\n")?;
-        writeln!(f, "training on {}: {}", self.dataset, self.training)?;
+        table(f, &self.networks)?;
+        writeln!(f, "\ntraining on {}: {}", self.dataset, self.training)?;
         write!(f, "rendering {}: {}", self.model, self.rendering)
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pocketnerf_formats::{About, DefaultCamera, Precision};
 
 use super::{Common, Failure, open, open_to_render, print_line, read_model};
-use crate::bench::{Machine, Report, machine, rendering, training};
+use crate::bench::{Machine, Report, machine, networks, rendering, training};
 use crate::builtin;
 use crate::cameras::Orbit;
 use crate::dataset::{self, Dataset, Split};
@@ -52,6 +52,8 @@ impl Bench {
         let simd = common.simd();
         say(common, "measuring the machine");
         let machine = Machine::measure(simd, self.quick)?;
+        say(common, "the paper's network");
+        let networks = networks::measure(simd, &machine)?;
         say(common, &format!("training on {name}"));
         let (steps, config) = self.training();
         let (trainer, training) = training::measure(dataset, config, steps, simd, &machine)?;
@@ -77,7 +79,7 @@ impl Bench {
         let rendering = rendering::measure(&file.model, &cameras, &options, &machine, self.quick)?;
         let model = path.display().to_string();
         let clock = machine::clock_now(self.quick);
-        let report = Report::new(&machine, (name, training), (model, rendering), clock);
+        let report = Report::new(&machine, networks, (name, training), (model, rendering), clock);
         if common.json {
             print_line(serde_json::to_string(&report)?);
         } else {
