@@ -1,5 +1,7 @@
 //! Random numbers that depend on a seed and a place, not on who asks first.
 
+use pocketnerf_core::math;
+
 /// A small generator: SplitMix64.
 ///
 /// Streams made from different places are independent for all purposes here,
@@ -36,6 +38,13 @@ impl Random {
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.next_u64()) * n as u128) >> 64) as usize
     }
+}
+
+/// Normally distributed with mean 0 and variance 1, by Box and Muller's method.
+#[must_use]
+pub fn normal(random: &mut Random) -> f32 {
+    let (u, v) = (1.0 - random.next_f32(), random.next_f32());
+    (-2.0 * math::ln(u)).sqrt() * math::cos(std::f32::consts::TAU * v)
 }
 
 /// The finaliser of SplitMix64 (Steele et al. 2014).

@@ -81,6 +81,18 @@ pub trait Field {
     /// The second half: the networks, over what is in `work.a`.
     fn decode<S: Simd, T: Store>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>);
 
+    /// Fills row 0 of `work.output` with sigma in 1 / scene unit; the others may hold
+    /// anything then.
+    #[inline(always)]
+    fn densities<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        samples: Samples<'_>,
+        work: &mut Workspace<'_>,
+    ) {
+        self.density_features::<S, T>(simd, samples, work);
+    }
+
     /// Fills `work.output`: row 0 with sigma in 1 / scene unit, rows
     /// `1 ..= channels` with what a ray accumulates.
     #[inline(always)]

@@ -28,17 +28,21 @@ pub fn jitter(t: &mut [f32], mut uniform: impl FnMut() -> f32) {
     }
 }
 
+/// Where the last sample's part of a ray ends if nothing else ends it.
+pub const ENDLESS: f32 = 1e10;
+
 /// Turns densities at the distances `t` into opacities, in place: each sample stands for
-/// what lies between it and the next, the last for all behind it. A multiple of 16
-/// densities; those beyond `t.len()` become 0.
-pub fn opacities<S: Simd>(simd: S, sigma: &mut [f32], t: &[f32]) {
+/// what lies between it and the next, the last for what lies before `end`: where a ray
+/// leaves the space, or [`ENDLESS`]. A multiple of 16 densities; those beyond `t.len()`
+/// become 0.
+pub fn opacities<S: Simd>(simd: S, sigma: &mut [f32], t: &[f32], end: f32) {
     let (samples, rest) = sigma.split_at_mut(t.len());
     rest.fill(0.0);
     for (sigma, pair) in samples.iter_mut().zip(t.windows(2)) {
         *sigma *= pair[1] - pair[0];
     }
-    if let Some(last) = samples.last_mut() {
-        *last *= 1e10;
+    if let (Some(last), Some(t)) = (samples.last_mut(), t.last()) {
+        *last *= end - t;
     }
     simd.vectorize(
         #[inline(always)]
@@ -125,7 +129,9 @@ mod tests {
         let level = crate::SimdLevel::compiled().token().unwrap();
         let mut padded = [0.0; 16];
         padded[..5].copy_from_slice(&values);
-        fearless_simd::dispatch!(level, simd => opacities(simd, &mut padded, &[1.0, 2.0, 4.0, 5.0]));
+        fearless_simd::dispatch!(level, simd => {
+            opacities(simd, &mut padded, &[1.0, 2.0, 4.0, 5.0], ENDLESS);
+        });
         weights(&mut padded[..4]);
         values.copy_from_slice(&padded[..5]);
         for (found, expected) in values.iter().zip([0.5, 0.25, 0.0, 0.25, 0.0]) {

@@ -32,6 +32,18 @@ pub fn load(path: &Path, split: Split, downscale_factor: u32) -> Result<Dataset,
     }
 }
 
+impl Dataset {
+    /// Keeps at most `n` views, spread evenly.
+    pub fn thin(&mut self, n: usize) {
+        let all = self.views.len();
+        if n < all {
+            let mut number = 0..all;
+            // The first view, and then each that begins another n-th part.
+            self.views.retain(|_| number.next().is_some_and(|i| i * n % all < n));
+        }
+    }
+}
+
 /// Which part of a dataset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Split {

@@ -8,15 +8,16 @@ use pocketnerf_core::network::panel_len;
 use pocketnerf_core::store::Store;
 
 use super::network::Network;
-use super::{FieldConfig, Layout};
+use super::{EncodingConfig, FieldConfig, Layout, NerfGradients};
 use crate::aligned::Aligned;
 
-/// The networks of a field, ready to go backwards.
+/// The networks of a field, ready to go backwards: those of a decoder, or the paper's.
 #[derive(Clone, Debug)]
 pub struct Backward {
     density: Network,
     color: Network,
     max_width: usize,
+    nerf: Option<NerfGradients>,
 }
 
 /// Buffers of one worker for a batch of points.
@@ -42,15 +43,29 @@ impl Backward {
     /// For fields of this shape.
     #[must_use]
     pub fn new(config: &FieldConfig, layout: &Layout) -> Self {
+        if let EncodingConfig::Nerf(nerf) = &config.encoding {
+            let nerf = Some(NerfGradients::new(nerf, layout));
+            let none = Network::default();
+            return Self { density: none.clone(), color: none, max_width: 0, nerf };
+        }
         let density = Network::new(layout, config.density_widths(), false);
         let color = Network::new(layout, config.color_widths(), true);
         let widths = density.widths.iter().chain(&color.widths);
         let max_width = widths.copied().max().unwrap_or(0);
-        Self { density, color, max_width }
+        Self { density, color, max_width, nerf: None }
+    }
+
+    /// The paper's networks.
+    pub(crate) fn nerf(&self) -> Option<&NerfGradients> {
+        self.nerf.as_ref()
     }
 
     /// Takes over new weights: the networks' part of the parameters.
     pub fn update(&mut self, networks: &[f32]) {
+        if let Some(nerf) = &mut self.nerf {
+            nerf.update(networks);
+            return;
+        }
         self.density.update(networks);
         self.color.update(networks);
     }
@@ -59,7 +74,8 @@ impl Backward {
     #[must_use]
     pub fn buffers(&self, stride: usize) -> Gradients {
         let hidden = |network: &Network| {
-            network.widths[1..network.n_layers()].iter().map(|w| Aligned::new(w * stride)).collect()
+            let widths = network.widths.iter().take(network.n_layers()).skip(1);
+            widths.map(|w| Aligned::new(w * stride)).collect()
         };
         Gradients {
             stride,

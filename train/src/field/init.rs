@@ -1,9 +1,7 @@
 //! Parameters before training.
 
-use pocketnerf_core::math;
-
 use super::{Layout, NerfLayer, NerfPart, Part, Range};
-use crate::random::Random;
+use crate::random::{Random, normal};
 
 /// Half width of the uniform distribution of a grid's entries.
 const GRID_RANGE: f32 = 1e-4;
@@ -45,10 +43,4 @@ fn half_width(range: &Range) -> f32 {
 /// A number that f16 holds exactly: frequencies are never rounded after training.
 fn round(value: f32) -> f32 {
     f32::from_bits(value.to_bits() & 0xffff_e000)
-}
-
-/// Normally distributed, by Box and Muller's method.
-fn normal(random: &mut Random) -> f32 {
-    let (u, v) = (1.0 - random.next_f32(), random.next_f32());
-    (-2.0 * math::ln(u)).sqrt() * math::cos(std::f32::consts::TAU * v)
 }

@@ -20,5 +20,5 @@ pub use hash_grid::scatter_level;
 pub use init::initialize;
 pub use layout::{Layout, Part, Range};
 pub use nerf::{FourierConfig, NerfConfig, NerfLayer, NerfPart, WavesConfig};
-pub(crate) use nerf::{NerfGradients, NerfWork, Tape};
+pub(crate) use nerf::{NerfGradients, NerfWork, Tape, slope};
 pub use rounded::Rounded;

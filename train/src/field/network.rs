@@ -10,7 +10,7 @@ use super::{Layout, Part};
 use crate::aligned::Aligned;
 
 /// A network's layers as the backward pass reads them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Network {
     /// Widths from input to output.
     pub(super) widths: Vec<usize>,

@@ -1,10 +1,11 @@
 //! Settings of a training run.
 
 use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
-use pocketnerf_core::field::Shading;
+use pocketnerf_core::field::{Activation, Shading};
+use pocketnerf_core::sampler::Hierarchical;
 
-use super::Length;
-use crate::field::{EncodingConfig, FieldConfig};
+use super::{Adam, Length};
+use crate::field::{EncodingConfig, FieldConfig, NerfConfig};
 
 /// Everything that decides what a run learns, apart from its data and length.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +48,30 @@ pub struct TrainConfig {
     pub opaque_backdrop: [f32; 3],
     /// `Some`: learn against this background, not against what random ones give on average.
     pub backdrop: Option<[f32; 3]>,
+    /// The paper's sampling, in place of marching through occupied cells.
+    pub paper: Option<Paper>,
+}
+
+/// Training as in the paper (Mildenhall et al. 2020, section 5.3): rays from all pixels,
+/// stratified and hierarchical samples, the error of both networks, and nothing of what
+/// else this program does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paper {
+    /// How many samples.
+    pub sampling: Hierarchical,
+    /// Standard deviation of what is added to the network's density at random.
+    pub noise: f32,
+    /// In so many first steps rays come from the middle halves of the images.
+    pub crop_steps: u32,
+}
+
+impl Paper {
+    /// 64 + 128 samples, no noise, no crop.
+    pub const PLAIN: Self = Self {
+        sampling: Hierarchical { clipped: true, ..Hierarchical::PAPER },
+        noise: 0.0,
+        crop_steps: 0,
+    };
 }
 
 impl TrainConfig {
@@ -87,6 +112,50 @@ impl TrainConfig {
             first_step_scale: 2.5,
             opaque_backdrop: [0.0; 3],
             backdrop: None,
+            paper: None,
+        }
+    }
+
+    /// The paper's field, trained in occupied cells alone: what a CPU can do in minutes.
+    #[must_use]
+    pub fn nerf() -> Self {
+        let nerf = NerfConfig { coarse: false, activation: Activation::Exp, ..NerfConfig::paper() };
+        let mut config = Self::hash_grid();
+        config.field.encoding = EncodingConfig::Nerf(nerf);
+        Self {
+            occupancy_resolution: 64,
+            samples_per_side: 128.0,
+            batch_rays: Some(4096),
+            network_rate: 5e-4,
+            kept: [0.5, 0.7],
+            first_step_scale: 1.0,
+            ..config
+        }
+    }
+
+    /// The paper's field, trained as in the paper.
+    #[must_use]
+    pub fn paper(paper: Paper) -> Self {
+        let mut config = Self::nerf();
+        config.field.encoding = EncodingConfig::Nerf(NerfConfig::paper());
+        Self { paper: Some(paper), kept: [1.0; 2], samples_per_side: 256.0, ..config }
+    }
+
+    /// The constants of Adam.
+    pub(super) fn adam(&self) -> Adam {
+        let Some(_) = self.paper else { return Adam::default() };
+        // The paper's. Its gradient is that of the mean squared error, ours that of half
+        // the sum.
+        let mean = 1.5 * self.batch_rays.unwrap_or(1) as f32;
+        Adam { beta1: 0.9, beta2: 0.999, epsilon: 1e-7 * mean, decay: 0.0 }
+    }
+
+    /// The paper's field, where it is this.
+    #[must_use]
+    pub fn nerf_field(&self) -> Option<&NerfConfig> {
+        match &self.field.encoding {
+            EncodingConfig::Nerf(nerf) => Some(nerf),
+            _ => None,
         }
     }
 

@@ -1,9 +1,12 @@
 //! What becomes of a field when it has been trained: a model to be looked at.
 
+use std::borrow::Cow;
+
 use pocketnerf_core::{Error, Model, SimdLevel};
 
 use super::cells::Packed;
 use super::occupancy_grid::{FINER_UPDATES, OccupancyGrid};
+use super::schedule::frugal;
 use super::trial::Trial;
 use super::{Trainer, emptier, tolerance};
 
@@ -31,11 +34,14 @@ impl Trainer {
     /// # Errors
     /// When the SIMD level is not there.
     pub fn finished(&self, simd: SimdLevel) -> Result<Finished<'_>, Error> {
-        let finer = self.finer_occupancy();
-        let grid = finer.as_ref().unwrap_or(&self.grid);
-        let cells = emptier::needed(grid, &self.model(), &self.trial(emptier::TILES), simd)?;
+        let [few, some] = [emptier::TILES, tolerance::TILES]
+            .map(|tiles| if frugal(&self.config) { tiles / 6 } else { tiles });
+        let known = self.known_occupancy();
+        let finer = self.finer_occupancy(&known);
+        let grid = finer.as_ref().unwrap_or(&known);
+        let cells = emptier::needed(grid, &self.model(), &self.trial(few), simd)?;
         let model = Model { occupancy: Some(cells.view()), ..self.model() };
-        let tolerance = tolerance::find(&model, &self.trial(tolerance::TILES), simd)?;
+        let tolerance = tolerance::find(&model, &self.trial(some), simd)?;
         Ok(Finished { trainer: self, cells, tolerance })
     }
 
@@ -44,19 +50,37 @@ impl Trainer {
         Trial { source: &self.source, aim: &self.aim, seed: self.seed, tiles }
     }
 
+    /// Updates after which a grid is known.
+    fn updates(&self) -> usize {
+        if frugal(&self.config) { FINER_UPDATES / 2 } else { FINER_UPDATES }
+    }
+
+    /// The occupied cells: those that training knows, or, where it has not asked for
+    /// them, those that the field fills now.
+    fn known_occupancy(&self) -> Cow<'_, OccupancyGrid> {
+        if self.config.paper.is_none() {
+            return Cow::Borrowed(&self.grid);
+        }
+        let mut grid = self.grid.clone();
+        for _ in 0..self.updates() {
+            self.look_at_cells(&mut grid);
+        }
+        Cow::Owned(grid)
+    }
+
     /// `None` where smaller cells are not to be had, or not worth their bytes.
-    fn finer_occupancy(&self) -> Option<OccupancyGrid> {
+    fn finer_occupancy(&self, known: &OccupancyGrid) -> Option<OccupancyGrid> {
         if 2 * self.config.occupancy_resolution > MAX_RESOLUTION {
             return None;
         }
-        let mut finer = self.grid.finer();
-        for _ in 0..FINER_UPDATES {
+        let mut finer = known.finer();
+        for _ in 0..self.updates() {
             self.look_at_cells(&mut finer);
         }
         let bytes = |grid: &OccupancyGrid| {
             grid.view().coarse_bytes().len() + grid.view().fine_bytes().len()
         };
-        let most = bytes(&self.grid) + self.parameters.len() / PARAMETERS_A_BYTE;
+        let most = bytes(known) + self.parameters.len() / PARAMETERS_A_BYTE;
         (bytes(&finer) <= most).then_some(finer)
     }
 }

@@ -32,7 +32,7 @@ use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Sp
 
 pub use cells::{dilated, pack};
 pub use checkpoint::{Checkpoint, CheckpointError};
-pub use config::TrainConfig;
+pub use config::{Paper, TrainConfig};
 pub use finished::Finished;
 pub use guard::{Diverged, MAX_RESTARTS, Trouble};
 pub use hull::Hull;
@@ -155,6 +155,9 @@ impl Trainer {
         sampling.validate()?;
         // Density is learnt per unit length of the cube, whatever its size.
         config.field.log_density_bias = scale.ln();
+        if let EncodingConfig::Nerf(nerf) = &mut config.field.encoding {
+            nerf.density_scale = scale;
+        }
         let layout = Layout::new(&config.field);
         let parameters = Aligned::new(layout.len());
         let limits = layout.view(&config.field, &parameters)?.limits();
@@ -162,6 +165,10 @@ impl Trainer {
         let candidates = match hull {
             Some(hull) => hull.cells(&space, resolution),
             None => all_cells(&space, resolution),
+        };
+        let (candidates, source) = match (config.nerf_field(), config.paper) {
+            (Some(_), None) => scout::cells(source, hull, space, &config, level, candidates)?,
+            _ => (candidates, source),
         };
         let aim = Aim::new(source.cameras(), &space, resolution, &candidates);
         let backward = Backward::new(&config.field, &layout);
@@ -183,7 +190,7 @@ impl Trainer {
             rounded: Rounded::new(&layout),
             sum: Vec::new(),
             averaged: 0,
-            adam: Adam::default(),
+            adam: config.adam(),
             backward,
             groups: (0..GROUPS).map(|_| group()).collect(),
             limits,

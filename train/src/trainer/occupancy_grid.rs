@@ -216,7 +216,7 @@ impl Worker {
                 points: [0, 1, 2].map(|a| &points[a][..padded]),
                 directions: [0, 1, 2].map(|a| &directions[a][..padded]),
             };
-            field.density_features::<_, T>(simd, samples, &mut work);
+            field.densities::<_, T>(simd, samples, &mut work);
         });
         &self.output()[..count]
     }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::guard::{self, Averages, Diverged, MAX_RESTARTS, Trouble};
-use super::schedule::{WARM_UP, adjust, budget, calibrate, settings};
+use super::schedule::{WARM_UP, adjust, asking, budget, calibrate, settings};
 use super::{Length, Plan, Trainer};
 
 /// Where a run stands.
@@ -97,7 +97,7 @@ impl Run {
             self.restart(trainer, Trouble::NotFinite)?;
         }
         let (mut begun, mut steps) = *self.timed.get_or_insert_with(|| (Instant::now(), 0));
-        if let Some(deadline) = self.deadline {
+        if let Some(deadline) = self.deadline(trainer) {
             let step = trainer.steps();
             let fitted = match self.plan {
                 None => calibrate(begun, deadline, steps, step),
@@ -129,11 +129,20 @@ impl Run {
     /// Whether all steps are taken, or the time is over.
     #[must_use]
     pub fn is_over(&self, trainer: &Trainer) -> bool {
-        self.plan.is_some_and(|plan| trainer.steps() >= plan.end) || self.is_late()
+        self.plan.is_some_and(|plan| trainer.steps() >= plan.end) || self.is_late(trainer)
     }
 
-    fn is_late(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    fn is_late(&self, trainer: &Trainer) -> bool {
+        self.deadline(trainer).is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// When the last step must have ended.
+    fn deadline(&self, trainer: &Trainer) -> Option<Instant> {
+        let (Length::Seconds(seconds), Some(deadline)) = (self.length, self.deadline) else {
+            return None;
+        };
+        let asking = Duration::from_secs_f64(asking(trainer.config(), seconds));
+        Some(deadline.checked_sub(asking).unwrap_or(deadline))
     }
 
     /// Begins anew: with all steps where steps were asked for, with what is
@@ -144,7 +153,7 @@ impl Run {
         let mut hopeless = restarts >= MAX_RESTARTS;
         if let Length::Seconds(_) = self.length {
             plan = plan.map(|plan| Plan { first: 0, end: plan.end.saturating_sub(step) });
-            hopeless |= plan.is_some_and(|plan| plan.end < WARM_UP) || self.is_late();
+            hopeless |= plan.is_some_and(|plan| plan.end < WARM_UP) || self.is_late(trainer);
         }
         if hopeless {
             return Err(Diverged { trouble, step, restarts });

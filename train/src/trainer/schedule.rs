@@ -36,8 +36,12 @@ impl Plan {
 /// Time kept for finer cells, trying thresholds and tolerances, packing and writing the
 /// model, seconds.
 const WRITING: f64 = 2.2;
+/// The same for networks that take a thousand times as long to ask, beyond that.
+const ASKING: f64 = 16.0;
 /// Share of the time that calibrates the number of steps.
 const CALIBRATION: f64 = 0.1;
+/// So many times as long for steps that take long.
+const PATIENT: f64 = 1.5;
 /// Share of the remaining time after which the plan is adjusted.
 const ADJUSTMENT: f64 = 0.05;
 /// Share of the remaining time that the plan uses.
@@ -66,11 +70,22 @@ pub(super) fn budget(seconds: f64) -> f64 {
     (seconds - WRITING).max(0.5 * seconds)
 }
 
+/// Whether asking the field is so dear that a model is finished with fewer questions.
+pub(super) fn frugal(config: &TrainConfig) -> bool {
+    config.nerf_field().is_some()
+}
+
+/// Seconds of a run of so many that its field takes to be finished, beyond what all do.
+pub(super) fn asking(config: &TrainConfig, seconds: f64) -> f64 {
+    if frugal(config) { ASKING.min(0.25 * seconds) } else { 0.0 }
+}
+
 /// Fixes the number of steps once enough have been timed: `timed` since `begun`.
 pub(super) fn calibrate(begun: Instant, deadline: Instant, timed: u32, step: u32) -> Option<Plan> {
     let spent = begun.elapsed().as_secs_f64();
     let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
-    if timed < 32 || spent < CALIBRATION * (spent + left) {
+    let enough = if timed < 32 { PATIENT } else { 1.0 };
+    if spent < enough * CALIBRATION * (spent + left) {
         return None;
     }
     let steps = left * MARGIN / (spent / f64::from(timed));
@@ -109,6 +124,16 @@ pub(super) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
     let longer = (steps / LONG).sqrt().clamp(1.0, MOST_LONGER);
     let warm = ((step + 1) as f32 / WARM_UP as f32).min(1.0);
     let [first, last] = config.kept;
+    if config.paper.is_some() {
+        return StepSettings {
+            rate: config.final_rate.powf(progress),
+            step_scale: 1.0,
+            decay: 0.0,
+            kept: 1.0,
+            update_occupancy: false,
+            average: false,
+        };
+    }
     StepSettings {
         rate: warm * config.final_rate.powf(progress),
         step_scale: if progress < COARSE { config.first_step_scale } else { 1.0 },

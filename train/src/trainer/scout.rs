@@ -15,6 +15,8 @@ use crate::field::EncodingConfig;
 
 /// Steps of the small field: by then empty space is known to be empty.
 const STEPS: u32 = 256;
+/// Steps after which its surfaces are known.
+const LONGER: u32 = 768;
 /// Cells of its occupancy along an axis.
 const RESOLUTION: u32 = 64;
 /// Density of what is there, 1 / side of the box. The field begins with 1.
@@ -35,9 +37,46 @@ pub(super) fn tighten(
     config: &TrainConfig,
     level: Level,
 ) -> Result<(Space, RaySource), Error> {
-    let mut scout = Trainer::in_space(source, Some(hull), around, small(config), level)?;
-    for step in 0..STEPS {
-        let progress = step as f32 / STEPS as f32;
+    let scout = trained(source, Some(hull), around, config, level, STEPS)?;
+    let found = occupied(&scout, SIGMA);
+    let source = scout.source;
+    let Some([min, max]) = found else { return Ok((around, source)) };
+    let [min, max] = explaining(&source, around, min, max);
+    let space = Space::Box { min, max };
+    let worth = space.validate().is_ok() && side(space) < WORTH * side(around);
+    Ok((if worth { space } else { around }, source))
+}
+
+/// Which of the `candidates` among the cells of `space` may hold something, and the source
+/// back: what the small field occupies, and its neighbours. For a field that is dear to
+/// ask.
+pub(super) fn cells(
+    source: RaySource,
+    hull: Option<&Hull>,
+    space: Space,
+    config: &TrainConfig,
+    level: Level,
+    mut candidates: Vec<u32>,
+) -> Result<(Vec<u32>, RaySource), Error> {
+    let scout = trained(source, hull, space, config, level, LONGER)?;
+    let (grown, n) = (scout.grid.grown(), config.occupancy_resolution);
+    let at = |c: u32| (c as f32 + 0.5) / n as f32;
+    candidates.retain(|cell| grown.at([at(cell % n), at(cell / n % n), at(cell / (n * n))]));
+    Ok((candidates, scout.source))
+}
+
+/// The small field after so many steps.
+fn trained(
+    source: RaySource,
+    hull: Option<&Hull>,
+    space: Space,
+    config: &TrainConfig,
+    level: Level,
+    steps: u32,
+) -> Result<Trainer, Error> {
+    let mut scout = Trainer::in_space(source, hull, space, small(config), level)?;
+    for step in 0..steps {
+        let progress = step as f32 / steps as f32;
         scout.step(&StepSettings {
             rate: (progress * 16.0).min(1.0) * (1.0 - 0.9 * progress),
             decay: 0.0,
@@ -51,13 +90,7 @@ pub(super) fn tighten(
     for _ in 0..8 {
         scout.update_occupancy();
     }
-    let found = occupied(&scout, SIGMA);
-    let source = scout.source;
-    let Some([min, max]) = found else { return Ok((around, source)) };
-    let [min, max] = explaining(&source, around, min, max);
-    let space = Space::Box { min, max };
-    let worth = space.validate().is_ok() && side(space) < WORTH * side(around);
-    Ok((if worth { space } else { around }, source))
+    Ok(scout)
 }
 
 fn side(space: Space) -> f32 {
@@ -81,6 +114,8 @@ fn small(config: &TrainConfig) -> TrainConfig {
     small.samples_per_side = 128.0;
     small.samples_per_step = 1 << 13;
     small.batch_rays = None;
+    small.network_rate = TrainConfig::hash_grid().network_rate;
+    small.paper = None;
     small
 }
 

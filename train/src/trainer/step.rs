@@ -6,7 +6,7 @@ use fearless_simd::{Level, dispatch};
 use pocketnerf_core::AnyField;
 use pocketnerf_core::field::Decoded;
 use pocketnerf_core::sampler::Marcher;
-use pocketnerf_core::store::{F16, Store};
+use pocketnerf_core::store::{F16, F32, Store};
 use rayon::prelude::*;
 
 use super::group::{Group, GroupStats, Job, Worker};
@@ -105,10 +105,25 @@ impl Trainer {
 
     /// One update of a grid of cells.
     pub(super) fn look_at_cells(&self, grid: &mut OccupancyGrid) {
-        let Self { layout, config, rounded, level, backward, limits, workers, seed, .. } = self;
-        let field =
-            layout.view_rounded(&config.field, rounded).expect("checked when training began");
-        let new = || Worker::new(*limits, backward);
+        let Self {
+            layout,
+            config,
+            parameters,
+            rounded,
+            level,
+            backward,
+            limits,
+            workers,
+            seed,
+            ..
+        } = self;
+        let field = match config.nerf_field() {
+            Some(_) => layout.view(&config.field, parameters),
+            None => layout.view_rounded(&config.field, rounded),
+        };
+        let field = field.expect("checked when training began");
+        let sampling = config.paper.map(|paper| paper.sampling);
+        let new = || Worker::new(*limits, backward, sampling);
         let step = self.sampling.step;
         match &field {
             AnyField::HashGrid(field) => {
@@ -116,6 +131,9 @@ impl Trainer {
             }
             AnyField::Frequency(field) => {
                 grid.update::<F16, _>(*level, field, *seed, step, workers, new);
+            }
+            AnyField::Nerf(field) => {
+                grid.update::<F32, _>(*level, field, *seed, step, workers, new);
             }
             _ => unreachable!("kinds that this crate lays out"),
         }
@@ -135,20 +153,38 @@ impl Trainer {
             step: sampling.step,
             late: LATE,
             roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
+            paper: self.config.paper,
+            space: self.space,
+            reach: [sampling.near, sampling.far],
             stopwatch: self.stopwatch.as_ref(),
         };
-        let field = self.layout.view_rounded(&self.config.field, &self.rounded);
+        // The paper's field learns as it is, others as they will be stored.
+        let field = match self.config.nerf_field() {
+            Some(_) => self.layout.view(&self.config.field, &self.parameters),
+            None => self.layout.view_rounded(&self.config.field, &self.rounded),
+        };
         let field = field.expect("checked when training began");
+        let hierarchical = self.config.paper.map(|paper| paper.sampling);
+        let cropped = self.config.paper.is_some_and(|paper| self.step < paper.crop_steps);
         let (seed, step) = (self.seed, u64::from(self.step));
         let (level, limits, n_rays) = (self.level, self.limits, self.n_rays);
         let (source, aim) = (&self.source, (&self.aim, &self.attention));
         self.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
-            let mut worker = self.workers.take(|| Worker::new(limits, &self.backward));
+            let mut worker = self.workers.take(|| Worker::new(limits, &self.backward, hierarchical));
             let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
             let mut laps = Laps::begin(job.stopwatch);
-            group.draw(source, aim, n, Random::new(seed, [1, step, g as u64]));
+            let random = Random::new(seed, [1, step, g as u64]);
+            match hierarchical {
+                None => group.draw(source, aim, n, random),
+                Some(_) => group.draw_anywhere(source, n, cropped, random),
+            }
             laps.end(Stage::Aim, n);
-            run_group::<F16>(level, group, &field, &job, &mut worker);
+            match &field {
+                AnyField::Nerf(field) => {
+                    dispatch!(level, simd => group.run_nerf::<_, F32>(simd, field, &job, &mut worker));
+                }
+                field => run_group::<F16>(level, group, field, &job, &mut worker),
+            }
             self.workers.put(worker);
         });
     }
@@ -160,6 +196,15 @@ impl Trainer {
             total.opacity += group.stats.opacity;
             total.samples += group.stats.samples;
             total.kept += group.stats.kept;
+        }
+        if self.config.paper.is_some() {
+            return StepStats {
+                rays: self.n_rays,
+                samples: total.samples,
+                kept: total.kept,
+                mean_squared_error: total.squared_error / (3 * self.n_rays) as f64,
+                mean_opacity: total.opacity / self.n_rays as f64,
+            };
         }
         let share = self.aim.share();
         let drawn_error = total.squared_error / (3 * self.n_rays) as f64;
@@ -174,6 +219,9 @@ impl Trainer {
 
     /// Where the error is, and so where rays are to be drawn.
     fn note_errors(&mut self) {
+        if self.config.paper.is_some() {
+            return;
+        }
         for (tile, error) in self.groups.iter().flat_map(Group::errors) {
             self.attention.note(tile, error);
         }

@@ -1,6 +1,7 @@
 //! `pocketnerf train`.
 
 mod bar;
+mod nerf;
 mod options;
 mod saving;
 
@@ -33,12 +34,16 @@ impl Train {
         }
         let factor = checkpoint.as_ref().map(|c| c.trained_on().downscale_factor);
         let factor = factor.unwrap_or_else(|| self.downscale_factor());
-        let dataset = dataset::load(&self.data, Split::Train, factor)?;
+        let mut dataset = dataset::load(&self.data, Split::Train, factor)?;
+        if let Some(views) = self.views {
+            dataset.thin(views as usize);
+        }
+        let has_alpha = dataset.has_alpha;
         let origin = Origin::new(&dataset, factor, self.precision);
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, common.simd(), common.started)?,
             None => {
-                let trainer = Trainer::new(dataset, self.config(), common.simd())?;
+                let trainer = Trainer::new(dataset, self.config(has_alpha), common.simd())?;
                 (trainer, Run::new(self.length(), common.started))
             }
         };
@@ -114,12 +119,10 @@ fn finish(
         "peak_memory_bytes": super::peak_memory_bytes(),
         "seed": trainer.config().seed,
         "threads": rayon::current_num_threads(),
-        "method": METHOD,
+        "method": method(trainer),
         "out": out.display().to_string(),
     }))
 }
-
-const METHOD: &str = "hash-grid";
 
 /// Where a model comes from.
 pub(super) struct Origin {
@@ -146,7 +149,7 @@ impl Origin {
             camera: self.camera,
             provenance: Some(Provenance {
                 program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
-                method: METHOD,
+                method: method(trainer),
                 seed: trainer.config().seed,
                 steps: u64::from(trainer.steps()),
                 trained_on: self.trained_on.fingerprint,
@@ -166,4 +169,9 @@ pub(super) fn default_camera(camera: &Camera) -> DefaultCamera {
         width: camera.width,
         height: camera.height,
     }
+}
+
+/// What was trained.
+fn method(trainer: &Trainer) -> &'static str {
+    trainer.model().field.kind()
 }

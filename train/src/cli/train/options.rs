@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use pocketnerf_formats::Precision;
 
+use super::nerf::NerfOptions;
 use crate::cli::{Failure, parse_color};
 use crate::field::EncodingConfig;
 use crate::trainer::checkpoint::Problem;
@@ -40,6 +41,9 @@ pub(in crate::cli) struct Train {
     /// (scene.pnerf: scene.ckpt.pnerf), the last at the end; none unless told.
     #[arg(long, value_name = "S")]
     pub(super) save_every: Option<f64>,
+    /// What is trained: hash-grid unless told.
+    #[arg(long, value_enum)]
+    method: Option<Method>,
     /// What the model is to be good at.
     #[arg(long, value_enum, default_value_t, conflicts_with = "resume")]
     profile: Profile,
@@ -74,6 +78,23 @@ pub(in crate::cli) struct Train {
     /// Base-two logarithm of the most entries of a grid level.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: Option<u32>,
+    /// Learn from so many views, spread evenly over the dataset; from all unless told.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) views: Option<u32>,
+    /// Without view dependence: a point has the same colour from everywhere.
+    #[arg(long)]
+    no_view_dependence: bool,
+    #[command(flatten)]
+    nerf: NerfOptions,
+}
+
+/// What is trained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Method {
+    /// A multiresolution hash grid and small networks: minutes
+    HashGrid,
+    /// The paper's deep network: hours
+    Nerf,
 }
 
 /// What a model is to be good at.
@@ -128,6 +149,11 @@ impl Train {
                 format!("--near {near}{far}: expected 0 or more, and far beyond near").into()
             );
         }
+        if let (Some(option), false) = (self.nerf.given(), self.method == Some(Method::Nerf)) {
+            // A checkpoint knows its method.
+            return Err(format!("{option}: give --method nerf too").into());
+        }
+        self.nerf.check()?;
         match self.batch_rays {
             Some(n) if !(1..=MAX_BATCH_RAYS).contains(&n) => {
                 Err(format!("--batch-rays {n}: expected 1 to {MAX_BATCH_RAYS}").into())
@@ -136,9 +162,18 @@ impl Train {
         }
     }
 
-    /// The settings of a new run.
-    pub(super) fn config(&self) -> TrainConfig {
-        let mut config = TrainConfig::hash_grid().for_length(self.length());
+    /// The settings of a new run on images with or without alpha.
+    pub(super) fn config(&self, has_alpha: bool) -> TrainConfig {
+        let mut config = match self.method {
+            Some(Method::Nerf) => self.nerf.config(has_alpha),
+            _ => TrainConfig::hash_grid().for_length(self.length()),
+        };
+        if self.no_view_dependence {
+            config.field.sh_degree = 1;
+            if let EncodingConfig::Nerf(nerf) = &mut config.field.encoding {
+                nerf.directions = None;
+            }
+        }
         if self.profile == Profile::Fast {
             config = config.for_speed();
         }
@@ -146,8 +181,10 @@ impl Train {
         config.aabb = self.aabb;
         config.near = self.near.unwrap_or(config.near);
         config.far = self.far;
-        config.batch_rays = self.batch_rays;
-        config.backdrop = self.background;
+        config.batch_rays = self.batch_rays.or(config.batch_rays);
+        // The paper's pictures with alpha lie on white.
+        let white = (config.paper.is_some() && has_alpha).then_some([1.0; 3]);
+        config.backdrop = self.background.or(white);
         if let (EncodingConfig::HashGrid(grid), Some(n)) =
             (&mut config.field.encoding, self.log2_hashmap_size)
         {

@@ -132,6 +132,41 @@ impl NerfConfig {
         }
     }
 
+    /// The shape of a field, whose random frequencies have these deviations; `None` for
+    /// one that could not be trained.
+    #[must_use]
+    pub fn of(field: &NerfField<'_>, deviations: [f32; 2]) -> Option<Self> {
+        let encoding = |fourier: &Fourier<'_>, deviation| FourierConfig {
+            waves: match fourier.waves {
+                Waves::Octaves { n, pi } => WavesConfig::Octaves { n, pi },
+                Waves::Gaussian(matrix) => {
+                    WavesConfig::Gaussian { n: matrix.cols() as u32, deviation }
+                }
+            },
+            include_input: fourier.include_input,
+        };
+        let NerfNetwork { skips, density, color, .. } = &field.fine;
+        let config = Self {
+            positions: encoding(&field.positions, deviations[0]),
+            directions: field.directions.as_ref().map(|d| encoding(d, deviations[1])),
+            depth: field.fine.trunk().len(),
+            width: density.weight.rows(),
+            skip: if *skips == 0 { 0 } else { skips.trailing_zeros() as usize },
+            color_width: color.layers()[0].weight.cols(),
+            coarse: field.coarse.is_some(),
+            activation: field.activation,
+            density_scale: field.density_scale,
+        };
+        let usual = |network: &NerfNetwork<'_>| {
+            network.linear == 0
+                && network.skips.count_ones() <= 1
+                && network.feature.is_some() == config.has_feature()
+                && network.color.layers().len() == 2
+        };
+        let nets = std::iter::once(&field.fine).chain(&field.coarse);
+        (nets.into_iter().all(usual) && field.map == Affine::CENTRED).then_some(config)
+    }
+
     /// Values that encode a direction.
     #[must_use]
     pub fn n_direction(&self) -> usize {

@@ -9,6 +9,7 @@
 //! the same model, to the bit, as one that was not.
 
 mod error;
+mod nerf;
 mod record;
 mod sections;
 
@@ -71,6 +72,7 @@ pub fn write(
 ) -> Result<Vec<u8>, WriteError> {
     let mut writer = ContainerWriter::new();
     writer.add_model(&trainer.model(), about, Precision::F32)?;
+    let nerf = nerf::NerfV1::of(&trainer.config).map(nerf::NerfV1::to_bytes);
     let mut add = |kind, bytes| writer.add(SectionId::first(kind), V1, false, bytes);
     let record = RecordV1::new(trainer, run, trained_on).to_bytes();
     add(kind::TRAINER, &record[..]);
@@ -82,6 +84,9 @@ pub fn write(
     add(kind::SCALES, &scales);
     let attention = trainer.attention.state().concat();
     add(kind::ATTENTION, bytemuck::must_cast_slice(&attention));
+    if let Some(nerf) = &nerf {
+        add(kind::NERF, nerf);
+    }
     if trainer.averaged > 0 {
         add(kind::SUM, bytemuck::must_cast_slice(&trainer.sum));
     }

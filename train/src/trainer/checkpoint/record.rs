@@ -132,6 +132,7 @@ impl RecordV1 {
             first_step_scale: config.first_step_scale,
             opaque_backdrop: config.opaque_backdrop,
             backdrop: config.backdrop,
+            paper: None,
         }
     }
 
@@ -186,6 +187,7 @@ impl ConfigV1 {
             first_step_scale,
             opaque_backdrop,
             backdrop,
+            paper: _,
         } = *config;
         Self {
             seed,

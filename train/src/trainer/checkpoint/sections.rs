@@ -6,10 +6,12 @@ use pocketnerf_core::network::Mlp;
 use pocketnerf_core::{AnyField, DType};
 use pocketnerf_formats::{ModelFile, Section, SectionId};
 
+use super::nerf::NerfV1;
 use super::record::RecordV1;
 use super::{Checkpoint, Problem};
 use crate::field::rounding::EightBits;
-use crate::field::{EncodingConfig, FieldConfig, Layout};
+use crate::field::{EncodingConfig, FieldConfig, Layout, NerfConfig};
+use crate::trainer::TrainConfig;
 
 /// Kinds of the sections that a checkpoint has beside those of a model.
 pub mod kind {
@@ -35,6 +37,8 @@ pub mod kind {
     /// Programs that had none drew all alike, and without it so does this one until it
     /// has looked again.
     pub const ATTENTION: u32 = PROGRAM + 6;
+    /// What else a run of the paper's field needs; only for such a field.
+    pub const NERF: u32 = PROGRAM + 7;
 }
 
 /// Version of every section so far.
@@ -51,6 +55,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::SUM => Some("SUM"),
         kind::SCALES => Some("SCALES"),
         kind::ATTENTION => Some("ATTENTION"),
+        kind::NERF => Some("NERF"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -65,10 +70,18 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     if occupancy.resolution() < 16 || !occupancy.resolution().is_power_of_two() {
         return Err(Problem::Untrainable("occupancy of another resolution"));
     }
-    let field = field_config(&model.field)?;
+    let nerf = match &model.field {
+        AnyField::Nerf(_) => Some(
+            NerfV1::from_bytes(section(&model_file, kind::NERF)?.bytes)
+                .ok_or(Problem::State("section NERF"))?,
+        ),
+        _ => None,
+    };
+    let field = field_config(&model.field, nerf.as_ref())?;
     let layout = Layout::new(&field);
     let parameters = parameters(&model_file, &layout)?;
-    let config = record.config(field, occupancy.resolution());
+    let mut config = record.config(field, occupancy.resolution());
+    config.paper = nerf.and_then(|nerf| nerf.paper());
     record.check(&config).map_err(Problem::State)?;
     let moments = |kind, n: usize| {
         let section = section(&model_file, kind)?;
@@ -157,8 +170,15 @@ fn parameters(file: &ModelFile<'_>, layout: &Layout) -> Result<Vec<f32>, Problem
 }
 
 /// The shape of a field, for training.
-fn field_config(field: &AnyField<'_>) -> Result<FieldConfig, Problem> {
+fn field_config(field: &AnyField<'_>, nerf: Option<&NerfV1>) -> Result<FieldConfig, Problem> {
     let (encoding, decoder) = match field {
+        AnyField::Nerf(field) => {
+            let deviations = nerf.map_or([0.0; 2], |nerf| nerf.deviations);
+            let config = NerfConfig::of(field, deviations)
+                .ok_or(Problem::Untrainable("layers that no run has"))?;
+            let encoding = EncodingConfig::Nerf(config);
+            return Ok(FieldConfig { encoding, ..TrainConfig::nerf().field });
+        }
         AnyField::HashGrid(field) => (EncodingConfig::HashGrid(field.grid.config), &field.decoder),
         AnyField::Frequency(field) => (EncodingConfig::Frequency(field.encoding), &field.decoder),
         _ => return Err(Problem::Untrainable("a kind of field unknown to this build")),

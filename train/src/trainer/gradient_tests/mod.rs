@@ -148,7 +148,7 @@ impl Step {
         // Rays that count as much as each other would hide what weights are for.
         (0..).zip([0.3, 0.01, 0.1]).for_each(|(tile, e)| trainer.attention.note(tile, e));
         trainer.attention.update();
-        let worker = Worker::new(trainer.limits, &trainer.backward);
+        let worker = Worker::new(trainer.limits, &trainer.backward, None);
         Self { rays: case.rays, late: case.late, trainer, worker }
     }
 
@@ -179,6 +179,9 @@ impl Step {
             late: self.late,
             roulette,
             stopwatch: None,
+            paper: None,
+            space: *space,
+            reach: [sampling.near, sampling.far],
         };
         let (mut loss, mut kept) = (0.0, 0);
         for ((g, group), n) in (0..).zip(groups).zip(self.rays) {

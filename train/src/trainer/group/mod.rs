@@ -5,10 +5,13 @@
 
 mod back;
 mod march;
+mod nerf;
+mod paper;
 mod shade;
 mod worker;
 
 use fearless_simd::Simd;
+use pocketnerf_core::Space;
 use pocketnerf_core::composite::Gathered;
 use pocketnerf_core::field::{Decoded, Field, Shading};
 use pocketnerf_core::sampler::{LANES, Marcher, Walk};
@@ -17,6 +20,7 @@ use pocketnerf_core::store::Store;
 
 use super::aim::Aim;
 use super::attention::Attention;
+use super::config::Paper;
 use super::rays::{Pixel, RaySource, TrainingRay};
 use crate::field::Backward;
 use crate::random::Random;
@@ -43,6 +47,12 @@ pub(crate) struct Job<'j> {
     /// Gradients at least this large are always kept; smaller ones in
     /// proportion to their size, and enlarged accordingly. 0: all are kept.
     pub(crate) roulette: f32,
+    /// The paper's sampling, in place of marching.
+    pub(crate) paper: Option<Paper>,
+    /// Where rays enter and leave.
+    pub(crate) space: Space,
+    /// How near and how far.
+    pub(crate) reach: [f32; 2],
     /// Where the time of each stage is written down.
     pub(crate) stopwatch: Option<&'j Stopwatch>,
 }

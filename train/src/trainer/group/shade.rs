@@ -11,7 +11,7 @@ use crate::trainer::rays::RayError;
 impl Group {
     /// The error of a ray's colour, noted.
     #[inline(always)]
-    fn error(&mut self, ray: usize, color: [f32; 3], opacity: f32) -> RayError {
+    pub(super) fn error(&mut self, ray: usize, color: [f32; 3], opacity: f32) -> RayError {
         let weight = f64::from(self.rays[ray].weight);
         let error = self.rays[ray].error(color, opacity);
         self.errors[ray] = error.squared / 3.0;

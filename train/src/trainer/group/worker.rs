@@ -5,10 +5,13 @@ use pocketnerf_core::field::Decoder;
 use pocketnerf_core::scratch::{Limits, Workspace};
 use pocketnerf_core::store::Store;
 
+use pocketnerf_core::network::blocks::BLOCK;
+use pocketnerf_core::sampler::{Hierarchical, LANES};
+
+use super::paper::RAYS;
 use super::{BATCH, STRIDE};
 use crate::aligned::Aligned;
-use crate::field::{Backward, Gradients};
-use pocketnerf_core::sampler::LANES;
+use crate::field::{Backward, Gradients, NerfGradients, NerfWork, Tape};
 
 /// Memory of one thread.
 #[derive(Debug)]
@@ -30,15 +33,42 @@ pub(crate) struct Worker {
     pub(super) gradients: Gradients,
     /// `[sample][row_len]`: gradients of a batch's values.
     pub(super) d_values: Aligned<f32>,
+    /// For the paper's field.
+    pub(super) nerf: Option<NerfWorker>,
+}
+
+/// Memory of one thread for the paper's field.
+#[derive(Debug)]
+pub(super) struct NerfWorker {
+    /// What the networks gave: the fine one, then the coarse one where it is trained.
+    pub(super) tapes: [Tape; 2],
+    pub(super) work: NerfWork,
+}
+
+/// Samples of the paper's field that go back together: what a layer gave for them,
+/// half a megabyte, stays in a core's second-level cache until it has been read twice.
+pub(super) const NERF_BATCH: usize = 512;
+
+impl NerfWorker {
+    fn new(gradients: &NerfGradients, sampling: Option<Hierarchical>) -> Self {
+        let most = sampling.map_or([NERF_BATCH, 0], |sampling| {
+            let coarse = sampling.n_coarse as usize;
+            [sampling.n_all(), coarse].map(|n| RAYS * n.next_multiple_of(BLOCK))
+        });
+        Self {
+            tapes: most.map(|samples| Tape::new(gradients.config(), samples)),
+            work: gradients.work(most[0]),
+        }
+    }
 }
 
 impl Worker {
-    pub(crate) fn new(limits: Limits, backward: &Backward) -> Self {
+    pub(crate) fn new(limits: Limits, backward: &Backward, sampling: Option<Hierarchical>) -> Self {
         let rows = |n: usize| Aligned::new(n * STRIDE);
         let axes = || [rows(1), rows(1), rows(1)];
         Self {
-            a: rows(limits.width),
-            b: rows(limits.width),
+            a: rows(limits.width.max(limits.rows[0])),
+            b: rows(limits.width.max(limits.rows[1])),
             output: rows((1 + limits.channels).next_multiple_of(LANES)),
             panel: Aligned::new(pocketnerf_core::network::panel_len(limits.width)),
             points: axes(),
@@ -50,6 +80,7 @@ impl Worker {
             d_color_input: rows(limits.width),
             gradients: backward.buffers(STRIDE),
             d_values: Aligned::new(BATCH * (1 + limits.channels).next_multiple_of(LANES)),
+            nerf: backward.nerf().map(|gradients| NerfWorker::new(gradients, sampling)),
         }
     }
 
