@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::time::Instant;
 
+use pocketnerf_core::render::RenderStats;
 use pocketnerf_core::{Error, Model};
 use serde::Serialize;
 
@@ -47,6 +48,8 @@ pub struct Evaluation {
     pub rays_per_second: f64,
     /// Samples at which the field was asked, a pixel.
     pub samples_per_ray: f64,
+    /// The same, a ray along which the field was asked at all.
+    pub samples_per_hit_ray: f64,
     /// Threads that rendered.
     pub threads: usize,
 }
@@ -85,14 +88,15 @@ pub fn evaluate(
     settings: &picture::Settings,
     mut each: impl FnMut(usize, &[u8], &[u8]),
 ) -> Result<Evaluation, Error> {
-    let (mut times, mut per_view, mut rays, mut samples) = (Vec::new(), Vec::new(), 0, 0);
+    let (mut times, mut per_view, mut rays) = (Vec::new(), Vec::new(), 0);
+    let mut stats = RenderStats::default();
     let mut renderer = picture::Renderer::new(model, settings);
     for (i, view) in dataset.views.iter().enumerate() {
         let begun = Instant::now();
         let rendered = renderer.render_through(&view.camera, &view.lens)?;
         times.push(begun.elapsed().as_secs_f64());
         rays += u64::from(rendered.width) * u64::from(rendered.height);
-        samples += rendered.stats.samples;
+        stats += rendered.stats;
         let picture = metrics::quantize_all(&rendered.over(background));
         let truth = metrics::quantize_all(&metrics::composite_on(&view.rgba, background));
         let size = (view.camera.width as usize, view.camera.height as usize);
@@ -122,7 +126,8 @@ pub fn evaluate(
         seconds_per_frame: median,
         frames_per_second: 1.0 / median.max(1e-9),
         rays_per_second: rays as f64 / total.max(1e-9),
-        samples_per_ray: samples as f64 / (rays as f64).max(1.0),
+        samples_per_ray: stats.samples as f64 / (rays as f64).max(1.0),
+        samples_per_hit_ray: stats.samples as f64 / (stats.hits as f64).max(1.0),
         threads: rayon::current_num_threads(),
     })
 }

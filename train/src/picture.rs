@@ -31,6 +31,17 @@ pub(crate) fn tile_size(width: u32, height: u32) -> [u32; 2] {
     [width.div_ceil(columns).next_multiple_of(WIDTH_STEP).clamp(WIDTH_STEP, w), h]
 }
 
+/// Where along a ray the field is asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Sampling {
+    /// Equal steps through occupied cells, until next to no light passes.
+    #[default]
+    Occupancy,
+    /// As many samples for every ray as the paper takes, or as the model says: evenly
+    /// spread, then where these have weight. `--quality` changes nothing.
+    Paper,
+}
+
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -44,6 +55,8 @@ pub struct Settings {
     pub depth: bool,
     /// How much is worked on at a time.
     pub tuning: Tuning,
+    /// Where along a ray the field is asked.
+    pub sampling: Sampling,
 }
 
 impl Default for Settings {
@@ -55,6 +68,7 @@ impl Default for Settings {
             quality: 0.5,
             depth: false,
             tuning: Tuning::FAST,
+            sampling: Sampling::Occupancy,
         }
     }
 }
@@ -63,10 +77,14 @@ impl Settings {
     /// The core's options.
     pub(crate) fn options(&self, model: &Model<'_>) -> RenderOptions {
         let Self { simd, skip, quality, tuning, .. } = *self;
-        RenderOptions {
+        let options = RenderOptions {
             skip,
             detail: model.detail(quality),
             ..RenderOptions::new(model, simd, tuning)
+        };
+        match self.sampling {
+            Sampling::Occupancy => options,
+            Sampling::Paper => options.with_sampling(model.paper_sampling()),
         }
     }
 }

@@ -6,6 +6,7 @@ use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, r
 use crate::dataset::Split;
 use crate::evaluate::evaluate;
 use crate::image_file;
+use crate::picture::{Sampling, Settings};
 
 /// Compare a model's pictures with a dataset's.
 #[derive(Debug, clap::Args)]
@@ -26,6 +27,9 @@ pub(super) struct Eval {
     downscale_factor: u32,
     #[command(flatten)]
     reading: Reading,
+    /// Where along a ray the field is asked.
+    #[arg(long, value_enum, value_name = "HOW", default_value = "occupancy")]
+    sampling: Sampling,
     /// Folder for side-by-side pictures: model, truth, difference.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -41,7 +45,7 @@ impl Eval {
         let folder = self.out.as_deref().map(make_folder).transpose()?;
         let mut failure = None;
         let views = &dataset.views;
-        let settings = common.picture();
+        let settings = Settings { sampling: self.sampling, ..common.picture() };
         let result = evaluate(&file.model, &dataset, background, &settings, |i, a, b| {
             let Some(folder) = &folder else { return };
             let path = folder.join(format!("{i:03}.png"));
@@ -66,7 +70,8 @@ impl Eval {
                 print_line(format_args!("{}: {:.2} dB", view.name, view.psnr));
             }
             print_line(format_args!(
-                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB, SSIM {}, {:.3} s a frame",
+                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB, SSIM {}, {:.3} s a frame, \
+                 {:.1} evaluations for each ray that meets something",
                 result.views,
                 self.split.name(),
                 result.width,
@@ -75,6 +80,7 @@ impl Eval {
                 result.psnr,
                 result.ssim.map_or_else(|| "-".to_owned(), |s| format!("{s:.4}")),
                 result.seconds_per_frame,
+                result.samples_per_hit_ray,
             ));
         }
         Ok(())

@@ -8,7 +8,7 @@ use pocketnerf_formats::ModelFile;
 
 use super::{Common, Failure, make_folder, open_to_render, read_model};
 use crate::cameras::{self, Orbit};
-use crate::picture::Picture;
+use crate::picture::{Picture, Sampling};
 use crate::progressive::Progressive;
 use crate::{image_file, metrics, output, picture};
 
@@ -45,6 +45,9 @@ pub(super) struct Render {
     /// time. Loading and writing are not counted.
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
     deadline_ms: Option<u32>,
+    /// Where along a ray the field is asked.
+    #[arg(long, value_enum, value_name = "HOW", default_value = "occupancy")]
+    sampling: Sampling,
     /// File for one picture, folder for several.
     #[arg(long, value_name = "FILE|DIR", default_value = "render.png")]
     out: PathBuf,
@@ -61,7 +64,8 @@ impl Render {
         if folder.is_none() {
             output::check_output(&self.out)?;
         }
-        let settings = picture::Settings { depth: self.depth, ..common.picture() };
+        let (depth, sampling) = (self.depth, self.sampling);
+        let settings = picture::Settings { depth, sampling, ..common.picture() };
         let mut renderer = picture::Renderer::new(&file.model, &settings);
         let mut refined;
         for (i, camera) in cameras.iter().enumerate() {
