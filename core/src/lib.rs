@@ -9,6 +9,7 @@
 //! * `std` (default): detects the machine's SIMD level; everything else is the
 //!   same without it.
 //! * `hash-grid`, `frequency` (default): kinds of field, at least one.
+//! * `ndc` (default): the space of forward-facing captures, beside boxes.
 //!
 //! # Example
 //! A fog that is denser to the right, from 24 numbers; `pocketnerf-formats` reads

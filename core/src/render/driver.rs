@@ -143,7 +143,7 @@ fn one_pass<S: Simd, T: Store, F: Field>(
         if group.is_full() || (is_over && group.count > 0) {
             group.march::<S, T, F>(simd, field);
             let rays = group.count;
-            group.finish::<S, T>(simd, field.decoder(), target);
+            group.finish::<S, T>(simd, field.decoder(), source, target);
             group.ended(Stage::Shade, rays);
         }
         if n < room {

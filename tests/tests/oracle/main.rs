@@ -5,5 +5,6 @@ mod agreement;
 mod hostile;
 mod invariants;
 mod models;
+mod ndc;
 mod picture;
 mod refusals;

@@ -6,5 +6,6 @@ mod determinism;
 mod finished;
 mod guard;
 mod mutated;
+mod ndc;
 mod refusals;
 mod setup;

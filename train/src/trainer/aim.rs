@@ -39,7 +39,7 @@ impl Aim {
         let cubes = Cubes::new(space, resolution, cells);
         let per_view = cameras.par_iter().enumerate().map(|(view, camera)| {
             let mut seen = Seen::new(camera);
-            cubes.corners.iter().for_each(|cube| seen.mark(camera, cube, cubes.side));
+            cubes.corners.iter().for_each(|cube| seen.mark(camera, space, cube, cubes.side));
             seen.tiles(view as u32)
         });
         let mut tiles: Vec<Tile> = per_view.flatten_iter().collect();
@@ -97,11 +97,11 @@ fn size(camera: &Camera, tile: &Tile) -> [u32; 2] {
     [side(tile.x, camera.width), side(tile.y, camera.height)]
 }
 
-/// Cubes of cells in scene space.
+/// Cubes of cells.
 struct Cubes {
-    /// Smallest corner of each, scene units.
+    /// Smallest corner of each, local coordinates.
     corners: Vec<[f32; 3]>,
-    /// Side, scene units.
+    /// Side, local units.
     side: f32,
 }
 
@@ -138,13 +138,14 @@ impl Seen {
         Self { columns, rows, marks: vec![false; (columns * rows) as usize] }
     }
 
-    /// Marks the tiles that the rectangle around a projected cube touches.
-    fn mark(&mut self, camera: &Camera, corner: &[f32; 3], side: f32) {
+    /// Marks the tiles that the rectangle around a projected cube touches. Straight
+    /// edges stay straight, whatever the space.
+    fn mark(&mut self, camera: &Camera, space: &Space, corner: &[f32; 3], side: f32) {
         let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         let mut behind = 0;
         for c in 0..8u8 {
             let p = [0, 1, 2].map(|a| corner[a] + f32::from(c >> a & 1) * side);
-            let Some(at) = camera.project(p) else {
+            let Some(at) = camera.project(space.scene_point(p)) else {
                 behind += 1;
                 continue;
             };

@@ -2,6 +2,7 @@
 
 use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;
+use pocketnerf_core::space::Ndc;
 
 use super::Length;
 use crate::field::{EncodingConfig, FieldConfig};
@@ -16,7 +17,10 @@ pub struct TrainConfig {
     /// The box of the scene, smallest and largest corner; `None`: found from
     /// the cameras, the silhouettes and a small field. A trainer's own is never `None`.
     pub aabb: Option<[[f32; 3]; 2]>,
-    /// Nothing is seen nearer to a camera than this, scene units.
+    /// `Some`: a forward-facing capture, learnt in normalised device coordinates; there
+    /// is no box in scene units then. [`ndc_of`](super::ndc_of) finds them.
+    pub ndc: Option<Ndc>,
+    /// Nothing is seen nearer to a camera than this, local units.
     pub near: f32,
     /// Nothing is seen farther than this; `None`: everything in the box.
     pub far: Option<f32>,
@@ -73,6 +77,7 @@ impl TrainConfig {
             },
             seed: 0,
             aabb: None,
+            ndc: None,
             near: 0.0,
             far: None,
             occupancy_resolution: 128,

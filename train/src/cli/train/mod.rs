@@ -38,7 +38,8 @@ impl Train {
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, common.simd(), common.started)?,
             None => {
-                let trainer = Trainer::new(dataset, self.config(), common.simd())?;
+                let config = self.config(&dataset)?;
+                let trainer = Trainer::new(dataset, config, common.simd())?;
                 (trainer, Run::new(self.length(), common.started))
             }
         };

@@ -3,12 +3,14 @@
 use std::fmt::Debug;
 use std::path::PathBuf;
 
+use pocketnerf_core::space::Ndc;
 use pocketnerf_formats::Precision;
 
 use crate::cli::{Failure, parse_color};
+use crate::dataset::Dataset;
 use crate::field::EncodingConfig;
 use crate::trainer::checkpoint::Problem;
-use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig};
+use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig, ndc_of};
 
 /// Seconds of a run where neither time nor steps are given.
 const SECONDS: f64 = 120.0;
@@ -56,7 +58,12 @@ pub(in crate::cli) struct Train {
     /// a small field unless told.
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     aabb: Option<[[f32; 3]; 2]>,
-    /// Nothing is seen nearer to a camera than this, scene units; 0 unless told.
+    /// Where the scene lies: in a box, or, for captures whose cameras all look along
+    /// -z, in normalised device coordinates, which reach to infinity; box unless told.
+    #[arg(long, value_enum, value_name = "KIND")]
+    space: Option<SpaceKind>,
+    /// Nothing is seen nearer to a camera than this, scene units; 0 unless told. With
+    /// --space ndc: nothing nearer to the plane z = 0; 1 unless told.
     #[arg(long, value_name = "N")]
     near: Option<f32>,
     /// Nothing is seen farther than this; everything in the box unless told.
@@ -74,6 +81,15 @@ pub(in crate::cli) struct Train {
     /// Base-two logarithm of the most entries of a grid level.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: Option<u32>,
+}
+
+/// Where a scene lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum SpaceKind {
+    /// Within a box
+    Box,
+    /// In front of cameras that look the same way, however far
+    Ndc,
 }
 
 /// What a model is to be good at.
@@ -136,16 +152,20 @@ impl Train {
         }
     }
 
-    /// The settings of a new run.
-    pub(super) fn config(&self) -> TrainConfig {
+    /// The settings of a new run on this dataset.
+    pub(super) fn config(&self, dataset: &Dataset) -> Result<TrainConfig, Failure> {
         let mut config = TrainConfig::hash_grid().for_length(self.length());
         if self.profile == Profile::Fast {
             config = config.for_speed();
         }
         config.seed = self.seed.unwrap_or(config.seed);
         config.aabb = self.aabb;
-        config.near = self.near.unwrap_or(config.near);
-        config.far = self.far;
+        if self.space == Some(SpaceKind::Ndc) {
+            config.ndc = Some(self.ndc(dataset)?);
+        } else {
+            config.near = self.near.unwrap_or(config.near);
+            config.far = self.far;
+        }
         config.batch_rays = self.batch_rays;
         config.backdrop = self.background;
         if let (EncodingConfig::HashGrid(grid), Some(n)) =
@@ -153,7 +173,30 @@ impl Train {
         {
             grid.log2_hashmap_size = n;
         }
-        config
+        Ok(config)
+    }
+
+    /// The coordinates of a forward-facing capture.
+    fn ndc(&self, dataset: &Dataset) -> Result<Ndc, Failure> {
+        for (option, given) in [("--aabb", self.aabb.is_some()), ("--far", self.far.is_some())] {
+            if given {
+                return Err(format!(
+                    "{option}: expected none with --space ndc, which holds all that the cameras see"
+                )
+                .into());
+            }
+        }
+        let cameras: Vec<_> = dataset.views.iter().map(|view| view.camera).collect();
+        let near = self.near.unwrap_or(1.0);
+        let ndc = ndc_of(&cameras, near);
+        ndc.ok_or_else(|| {
+            format!(
+                "{}: --space ndc: a camera sees what does not lie beyond the plane z = -{near}, \
+                 expected all to look along -z; give --space box",
+                dataset.source
+            )
+            .into()
+        })
     }
 
     /// The length of a new run.
@@ -178,6 +221,10 @@ impl Train {
             EncodingConfig::HashGrid(grid) => Some(grid.log2_hashmap_size),
             EncodingConfig::Frequency(_) => None,
         };
+        let (space, near) = match config.ndc {
+            None => (SpaceKind::Box, config.near),
+            Some(ndc) => (SpaceKind::Ndc, ndc.near),
+        };
         let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
         same("--seconds", self.seconds, seconds)
             .and_then(|()| same("--steps", self.steps, steps))
@@ -185,7 +232,8 @@ impl Train {
             .and_then(|()| same("--batch-rays", self.batch_rays, config.batch_rays))
             .and_then(|()| same("--downscale-factor", self.downscale_factor, downscale_factor))
             .and_then(|()| same("--aabb", self.aabb, config.aabb))
-            .and_then(|()| same("--near", self.near, Some(config.near)))
+            .and_then(|()| same("--space", self.space, Some(space)))
+            .and_then(|()| same("--near", self.near, Some(near)))
             .and_then(|()| same("--far", self.far, config.far))
             .and_then(|()| same("--background", self.background, config.backdrop))
             .and_then(|()| same("--log2-hashmap-size", self.log2_hashmap_size, log2_hashmap_size))

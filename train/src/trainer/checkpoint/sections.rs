@@ -68,7 +68,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let field = field_config(&model.field)?;
     let layout = Layout::new(&field);
     let parameters = parameters(&model_file, &layout)?;
-    let config = record.config(field, occupancy.resolution());
+    let config = record.config(field, model.space, occupancy.resolution());
     record.check(&config).map_err(Problem::State)?;
     let moments = |kind, n: usize| {
         let section = section(&model_file, kind)?;
