@@ -1,5 +1,6 @@
 //! A model against the views of a dataset.
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use pocketnerf_core::{Error, Model};
@@ -50,8 +51,30 @@ pub struct Evaluation {
     pub threads: usize,
 }
 
+/// What a mask leaves: of picture and truth the pixels that count, one after another,
+/// and the picture with the truth in place of the others.
+fn masked<'p>(
+    picture: &'p [u8],
+    truth: &'p [u8],
+    mask: Option<&[u8]>,
+) -> ([Cow<'p, [u8]>; 2], Cow<'p, [u8]>) {
+    let Some(mask) = mask else { return ([picture.into(), truth.into()], picture.into()) };
+    let counted = |rgb: &[u8]| {
+        let pixels = rgb.as_chunks::<3>().0.iter().zip(mask).filter(|(_, counts)| **counts != 0);
+        pixels.flat_map(|(pixel, _)| *pixel).collect::<Vec<u8>>().into()
+    };
+    let mut without = picture.to_vec();
+    let pixels = without.as_chunks_mut::<3>().0.iter_mut().zip(truth.as_chunks::<3>().0);
+    let ignored = pixels.zip(mask).filter(|(_, counts)| **counts == 0);
+    ignored.for_each(|((ours, theirs), _)| *ours = *theirs);
+    ([counted(picture), counted(truth)], without.into())
+}
+
 /// Renders every view and compares; `each` receives the view's number, its
 /// 8-bit picture and the 8-bit truth.
+///
+/// Pixels that a view's mask ignores do not count for PSNR; for SSIM, whose windows
+/// reach across the mask's edge, the picture is right there by definition.
 ///
 /// # Errors
 /// Whatever rendering reports.
@@ -66,17 +89,18 @@ pub fn evaluate(
     let mut renderer = picture::Renderer::new(model, settings);
     for (i, view) in dataset.views.iter().enumerate() {
         let begun = Instant::now();
-        let rendered = renderer.render(&view.camera)?;
+        let rendered = renderer.render_through(&view.camera, &view.lens)?;
         times.push(begun.elapsed().as_secs_f64());
         rays += u64::from(rendered.width) * u64::from(rendered.height);
         samples += rendered.stats.samples;
         let picture = metrics::quantize_all(&rendered.over(background));
         let truth = metrics::quantize_all(&metrics::composite_on(&view.rgba, background));
         let size = (view.camera.width as usize, view.camera.height as usize);
+        let (counted, without) = masked(&picture, &truth, view.mask.as_deref());
         per_view.push(ViewScore {
             name: view.name.clone(),
-            psnr: metrics::psnr(&picture, &truth),
-            ssim: metrics::ssim(&picture, &truth, size.0, size.1),
+            psnr: metrics::psnr(&counted[0], &counted[1]),
+            ssim: metrics::ssim(&without, &truth, size.0, size.1),
         });
         each(i, &picture, &truth);
     }

@@ -46,6 +46,7 @@ pub mod evaluate;
 pub mod field;
 pub mod image_file;
 pub mod json;
+pub mod lens;
 pub mod metrics;
 pub mod output;
 pub mod picture;

@@ -1,9 +1,13 @@
 //! Whole pictures of a model, tiles in parallel.
 
 use pocketnerf_core::render::RenderStats;
-use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
+use pocketnerf_core::render::render_rays;
+use pocketnerf_core::{
+    Camera, Error, Model, Ray, RenderOptions, SimdLevel, Tile, Tuning, render_tile,
+};
 use rayon::prelude::*;
 
+use crate::lens::Lens;
 use crate::pool::Pool;
 
 /// Width and height of a tile: so many pixels that its passes fill batches, so
@@ -142,20 +146,42 @@ impl Worker {
     fn render(
         &mut self,
         model: &Model<'_>,
-        camera: &Camera,
+        through: (&Camera, &Lens),
         options: &RenderOptions,
         part: Part<'_>,
     ) -> Result<RenderStats, Error> {
         let (tile, width) = (part.tile, part.tile.width as usize);
         let rgba = &mut self.rgba[..4 * tile.pixels()];
         let depth = (!part.depth.is_empty()).then(|| &mut self.depth[..tile.pixels()]);
-        let stats = render_tile(model, camera, tile, options, &mut self.scratch, rgba, depth)?;
+        let scratch = &mut self.scratch;
+        let stats = render_through(model, through, tile, options, scratch, rgba, depth)?;
         let rows = self.rgba.chunks_exact(4 * width).zip(part.rgba);
         rows.for_each(|(from, to)| to.copy_from_slice(from));
         let rows = self.depth.chunks_exact(width).zip(part.depth);
         rows.for_each(|(from, to)| to.copy_from_slice(from));
         Ok(stats)
     }
+}
+
+/// [`render_tile`] through a lens: where it bends rays, pixels are rendered one by one,
+/// and none is interpolated.
+pub(crate) fn render_through(
+    model: &Model<'_>,
+    (camera, lens): (&Camera, &Lens),
+    tile: Tile,
+    options: &RenderOptions,
+    scratch: &mut [f32],
+    rgba: &mut [f32],
+    depth: Option<&mut [f32]>,
+) -> Result<RenderStats, Error> {
+    if *lens == Lens::Pinhole {
+        return render_tile(model, camera, tile, options, scratch, rgba, depth);
+    }
+    let Tile { x, y, width, height } = tile;
+    let pixels = (y..y + height).flat_map(|y| (x..x + width).map(move |x| (x, y)));
+    let ray = |(x, y)| lens.ray(camera, x as f32 + 0.5, y as f32 + 0.5);
+    let rays: Vec<Ray> = pixels.map(ray).collect();
+    render_rays(model, &rays, options, scratch, rgba, depth)
 }
 
 /// Copies a tile, `channels` values a pixel, to its columns of rows of `row` pixels.
@@ -204,6 +230,15 @@ impl<'m> Renderer<'m> {
     /// # Errors
     /// Whatever [`render_tile`] reports.
     pub fn render(&mut self, camera: &Camera) -> Result<&Picture, Error> {
+        self.render_through(camera, &Lens::Pinhole)
+    }
+
+    /// Renders the picture that `camera` takes through `lens`. Where the lens shows
+    /// nothing, see [`Lens::undistort`].
+    ///
+    /// # Errors
+    /// Whatever [`render_tile`] reports.
+    pub fn render_through(&mut self, camera: &Camera, lens: &Lens) -> Result<&Picture, Error> {
         let Self { model, options, depth, workers, picture } = self;
         let (width, height) = (camera.width, camera.height);
         let pixels = width as usize * height as usize;
@@ -215,7 +250,7 @@ impl<'m> Renderer<'m> {
             .par_bridge()
             .map(|part| {
                 let mut worker = workers.take(|| Worker::new(options, *depth));
-                let stats = worker.render(model, camera, options, part);
+                let stats = worker.render(model, (camera, lens), options, part);
                 workers.put(worker);
                 stats
             })

@@ -51,16 +51,11 @@ pub fn dataset(split: Split, downscale_factor: u32) -> Dataset {
         .map(|(i, camera)| {
             let camera = camera.downscaled(downscale_factor.max(1));
             let (rgba, depth) = render::view(&bodies, &camera);
-            View { name: format!("{prefix}/{i:02}"), camera, rgba, depth: Some(depth) }
+            let view = View::new(format!("{prefix}/{i:02}"), camera, rgba);
+            View { depth: Some(depth), ..view }
         })
         .collect();
-    Dataset {
-        source: "built-in scene".to_owned(),
-        format: "built-in",
-        split,
-        views,
-        has_alpha: true,
-    }
+    Dataset::new("built-in scene", "built-in", split, views)
 }
 
 /// FNV-1a over the bits of all cameras, pixels and depths, view after view.

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::{Common, Failure, make_folder, open_to_render, print_line, read_model};
-use crate::dataset::{self, Split};
+use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
+use crate::dataset::Split;
 use crate::evaluate::evaluate;
 use crate::image_file;
 
@@ -24,6 +24,8 @@ pub(super) struct Eval {
     /// Compare with images so many times smaller.
     #[arg(long, value_name = "K", default_value_t = 1)]
     downscale_factor: u32,
+    #[command(flatten)]
+    reading: Reading,
     /// Folder for side-by-side pictures: model, truth, difference.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -34,7 +36,7 @@ impl Eval {
         let bytes = read_model(&self.model)?;
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
-        let dataset = dataset::load(&self.data, self.split, self.downscale_factor)?;
+        let dataset = self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
         let background = self.background.unwrap_or(file.model.display.background);
         let folder = self.out.as_deref().map(make_folder).transpose()?;
         let mut failure = None;

@@ -4,6 +4,7 @@ mod bench;
 mod demo;
 mod eval;
 mod info;
+mod reading;
 mod render;
 mod train;
 
@@ -16,6 +17,7 @@ use clap::{Args, Parser, Subcommand};
 use pocketnerf_core::SimdLevel;
 
 use crate::picture;
+use reading::Reading;
 
 /// Whatever stops a command: its text is one line.
 type Failure = Box<dyn std::error::Error>;

@@ -6,16 +6,20 @@ use std::path::PathBuf;
 use crate::json::{JsonError, escape, one_line};
 use crate::pose::PoseProblem;
 
+/// What can be read.
+const CONVENTIONS: &str = "transforms_train.json (Blender), transforms.json (instant-ngp, nerfstudio), \
+     poses_bounds.npy with images (LLFF)";
+
 /// Why a dataset was refused. Each message is one line.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatasetError {
     /// Nothing lies at the path.
-    #[error("{}: no such folder; give the folder that holds transforms_train.json", one_line(.0))]
+    #[error("{}: no such folder; give the folder of a dataset: {CONVENTIONS}", one_line(.0))]
     Missing(PathBuf),
     /// The path is not a folder.
     #[error(
-        "{}: this is a file, expected a dataset's folder; give the folder that holds transforms_train.json",
+        "{}: this is a file, expected a dataset's folder; give the folder that holds it",
         one_line(.0)
     )]
     NotAFolder(PathBuf),
@@ -29,14 +33,13 @@ pub enum DatasetError {
     },
     /// Nothing in the folder.
     #[error(
-        "{}: the folder is empty; expected transforms_train.json and its images (Blender convention)",
+        "{}: the folder is empty; expected a dataset: {CONVENTIONS}",
         one_line(.0)
     )]
     Empty(PathBuf),
     /// No convention was recognised.
     #[error(
-        "{}: no dataset recognised; found {}; expected transforms_train.json, transforms_val.json, transforms_test.json \
-         (Blender convention){}",
+        "{}: no dataset recognised; found {}; expected {CONVENTIONS}{}",
         one_line(.folder), escape(.found),
         .inside.as_ref().map(|inner| format!("; \"{}\" inside it is one: give that folder", escape(inner))).unwrap_or_default()
     )]
@@ -50,8 +53,7 @@ pub enum DatasetError {
     },
     /// A convention that cannot be read yet.
     #[error(
-        "{}: {convention} dataset ({sign}), which is recognised but not supported yet; supported: Blender transforms_train.json, \
-         transforms_val.json, transforms_test.json with camera_angle_x and undistorted images",
+        "{}: {convention} dataset ({sign}), which is recognised but not supported yet; supported: {CONVENTIONS}",
         one_line(.path)
     )]
     NotSupported {
@@ -131,7 +133,7 @@ pub enum DatasetError {
     },
     /// An image has another size than the first one.
     #[error(
-        "{}: {}x{} pixels, but {} has {}x{}; expected images of one size, since they share one camera_angle_x",
+        "{}: {}x{} pixels, but {} has {}x{}; expected images of one size, since they share one camera",
         one_line(.image), .size[0], .size[1], one_line(.first), .first_size[0], .first_size[1]
     )]
     ImageSize {
@@ -154,4 +156,120 @@ pub enum DatasetError {
         /// The images' width and height.
         size: [u32; 2],
     },
+    /// A camera is wrong.
+    #[error("{}: frame {frame} (\"{}\"): {}", one_line(.file), escape(.name), escape(.problem))]
+    Camera {
+        /// The file that lists it.
+        file: PathBuf,
+        /// The frame's place in the list, from 0.
+        frame: usize,
+        /// The frame's image.
+        name: String,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
+    /// Something that is known and cannot be read.
+    #[error("{}: {} cannot be read; {hint}", one_line(.file), escape(.what))]
+    NotReadable {
+        /// The file.
+        file: PathBuf,
+        /// The key or value.
+        what: String,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// The scene's box is none.
+    #[error("{}: \"{key}\" makes no box, expected {expected}", one_line(.file))]
+    Box {
+        /// The file.
+        file: PathBuf,
+        /// The key.
+        key: &'static str,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// A split's list names a frame that is not there.
+    #[error("{}: {list}_filenames lists \"{}\", which no frame has as its file_path; correct the list", one_line(.file), escape(.name))]
+    NoSuchFrame {
+        /// The file.
+        file: PathBuf,
+        /// The list's split.
+        list: &'static str,
+        /// The name in it.
+        name: String,
+    },
+    /// No image is left for a split.
+    #[error("{}: no {split} images: {why}", one_line(.file))]
+    EmptySplit {
+        /// The file that lists them.
+        file: PathBuf,
+        /// The split.
+        split: &'static str,
+        /// What the others are.
+        why: String,
+    },
+    /// An image has another shape than its camera.
+    #[error(
+        "{}: {}x{} pixels, but its camera is for {}x{}; expected an image of that shape: correct w and h or the image",
+        one_line(.image), .size[0], .size[1], .expected[0], .expected[1]
+    )]
+    Shape {
+        /// The image.
+        image: PathBuf,
+        /// Its width and height.
+        size: [u32; 2],
+        /// The camera's.
+        expected: [f64; 2],
+    },
+    /// A mask does not fit its image.
+    #[error(
+        "{}: {}x{} pixels, but {} has {}x{}; expected a mask of its image's size",
+        one_line(.mask), .size[0], .size[1], one_line(.image), .image_size[0], .image_size[1]
+    )]
+    MaskSize {
+        /// The mask, or the file of alpha.
+        mask: PathBuf,
+        /// Its width and height.
+        size: [u32; 2],
+        /// The image.
+        image: PathBuf,
+        /// Its width and height.
+        image_size: [u32; 2],
+    },
+    /// A mask leaves nothing.
+    #[error("{}: its mask or lens leaves no pixel to learn from; correct the mask or take the frame out of the list", one_line(.image))]
+    NothingCounts {
+        /// The image.
+        image: PathBuf,
+    },
+    /// An array of numbers cannot be read.
+    #[error("{}: {}; expected a .npy array of f64, one row of 17 numbers an image (LLFF)", one_line(.file), escape(.problem))]
+    Npy {
+        /// The file.
+        file: PathBuf,
+        /// What was found.
+        problem: String,
+    },
+    /// An LLFF capture without images.
+    #[error("{}: no folder of images; expected images, or images_4 and the like, beside poses_bounds.npy", one_line(.0))]
+    NoImageFolder(PathBuf),
+    /// Images and poses differ in number.
+    #[error(
+        "{}: {images} images, but {} has {poses} poses; expected one each, in the order of the names: \
+         remove the images that have no pose",
+        one_line(.folder), one_line(.file)
+    )]
+    Count {
+        /// The folder of images.
+        folder: PathBuf,
+        /// PNG and JPEG files in it.
+        images: usize,
+        /// The file of poses.
+        file: PathBuf,
+        /// How many.
+        poses: usize,
+    },
+    /// Only LLFF captures are made spheres.
+    #[error("{}: --spherify is for LLFF captures (poses_bounds.npy), which this is not; leave it out", one_line(.0))]
+    Spherify(PathBuf),
 }

@@ -3,15 +3,25 @@
 use rayon::prelude::*;
 
 use super::{Dataset, View};
+use crate::lens::Lens;
 
 impl Dataset {
-    /// A hash of the views: their names, cameras, sizes and pixels, in order.
+    /// A hash of the views, in order: their names, cameras, lenses, sizes, pixels and
+    /// masks; and of what is known of the scene.
     /// The same on every machine and at any number of threads; where the
     /// dataset lies does not matter. Not meant against forgery.
     #[must_use]
     pub fn fingerprint(&self) -> u64 {
         let views: Vec<u64> = self.views.par_iter().map(View::fingerprint).collect();
-        views.into_iter().fold(SEED, mix)
+        let hash = views.into_iter().fold(SEED, mix);
+        // What most datasets do not have changes nothing where it is not there.
+        let part = |hash, tag: u64, numbers: &[f32]| match numbers {
+            [] => hash,
+            numbers => numbers.iter().fold(mix(hash, tag), |h, x| mix(h, x.to_bits().into())),
+        };
+        let hash = part(hash, 1, self.bounds.as_ref().map_or(&[], |bounds| &bounds[..]));
+        let hash = part(hash, 2, self.aabb.as_ref().map_or(&[], |aabb| aabb.as_flattened()));
+        if self.forward_facing { mix(hash, 3) } else { hash }
     }
 }
 
@@ -24,7 +34,15 @@ impl View {
             .into_iter()
             .chain(floats.map(|x| x.to_bits()))
             .fold(hash, |hash, word| mix(hash, u64::from(word)));
-        hash_bytes(hash, &self.rgba)
+        let mut hash = hash_bytes(hash, &self.rgba);
+        if self.lens != Lens::Pinhole {
+            hash = hash_bytes(hash, self.lens.name().as_bytes());
+            hash = self.lens.coefficients().iter().fold(hash, |h, x| mix(h, x.to_bits()));
+        }
+        match &self.mask {
+            Some(mask) => hash_bytes(mix(hash, 4), mask),
+            None => hash,
+        }
     }
 }
 
@@ -54,28 +72,29 @@ mod tests {
     fn dataset() -> Dataset {
         let view = |name: &str, x: f32| {
             let pose = Camera::look_at([x, 0.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0]);
-            View {
-                name: name.to_owned(),
-                camera: Camera::from_fov_x(3, 2, 0.7, pose),
-                rgba: (0..24).collect(),
-                depth: None,
-            }
+            View::new(name, Camera::from_fov_x(3, 2, 0.7, pose), (0..24).collect())
         };
         let views = vec![view("a", 0.0), view("b", 1.0)];
-        Dataset { source: "x".into(), format: "y", split: Split::Train, views, has_alpha: true }
+        Dataset::new("x", "y", Split::Train, views)
     }
 
     #[test]
     fn every_part_counts() {
         let first = dataset().fingerprint();
         assert_eq!(first, dataset().fingerprint());
-        let changes: [fn(&mut Dataset); 6] = [
+        let changes: [fn(&mut Dataset); 12] = [
             |d| d.views.swap(0, 1),
             |d| d.views[0].name.push('x'),
             |d| d.views[1].rgba[23] ^= 1,
             |d| d.views[1].rgba[0] ^= 0x80,
             |d| d.views[0].camera.focal[1] += 1e-3,
             |d| drop(d.views.pop()),
+            |d| d.views[0].lens = Lens::open_cv([0.1, 0.0, 0.0, 0.0], [0.0; 2]),
+            |d| d.views[0].lens = Lens::fisheye([0.1, 0.0, 0.0, 0.0]),
+            |d| d.views[0].mask = Some(vec![255; 6]),
+            |d| d.bounds = Some([1.0, 2.0]),
+            |d| d.aabb = Some([[0.0; 3], [1.0; 3]]),
+            |d| d.forward_facing = true,
         ];
         for (index, change) in changes.iter().enumerate() {
             let mut other = dataset();

@@ -114,6 +114,23 @@ impl Image {
     }
 }
 
+/// A mask made smaller like its image: a pixel counts if all under it do.
+pub(super) fn downscaled_mask([width, height]: [u32; 2], mask: &[u8], factor: u32) -> Vec<u8> {
+    let size = [width / factor.max(1), height / factor.max(1)];
+    let columns: Vec<_> = (0..size[0]).map(|x| shares(x, width, size[0])).collect();
+    let mut small = Vec::with_capacity(size[0] as usize * size[1] as usize);
+    for y in 0..size[1] {
+        let rows = shares(y, height, size[1]);
+        let under = |columns: &Vec<(u32, u64)>| {
+            let at = |x: u32, y: u32| mask[y as usize * width as usize + x as usize];
+            let pixels = rows.iter().flat_map(|(y, _)| columns.iter().map(move |(x, _)| (*x, *y)));
+            pixels.map(|(x, y)| at(x, y)).min().unwrap_or(0)
+        };
+        small.extend(columns.iter().map(under));
+    }
+    small
+}
+
 /// The old pixels under new pixel `new` of a side that goes from `from` to
 /// `to` pixels, each with its share; the shares sum to `from`.
 fn shares(new: u32, from: u32, to: u32) -> Vec<(u32, u64)> {
@@ -148,6 +165,15 @@ mod tests {
             let error = image.clone().downscaled(factor).unwrap_err().to_string();
             assert!(error.ends_with("expected 1 to 2 for images of 2x2"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_small_pixel_counts_where_all_under_it_do() {
+        let mask = [255, 255, 0, 255, 255, 255, 255, 255];
+        assert_eq!(downscaled_mask([4, 2], &mask, 2), [255, 0]);
+        assert_eq!(downscaled_mask([4, 2], &mask, 1), mask);
+        // 5 pixels become 2: the middle one is shared.
+        assert_eq!(downscaled_mask([5, 2], &[9, 9, 0, 9, 9, 9, 9, 9, 9, 9], 2), [0, 0]);
     }
 
     #[test]

@@ -3,22 +3,51 @@
 //! One file per convention, recognised by content.
 
 mod blender;
+mod decode;
 mod error;
 mod fingerprint;
+mod holdout;
 mod images;
+mod intrinsics;
+mod listing;
+mod llff;
+mod npy;
 mod recognise;
 mod report;
+mod transforms;
+mod view;
 
 use std::fmt;
 use std::path::Path;
 
-use pocketnerf_core::Camera;
+use rayon::prelude::*;
 
 pub use error::DatasetError;
 pub(crate) use report::nearest_to_axes;
 pub use report::{DatasetReport, ImageSize, SplitReport, inspect};
+pub use view::View;
 
+use listing::Listing;
 use recognise::{Convention, recognise};
+
+/// How to read a dataset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// Images are made so many times smaller along each side; 1 keeps them.
+    pub downscale_factor: u32,
+    /// Where a dataset has no splits of its own, every so many images are held out for
+    /// test and val, in the order of their names from the first on. 0: all train.
+    pub hold_every: u32,
+    /// Treat an LLFF capture as one around a point: that point becomes the origin.
+    pub spherify: bool,
+}
+
+impl Default for LoadOptions {
+    /// Whole images, every eighth held out.
+    fn default() -> Self {
+        Self { downscale_factor: 1, hold_every: 8, spherify: false }
+    }
+}
 
 /// Reads one split of the dataset in the folder `path`: every frame, in the
 /// dataset's order, with images `downscale_factor` times smaller along each
@@ -27,9 +56,38 @@ use recognise::{Convention, recognise};
 /// # Errors
 /// One line: which file, what was found, what was expected and what to do.
 pub fn load(path: &Path, split: Split, downscale_factor: u32) -> Result<Dataset, DatasetError> {
-    match recognise(path)? {
-        Convention::Blender => blender::load(path, split, downscale_factor),
+    load_with(path, split, &LoadOptions { downscale_factor, ..LoadOptions::default() })
+}
+
+/// The same with all options.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with(
+    path: &Path,
+    split: Split,
+    options: &LoadOptions,
+) -> Result<Dataset, DatasetError> {
+    let listing = list(path, split, options)?;
+    let views = decode::views(path, &listing)?;
+    let Listing { format, bounds, aabb, forward_facing, notes, .. } = listing;
+    let dataset = Dataset::new(path.display().to_string(), format, split, views);
+    Ok(Dataset { bounds, aabb, forward_facing, notes, ..dataset })
+}
+
+/// The frames of a split, before any image is decoded.
+fn list(path: &Path, split: Split, options: &LoadOptions) -> Result<Listing, DatasetError> {
+    let convention = recognise(path)?;
+    if options.spherify && convention != Convention::Llff {
+        return Err(DatasetError::Spherify(path.to_owned()));
     }
+    let mut listing = match convention {
+        Convention::Blender => blender::list(path, split)?,
+        Convention::Transforms => transforms::list(path, split, options)?,
+        Convention::Llff => return llff::list(path, split, options),
+    };
+    listing.factor = options.downscale_factor;
+    Ok(listing)
 }
 
 /// Which part of a dataset.
@@ -75,29 +133,6 @@ impl std::str::FromStr for Split {
     }
 }
 
-/// One image and the camera that took it.
-#[derive(Clone, Debug)]
-pub struct View {
-    /// What names the view in reports: the image's path relative to the dataset.
-    pub name: String,
-    /// The camera; its size is the image's.
-    pub camera: Camera,
-    /// `width * height` pixels, row after row from the top, straight (not
-    /// premultiplied) RGBA; alpha 255 where the image has none.
-    pub rgba: Vec<u8>,
-    /// Euclidean distance along each pixel's ray to the first surface, scene
-    /// units, where it is known exactly; infinite where the ray meets nothing.
-    pub depth: Option<Vec<f32>>,
-}
-
-impl View {
-    /// Whether any pixel is transparent.
-    #[must_use]
-    pub fn has_alpha(&self) -> bool {
-        self.rgba.iter().skip(3).step_by(4).any(|&alpha| alpha < 255)
-    }
-}
-
 /// The views of one split.
 #[derive(Clone, Debug)]
 pub struct Dataset {
@@ -109,6 +144,39 @@ pub struct Dataset {
     pub split: Split,
     /// The views, in the dataset's order.
     pub views: Vec<View>,
-    /// Whether any image has transparent pixels.
+    /// Whether any image has transparent pixels that count.
     pub has_alpha: bool,
+    /// Nearest and farthest depth, scene units, where the dataset says.
+    pub bounds: Option<[f32; 2]>,
+    /// The scene's box, smallest and largest corner, where the dataset says.
+    pub aabb: Option<[[f32; 3]; 2]>,
+    /// Whether all cameras look along −z from about the origin, at what lies beyond
+    /// z = −1: rays that suit normalised device coordinates.
+    pub forward_facing: bool,
+    /// What the user should know, a line each: frames that were left out, and the like.
+    pub notes: Vec<String>,
+}
+
+impl Dataset {
+    /// Views of a scene of which nothing else is known.
+    #[must_use]
+    pub fn new(
+        source: impl Into<String>,
+        format: &'static str,
+        split: Split,
+        views: Vec<View>,
+    ) -> Self {
+        let has_alpha = views.par_iter().any(View::has_alpha);
+        Self {
+            source: source.into(),
+            format,
+            split,
+            views,
+            has_alpha,
+            bounds: None,
+            aabb: None,
+            forward_facing: false,
+            notes: Vec::new(),
+        }
+    }
 }

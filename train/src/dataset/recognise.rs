@@ -2,14 +2,17 @@
 
 use std::path::Path;
 
-use super::{DatasetError, Split, blender};
-use crate::json::{self, Keys};
+use super::{DatasetError, Split, blender, llff, transforms};
 
 /// A convention that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Convention {
     /// `transforms_train.json`, `transforms_val.json`, `transforms_test.json`.
     Blender,
+    /// `transforms.json`.
+    Transforms,
+    /// `poses_bounds.npy`.
+    Llff,
 }
 
 /// Looks into the folder and names its convention.
@@ -25,28 +28,28 @@ pub(super) fn recognise(folder: &Path) -> Result<Convention, DatasetError> {
     if names.is_empty() {
         return Err(DatasetError::Empty(folder.to_owned()));
     }
-    if holds_blender(folder) {
-        return Ok(Convention::Blender);
+    if let Some(convention) = readable(folder) {
+        return Ok(convention);
     }
-    Err(match other_convention(folder)? {
+    Err(match other_convention(folder) {
         Some((convention, sign)) => {
             DatasetError::NotSupported { path: folder.to_owned(), convention, sign }
         }
         None => DatasetError::NotRecognised {
             folder: folder.to_owned(),
             found: some_of(&names),
-            inside: names.into_iter().find(|name| holds_blender(&folder.join(name))),
+            inside: names.into_iter().find(|name| readable(&folder.join(name)).is_some()),
         },
     })
 }
 
-/// The convention that an intrinsics key belongs to which Blender's files do not have.
+/// The convention that a key belongs to which Blender's files do not have.
 pub(super) fn dialect<'a>(
     keys: impl IntoIterator<Item = &'a String>,
 ) -> Option<(&'static str, String)> {
-    const NERFSTUDIO: [&str; 4] =
-        ["camera_model", "applied_transform", "ply_file_path", "mask_path"];
-    const INSTANT_NGP: [&str; 17] = [
+    const NERFSTUDIO: [&str; 5] =
+        ["camera_model", "applied_transform", "applied_scale", "ply_file_path", "mask_path"];
+    const INSTANT_NGP: [&str; 18] = [
         "fl_x",
         "fl_y",
         "x_fov",
@@ -64,11 +67,10 @@ pub(super) fn dialect<'a>(
         "p2",
         "is_fisheye",
         "rolling_shutter",
+        "distortion_params",
     ];
     let keys: Vec<&str> = keys.into_iter().map(String::as_str).collect();
-    for (convention, own) in
-        [("nerfstudio", &NERFSTUDIO[..]), ("instant-ngp or nerfstudio", &INSTANT_NGP[..])]
-    {
+    for (convention, own) in [("nerfstudio", &NERFSTUDIO[..]), ("instant-ngp", &INSTANT_NGP[..])] {
         let signs: Vec<&str> = own.iter().copied().filter(|key| keys.contains(key)).collect();
         if !signs.is_empty() {
             return Some((convention, format!("it has {}", signs.join(", "))));
@@ -77,33 +79,18 @@ pub(super) fn dialect<'a>(
     None
 }
 
-fn holds_blender(folder: &Path) -> bool {
-    Split::ALL.iter().any(|&split| folder.join(blender::file_name(split)).is_file())
+fn readable(folder: &Path) -> Option<Convention> {
+    let blender = Split::ALL.map(|split| (blender::file_name(split), Convention::Blender));
+    let others = [(transforms::FILE, Convention::Transforms), (llff::FILE, Convention::Llff)];
+    let mut all = blender.into_iter().chain(others);
+    all.find(|(file, _)| folder.join(file).is_file()).map(|(_, convention)| convention)
 }
 
 /// Conventions that are known by their files but not read.
-fn other_convention(folder: &Path) -> Result<Option<(&'static str, String)>, DatasetError> {
-    let transforms = folder.join("transforms.json");
-    if transforms.is_file() {
-        let keys: Keys =
-            json::parse(&json::read(&transforms)?, &transforms, "a JSON object of cameras")?;
-        return Ok(Some(match dialect(keys.keys()) {
-            Some((convention, sign)) => (convention, format!("transforms.json: {sign}")),
-            None => ("single-file transforms.json", "transforms.json".to_owned()),
-        }));
-    }
-    for (file, convention) in [
-        ("poses_bounds.npy", "LLFF"),
-        ("sparse", "COLMAP"),
-        ("colmap/sparse", "COLMAP"),
-        ("cameras.bin", "COLMAP"),
-        ("cameras.txt", "COLMAP"),
-    ] {
-        if folder.join(file).exists() {
-            return Ok(Some((convention, file.to_owned())));
-        }
-    }
-    Ok(None)
+fn other_convention(folder: &Path) -> Option<(&'static str, String)> {
+    let colmap = ["sparse", "colmap/sparse", "cameras.bin", "cameras.txt"];
+    let found = colmap.into_iter().find(|file| folder.join(file).exists());
+    found.map(|file| ("COLMAP", file.to_owned()))
 }
 
 /// The names in a folder, sorted.
@@ -135,7 +122,7 @@ mod tests {
             dialect(&keys).map(|(name, _)| name)
         };
         assert_eq!(of(&["camera_angle_x", "frames", "aabb_scale"]), None);
-        assert_eq!(of(&["camera_angle_x", "fl_x"]), Some("instant-ngp or nerfstudio"));
+        assert_eq!(of(&["camera_angle_x", "fl_x"]), Some("instant-ngp"));
         assert_eq!(of(&["fl_x", "camera_model"]), Some("nerfstudio"));
     }
 }

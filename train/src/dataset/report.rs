@@ -7,8 +7,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::recognise::{Convention, recognise};
-use super::{DatasetError, Split, blender, images};
+use super::{DatasetError, LoadOptions, Split, decode, images, list};
 
 /// What is in a dataset. Missing or unreadable images are counted, not refused.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -67,21 +66,25 @@ pub struct ImageSize {
 /// As [`load`](super::load), except for what is wrong with images: that is in
 /// the report.
 pub fn inspect(path: &Path) -> Result<DatasetReport, DatasetError> {
-    match recognise(path)? {
-        Convention::Blender => {
-            let splits = Split::ALL
-                .into_iter()
-                .filter(|&split| path.join(blender::file_name(split)).is_file())
-                .map(|split| inspect_split(path, split))
-                .collect::<Result<_, _>>()?;
-            let source = path.display().to_string();
-            Ok(DatasetReport { source, format: blender::FORMAT, splits })
+    let options = LoadOptions::default();
+    let mut found = None;
+    let mut splits = Vec::new();
+    for split in Split::ALL {
+        match list(path, split, &options) {
+            Ok(listing) => {
+                found = Some(listing.format);
+                splits.push(inspect_split(path, split, &listing));
+            }
+            Err(DatasetError::NoSplit { .. }) => {}
+            Err(error) => return Err(error),
         }
     }
+    let source = path.display().to_string();
+    Ok(DatasetReport { source, format: found.unwrap_or_default(), splits })
 }
 
-fn inspect_split(folder: &Path, split: Split) -> Result<SplitReport, DatasetError> {
-    let blender::Frames { fov_x, frames, .. } = blender::read(folder, split)?;
+fn inspect_split(folder: &Path, split: Split, listing: &super::listing::Listing) -> SplitReport {
+    let frames = &listing.frames;
     let headers: Vec<_> = frames
         .par_iter()
         .map(|frame| {
@@ -98,19 +101,25 @@ fn inspect_split(folder: &Path, split: Split) -> Result<SplitReport, DatasetErro
         images_unreadable: Vec::new(),
         sizes: Vec::new(),
         images_with_alpha: 0,
-        fov_x_degrees: fov_x.to_degrees(),
+        fov_x_degrees: 0.0,
         camera_box: camera_box(&poses),
         look_at: look_at.map(|point| point.as_vec3().to_array()),
         look_at_distance: look_at.map(|point| distances(&poses, point)),
     };
-    for (frame, header) in frames.into_iter().zip(headers) {
+    for (frame, header) in frames.iter().zip(headers) {
         match header {
-            None => report.images_missing.push(frame.path),
-            Some(None) => report.images_unreadable.push(frame.path),
-            Some(Some((size, alpha))) => report.count(size, alpha),
+            None => report.images_missing.push(frame.path.clone()),
+            Some(None) => report.images_unreadable.push(frame.path.clone()),
+            Some(Some((size, alpha))) => {
+                report.count(size, alpha);
+                if let Ok(camera) = decode::camera(folder, &frame.path, frame, size) {
+                    report.fov_x_degrees =
+                        2.0 * (0.5 * size[0] as f32 / camera.focal[0]).atan().to_degrees();
+                }
+            }
         }
     }
-    Ok(report)
+    report
 }
 
 impl SplitReport {

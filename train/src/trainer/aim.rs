@@ -7,7 +7,8 @@
 use pocketnerf_core::{Camera, Space};
 use rayon::prelude::*;
 
-use super::rays::Pixel;
+use super::rays::{Pixel, RaySource};
+use crate::lens::{Lens, Rectangle};
 use crate::random::Random;
 
 /// Pixels along a tile's side.
@@ -28,38 +29,60 @@ struct Tile {
 pub(crate) struct Aim {
     /// Ascending.
     tiles: Vec<Tile>,
-    /// Share of all pixels that lie in the tiles.
+    /// Which pixels of each tile count, a bit each, row after row of eight. Empty where
+    /// all do.
+    counting: Vec<u64>,
+    /// Share of all pixels that count that lie in the tiles.
     share: f64,
 }
 
 impl Aim {
     /// The tiles of all views to which `cells` of a grid of so many cells along
-    /// an axis project. Where there are none, all tiles.
-    pub(crate) fn new(cameras: &[Camera], space: &Space, resolution: u32, cells: &[u32]) -> Self {
+    /// an axis project. Where there are none, all tiles. Tiles in which no pixel counts
+    /// are left out.
+    pub(crate) fn new(source: &RaySource, space: &Space, resolution: u32, cells: &[u32]) -> Self {
+        let (cameras, lenses) = (source.cameras(), source.lenses());
         let cubes = Cubes::new(space, resolution, cells);
-        let per_view = cameras.par_iter().enumerate().map(|(view, camera)| {
+        let per_view = cameras.par_iter().zip(lenses).enumerate().map(|(view, (camera, lens))| {
             let mut seen = Seen::new(camera);
-            cubes.corners.iter().for_each(|cube| seen.mark(camera, space, cube, cubes.side));
+            match lens {
+                Lens::Pinhole => {
+                    cubes.corners.iter().for_each(|cube| seen.mark(camera, cube, cubes.side));
+                }
+                lens => {
+                    cubes.corners.iter().for_each(|cube| {
+                        seen.mark_ball_around((camera, lens), cube, cubes.side);
+                    });
+                }
+            }
             seen.tiles(view as u32)
         });
-        let mut tiles: Vec<Tile> = per_view.flatten_iter().collect();
+        let counts = |tile: &Tile| {
+            source.masks()[tile.view as usize].is_none() || counting(source, tile) != 0
+        };
+        let mut tiles: Vec<Tile> = per_view.flatten_iter().filter(counts).collect();
         if tiles.is_empty() {
             let all = |(view, camera): (usize, &Camera)| {
                 let mut seen = Seen::new(camera);
                 seen.marks.fill(true);
                 seen.tiles(view as u32)
             };
-            tiles = cameras.iter().enumerate().flat_map(all).collect();
+            tiles = cameras.iter().enumerate().flat_map(all).filter(counts).collect();
         }
-        let seen: u64 = tiles
-            .iter()
-            .map(|tile| {
-                let [width, height] = size(&cameras[tile.view as usize], tile);
-                u64::from(width) * u64::from(height)
-            })
-            .sum();
-        let all: u64 = cameras.iter().map(|c| u64::from(c.width) * u64::from(c.height)).sum();
-        Self { tiles, share: seen as f64 / all.max(1) as f64 }
+        let pixels = |tile: &Tile| u64::from(counting(source, tile).count_ones());
+        let seen: u64 = tiles.par_iter().map(pixels).sum();
+        let views = cameras.iter().zip(source.masks());
+        let of_view = |(camera, mask): (&Camera, &Option<Vec<u8>>)| match mask {
+            Some(mask) => mask.iter().filter(|counts| **counts != 0).count() as u64,
+            None => u64::from(camera.width) * u64::from(camera.height),
+        };
+        let all: u64 = views.map(of_view).sum();
+        let is_masked = source.masks().iter().any(Option::is_some);
+        let counting = match is_masked {
+            true => tiles.par_iter().map(|tile| counting(source, tile)).collect(),
+            false => Vec::new(),
+        };
+        Self { tiles, counting, share: seen as f64 / all.max(1) as f64 }
     }
 
     /// Share of all pixels that may be drawn.
@@ -70,7 +93,12 @@ impl Aim {
     /// Whether a pixel may be drawn.
     pub(crate) fn draws(&self, pixel: Pixel) -> bool {
         let Pixel { view, x, y } = pixel;
-        self.tiles.binary_search(&Tile { view, y: (y / TILE) as u16, x: (x / TILE) as u16 }).is_ok()
+        let tile = Tile { view, y: (y / TILE) as u16, x: (x / TILE) as u16 };
+        let counts = |i: usize| {
+            let bits = self.counting.get(i).copied().unwrap_or(u64::MAX);
+            bits >> (y % TILE * TILE + x % TILE) & 1 == 1
+        };
+        self.tiles.binary_search(&tile).is_ok_and(counts)
     }
 
     /// How many tiles there are.
@@ -78,10 +106,20 @@ impl Aim {
         self.tiles.len()
     }
 
-    /// A random pixel of a tile.
+    /// A random pixel of a tile, one that counts.
     #[inline]
     pub(crate) fn pixel(&self, cameras: &[Camera], tile: usize, random: &mut Random) -> Pixel {
+        let counting = self.counting.get(tile).copied();
         let tile = self.tiles[tile];
+        if let Some(mut bits) = counting {
+            // As with the edges, masked tiles are drawn a little too often.
+            for _ in 0..random.below(bits.count_ones() as usize) {
+                bits &= bits - 1;
+            }
+            let (x, y) = (bits.trailing_zeros() % TILE, bits.trailing_zeros() / TILE);
+            let (x, y) = (u32::from(tile.x) * TILE + x, u32::from(tile.y) * TILE + y);
+            return Pixel { view: tile.view, x, y };
+        }
         // Tiles on an edge may be smaller; one in a hundred is drawn a little
         // too often, which does not matter.
         let [width, height] = size(&cameras[tile.view as usize], &tile);
@@ -97,11 +135,24 @@ fn size(camera: &Camera, tile: &Tile) -> [u32; 2] {
     [side(tile.x, camera.width), side(tile.y, camera.height)]
 }
 
-/// Cubes of cells.
+/// Which pixels of a tile count, a bit each.
+fn counting(source: &RaySource, tile: &Tile) -> u64 {
+    let camera = &source.cameras()[tile.view as usize];
+    let [width, height] = size(camera, tile);
+    let (left, top) = (u32::from(tile.x) * TILE, u32::from(tile.y) * TILE);
+    let mut bits = 0;
+    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        let i = (top + y) as usize * camera.width as usize + (left + x) as usize;
+        bits |= u64::from(source.counts(tile.view as usize, i)) << (y * TILE + x);
+    }
+    bits
+}
+
+/// Cubes of cells in scene space.
 struct Cubes {
-    /// Smallest corner of each, local coordinates.
+    /// Smallest corner of each, scene units.
     corners: Vec<[f32; 3]>,
-    /// Side, local units.
+    /// Side, scene units.
     side: f32,
 }
 
@@ -138,14 +189,13 @@ impl Seen {
         Self { columns, rows, marks: vec![false; (columns * rows) as usize] }
     }
 
-    /// Marks the tiles that the rectangle around a projected cube touches. Straight
-    /// edges stay straight, whatever the space.
-    fn mark(&mut self, camera: &Camera, space: &Space, corner: &[f32; 3], side: f32) {
+    /// Marks the tiles that the rectangle around a projected cube touches.
+    fn mark(&mut self, camera: &Camera, corner: &[f32; 3], side: f32) {
         let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         let mut behind = 0;
         for c in 0..8u8 {
             let p = [0, 1, 2].map(|a| corner[a] + f32::from(c >> a & 1) * side);
-            let Some(at) = camera.project(space.scene_point(p)) else {
+            let Some(at) = camera.project(p) else {
                 behind += 1;
                 continue;
             };
@@ -161,6 +211,21 @@ impl Seen {
             }
             return;
         }
+        self.mark_between(low, high);
+    }
+
+    /// The same through a lens: the tiles that may show the ball around a cube.
+    fn mark_ball_around(&mut self, (camera, lens): (&Camera, &Lens), corner: &[f32; 3], side: f32) {
+        let center = corner.map(|low| low + 0.5 * side);
+        match lens.rectangle(camera, center, 0.5 * side * 3f32.sqrt()) {
+            Rectangle::Within([x0, y0, x1, y1]) => self.mark_between([x0, y0], [x1, y1]),
+            Rectangle::Unknown => self.marks.fill(true),
+            Rectangle::Nothing => {}
+        }
+    }
+
+    /// Marks the tiles between two image points.
+    fn mark_between(&mut self, low: [f32; 2], high: [f32; 2]) {
         // `as` saturates: what lies outside is cut off.
         let first = low.map(|v| (v / TILE as f32) as u32);
         let end = high.map(|v| if v < 0.0 { 0 } else { (v / TILE as f32) as u32 + 1 });
@@ -184,6 +249,16 @@ impl Seen {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::View;
+    use crate::trainer::rays::Backdrop;
+
+    fn source(cameras: &[Camera], mask: Option<&[u8]>) -> RaySource {
+        let view = |camera: &Camera| {
+            let rgba = vec![255; 4 * (camera.width * camera.height) as usize];
+            View { mask: mask.map(<[u8]>::to_vec), ..View::new("", *camera, rgba) }
+        };
+        RaySource::new(cameras.iter().map(view).collect(), Backdrop::Random)
+    }
 
     #[test]
     fn every_ray_that_meets_a_cell_can_be_drawn() {
@@ -195,7 +270,8 @@ mod tests {
             let pose = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0]);
             Camera::from_fov_x(61, 47, 1.0, pose)
         });
-        let aim = Aim::new(&cameras, &space, 32, &cells);
+        let source = source(&cameras, None);
+        let aim = Aim::new(&source, &space, 32, &cells);
         let drawn = |view: usize, x, y| aim.draws(Pixel { view: view as u32, x, y });
         let (mut met, mut missed) = (0, 0);
         for (view, camera) in cameras.iter().enumerate() {
@@ -220,6 +296,6 @@ mod tests {
             assert!(x < 61 && y < 47 && drawn(view as usize, x, y));
         }
         // Nothing to see: everything may be drawn.
-        assert!((Aim::new(&cameras, &space, 32, &[]).share() - 1.0).abs() < 1e-12);
+        assert!((Aim::new(&source, &space, 32, &[]).share() - 1.0).abs() < 1e-12);
     }
 }

@@ -14,8 +14,9 @@ pub struct TrainConfig {
     pub field: FieldConfig,
     /// Where random numbers begin.
     pub seed: u64,
-    /// The box of the scene, smallest and largest corner; `None`: found from
-    /// the cameras, the silhouettes and a small field. A trainer's own is never `None`.
+    /// The box of the scene, smallest and largest corner; `None`: the dataset's, or, where
+    /// it has none, found from the cameras, the silhouettes and a small field. A trainer's
+    /// own is never `None`.
     pub aabb: Option<[[f32; 3]; 2]>,
     /// `Some`: a forward-facing capture, learnt in normalised device coordinates; there
     /// is no box in scene units then. [`ndc_of`](super::ndc_of) finds them.

@@ -4,6 +4,9 @@
 use pocketnerf_core::{Camera, Space};
 use rayon::prelude::*;
 
+use super::rays::RaySource;
+use crate::lens::{Lens, Rectangle};
+
 /// Largest alpha of ever larger squares of an image.
 #[derive(Debug)]
 struct Pyramid {
@@ -12,8 +15,12 @@ struct Pyramid {
 }
 
 impl Pyramid {
-    fn new(width: usize, height: usize, rgba: &[u8]) -> Self {
-        let alpha: Vec<u8> = rgba.iter().skip(3).step_by(4).copied().collect();
+    /// What a pixel that does not count shows is not known: it carves nothing.
+    fn new(width: usize, height: usize, rgba: &[u8], mask: Option<&[u8]>) -> Self {
+        let mut alpha: Vec<u8> = rgba.iter().skip(3).step_by(4).copied().collect();
+        for (alpha, _) in alpha.iter_mut().zip(mask.unwrap_or(&[])).filter(|(_, m)| **m == 0) {
+            *alpha = 255;
+        }
         let mut levels = vec![(width, height, alpha)];
         while let Some((w, h, below)) = levels.last().filter(|(w, h, _)| w.max(h) > &1) {
             let (half_w, half_h) = (w.div_ceil(2), h.div_ceil(2));
@@ -45,19 +52,21 @@ impl Pyramid {
 /// Silhouettes of all training views.
 #[derive(Debug)]
 pub struct Hull {
-    views: Vec<(Camera, Pyramid)>,
+    views: Vec<(Camera, Lens, Pyramid)>,
 }
 
 impl Hull {
     /// From the views' cameras and RGBA images.
     #[must_use]
-    pub fn new(cameras: &[Camera], images: &[Vec<u8>]) -> Self {
-        let views = cameras
-            .par_iter()
-            .zip(images)
-            .map(|(c, rgba)| (*c, Pyramid::new(c.width as usize, c.height as usize, rgba)))
-            .collect();
-        Self { views }
+    pub fn new(source: &RaySource) -> Self {
+        let cameras = source.cameras().par_iter().zip(source.lenses());
+        let images = source.images().par_iter().zip(source.masks());
+        let view = |((camera, lens), (rgba, mask)): ((&Camera, &Lens), (&Vec<u8>, &_))| {
+            let mask: &Option<Vec<u8>> = mask;
+            let (width, height) = (camera.width as usize, camera.height as usize);
+            (*camera, *lens, Pyramid::new(width, height, rgba, mask.as_deref()))
+        };
+        Self { views: cameras.zip(images).map(view).collect() }
     }
 
     /// Whether a ball around `center` (scene units) may hold something: false
@@ -67,8 +76,12 @@ impl Hull {
     #[must_use]
     pub fn may_hold(&self, center: [f32; 3], radius: f32) -> bool {
         let mut seen = 0;
-        for (camera, pyramid) in &self.views {
-            match footprint(camera, center, radius) {
+        for (camera, lens, pyramid) in &self.views {
+            let footprint = match lens {
+                Lens::Pinhole => footprint(camera, center, radius),
+                lens => footprint_through(lens, camera, center, radius),
+            };
+            match footprint {
                 Footprint::Inside(rectangle) if !pyramid.any(rectangle) => return false,
                 Footprint::Inside(_) | Footprint::Cut => seen += 1,
                 Footprint::Unseen => {}
@@ -140,11 +153,27 @@ fn footprint(camera: &Camera, center: [f32; 3], radius: f32) -> Footprint {
     let spread = radius / (depth - radius) * (1.0 + off_axis);
     // One pixel more: alpha is an average over the pixel's square.
     let (rx, ry) = (camera.focal[0] * spread + 1.0, camera.focal[1] * spread + 1.0);
+    within(camera, [x - rx, y - ry, x + rx, y + ry])
+}
+
+/// The same through a lens.
+fn footprint_through(lens: &Lens, camera: &Camera, center: [f32; 3], radius: f32) -> Footprint {
+    match lens.rectangle(camera, center, radius) {
+        Rectangle::Within([x0, y0, x1, y1]) => {
+            within(camera, [x0 - 1.0, y0 - 1.0, x1 + 1.0, y1 + 1.0])
+        }
+        Rectangle::Unknown => Footprint::Cut,
+        Rectangle::Nothing => Footprint::Unseen,
+    }
+}
+
+/// A rectangle of pixels.
+fn within(camera: &Camera, corners: [f32; 4]) -> Footprint {
+    let [x0, y0, x1, y1] = corners;
     let (width, height) = (camera.width as f32, camera.height as f32);
-    if x - rx >= 0.0 && y - ry >= 0.0 && x + rx < width && y + ry < height {
-        let corners = [x - rx, y - ry, x + rx, y + ry];
+    if x0 >= 0.0 && y0 >= 0.0 && x1 < width && y1 < height {
         Footprint::Inside(corners.map(|v| v as usize))
-    } else if x + rx >= 0.0 && y + ry >= 0.0 && x - rx < width && y - ry < height {
+    } else if x1 >= 0.0 && y1 >= 0.0 && x0 < width && y0 < height {
         Footprint::Cut
     } else {
         Footprint::Unseen
@@ -154,9 +183,11 @@ fn footprint(camera: &Camera, center: [f32; 3], radius: f32) -> Footprint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::View;
+    use crate::trainer::Backdrop;
 
     /// Cameras on the axes, which see a disc of `radius` pixels.
-    fn views(radius: f32) -> (Vec<Camera>, Vec<Vec<u8>>) {
+    fn views(radius: f32) -> RaySource {
         let eyes = [[4.0, 0.0, 0.0], [0.0, 4.0, 0.1], [0.0, 0.0, 4.0]];
         let cameras: Vec<Camera> = eyes
             .iter()
@@ -171,13 +202,13 @@ mod tests {
                 [0, 0, 0, if x * x + y * y <= radius * radius { 255 } else { 0 }]
             })
             .collect();
-        (cameras, vec![image; 3])
+        let views = cameras.into_iter().map(|camera| View::new("", camera, image.clone()));
+        RaySource::new(views.collect(), Backdrop::Random)
     }
 
     #[test]
     fn keeps_what_the_silhouettes_allow() {
-        let (cameras, images) = views(10.0);
-        let hull = Hull::new(&cameras, &images);
+        let hull = Hull::new(&views(10.0));
         // Small enough for every view to see all of it.
         let space = Space::Box { min: [-0.9; 3], max: [0.9; 3] };
         let cells = hull.cells(&space, 64);
@@ -198,8 +229,7 @@ mod tests {
 
     #[test]
     fn one_pixel_is_never_lost() {
-        let (cameras, images) = views(0.5);
-        let hull = Hull::new(&cameras, &images);
+        let hull = Hull::new(&views(0.5));
         assert!(hull.may_hold([0.0; 3], 1e-3));
         assert!(!hull.may_hold([0.3, 0.0, 0.0], 1e-3));
     }

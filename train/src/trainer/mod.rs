@@ -127,9 +127,11 @@ impl Trainer {
         let mut source = RaySource::new(dataset.views, backdrop);
         if let Some(ndc) = config.ndc {
             // All that the cameras see lies there, and silhouettes hide little of it.
+            config.aabb = None;
             return Self::in_space(source, None, Space::Ndc(ndc), config, level);
         }
-        let hull = has_alpha.then(|| Hull::new(source.cameras(), source.images()));
+        config.aabb = config.aabb.or(dataset.aabb);
+        let hull = has_alpha.then(|| Hull::new(&source));
         let mut space = match config.aabb {
             Some([min, max]) => Space::Box { min, max },
             None => find_box(source.cameras(), hull.as_ref()),
@@ -167,7 +169,9 @@ impl Trainer {
             Some(hull) => hull.cells(&space, resolution),
             None => all_cells(&space, resolution),
         };
-        let aim = Aim::new(source.cameras(), &space, resolution, &candidates);
+        // Coordinates that hold all that the cameras see: every tile sees something.
+        let seen = if space.scene_box().is_some() { &candidates[..] } else { &[] };
+        let aim = Aim::new(&source, &space, resolution, seen);
         let backward = Backward::new(&config.field, &layout);
         let n_network = layout.len() - layout.networks_start();
         let group = || Group::new(n_network);
@@ -219,7 +223,7 @@ impl Trainer {
             occupancy: Some(self.grid.view()),
             sampling: self.sampling,
             display: Display {
-                background: [1.0; 3],
+                background: self.source.display_background(),
                 color_space: ColorSpace::Srgb,
                 tolerance: Display::TOLERANCE,
             },

@@ -4,6 +4,7 @@ use pocketnerf_core::{Camera, Ray};
 
 use super::aim::Aim;
 use crate::dataset::View;
+use crate::lens::Lens;
 use crate::random::Random;
 
 /// Which pixel of which view.
@@ -107,7 +108,9 @@ const PIXELS_APART: usize = 61;
 #[derive(Debug)]
 pub struct RaySource {
     cameras: Vec<Camera>,
+    lenses: Vec<Lens>,
     images: Vec<Vec<u8>>,
+    masks: Vec<Option<Vec<u8>>>,
     backdrop: Backdrop,
 }
 
@@ -115,14 +118,51 @@ impl RaySource {
     /// Takes over the views' images.
     #[must_use]
     pub fn new(views: Vec<View>, backdrop: Backdrop) -> Self {
-        let (cameras, images) = views.into_iter().map(|v| (v.camera, v.rgba)).unzip();
-        Self { cameras, images, backdrop }
+        let cameras = views.iter().map(|view| view.camera).collect();
+        let lenses = views.iter().map(|view| view.lens).collect();
+        let (images, masks) = views.into_iter().map(|view| (view.rgba, view.mask)).unzip();
+        Self { cameras, lenses, images, masks, backdrop }
+    }
+
+    /// What pictures are to be seen on: what is behind the images, white where that may be
+    /// any colour.
+    #[must_use]
+    pub const fn display_background(&self) -> [f32; 3] {
+        match self.backdrop {
+            Backdrop::Random => [1.0; 3],
+            Backdrop::Color(color) => color,
+        }
     }
 
     /// The views' cameras.
     #[must_use]
     pub fn cameras(&self) -> &[Camera] {
         &self.cameras
+    }
+
+    /// What bends each camera's rays.
+    #[must_use]
+    pub fn lenses(&self) -> &[Lens] {
+        &self.lenses
+    }
+
+    /// Which pixels of each image count, see [`View::mask`].
+    #[must_use]
+    pub fn masks(&self) -> &[Option<Vec<u8>>] {
+        &self.masks
+    }
+
+    /// The ray through a pixel's centre.
+    #[inline]
+    pub(crate) fn through(&self, pixel: Pixel) -> Ray {
+        let (x, y) = (pixel.x as f32 + 0.5, pixel.y as f32 + 0.5);
+        self.lenses[pixel.view as usize].ray(&self.cameras[pixel.view as usize], x, y)
+    }
+
+    /// Whether the `i`-th pixel of a view counts.
+    #[inline]
+    pub(crate) fn counts(&self, view: usize, i: usize) -> bool {
+        self.masks[view].as_ref().is_none_or(|mask| mask[i] != 0)
     }
 
     /// The views' images, RGBA.
@@ -154,12 +194,11 @@ impl RaySource {
         let [r, g, b, alpha] = rgba.map(|value| f32::from(value) / 255.0);
         let [r0, g0, b0] = background.map(|value| (1.0 - alpha) * value);
         let target = [r * alpha + r0, g * alpha + g0, b * alpha + b0];
-        let camera = &self.cameras[pixel.view as usize];
-        let ray = camera.ray(pixel.x as f32 + 0.5, pixel.y as f32 + 0.5);
+        let ray = self.through(pixel);
         TrainingRay { ray, phase, background, background_variance, target, alpha, tile, weight }
     }
 
-    /// Averages over a fixed share of the pixels.
+    /// Averages over a fixed share of the pixels that count.
     #[must_use]
     pub(crate) fn targets(&self, aim: &Aim) -> Targets {
         let (mean, variance) = self.backdrop.moments();
@@ -170,7 +209,8 @@ impl RaySource {
         let pixels = self.images.iter().enumerate().flat_map(|(view, image)| {
             image.chunks_exact(4).enumerate().map(move |(i, rgba)| (view, i, rgba))
         });
-        for (view, i, pixel) in pixels.step_by(PIXELS_APART) {
+        let counted = pixels.step_by(PIXELS_APART).filter(|(view, i, _)| self.counts(*view, *i));
+        for (view, i, pixel) in counted {
             let [r, g, b, a] = [0, 1, 2, 3].map(|i| f64::from(pixel[i]) / 255.0);
             n += 1.0;
             alpha += a;
@@ -217,17 +257,8 @@ mod tests {
 
     #[test]
     fn the_error_is_the_mean_over_all_backgrounds() {
-        let view = View {
-            name: String::new(),
-            camera: Camera::from_fov_x(
-                1,
-                1,
-                0.7,
-                Camera::look_at([2.0; 3], [0.0; 3], [0.0, 0.0, 1.0]),
-            ),
-            rgba: vec![51, 102, 255, 153],
-            depth: None,
-        };
+        let pose = Camera::look_at([2.0; 3], [0.0; 3], [0.0, 0.0, 1.0]);
+        let view = View::new("", Camera::from_fov_x(1, 1, 0.7, pose), vec![51, 102, 255, 153]);
         let source = RaySource::new(vec![view], Backdrop::Random);
         let pixel = Pixel { view: 0, x: 0, y: 0 };
         let rgba = source.rgba(pixel);

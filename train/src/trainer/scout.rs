@@ -9,7 +9,7 @@ use pocketnerf_core::{Camera, Error, Ray, Space};
 use rayon::prelude::*;
 
 use super::hull::Hull;
-use super::rays::RaySource;
+use super::rays::{Pixel, RaySource};
 use super::{StepSettings, TrainConfig, Trainer};
 use crate::field::EncodingConfig;
 
@@ -116,15 +116,19 @@ fn explaining(
 ) -> [[f32; 3]; 2] {
     let meets =
         |ray: &Ray, min, max| Space::Box { min, max }.intersect(ray, 0.0, f32::MAX).is_some();
-    let missing = |(camera, rgba): (&Camera, &Vec<u8>)| -> Vec<Ray> {
+    let missing = |(view, (camera, rgba)): (usize, (&Camera, &Vec<u8>))| -> Vec<Ray> {
         let width = camera.width as usize;
         let opaque = (0..rgba.len() / 4).step_by(PIXELS_APART).filter(|i| rgba[4 * i + 3] >= 128);
         opaque
-            .map(|i| camera.ray((i % width) as f32 + 0.5, (i / width) as f32 + 0.5))
+            .filter(|i| source.counts(view, *i))
+            .map(|i| {
+                let (x, y) = ((i % width) as u32, (i / width) as u32);
+                source.through(Pixel { view: view as u32, x, y })
+            })
             .filter(|ray| !meets(ray, min, max))
             .collect()
     };
-    let views = source.cameras().par_iter().zip(source.images());
+    let views = source.cameras().par_iter().zip(source.images()).enumerate();
     let missing: Vec<Vec<Ray>> = views.map(missing).collect();
     for ray in missing.iter().flatten() {
         if meets(ray, min, max) {
@@ -182,7 +186,7 @@ mod tests {
         let camera = Camera::from_fov_x(8, 8, core::f32::consts::FRAC_PI_2, pose);
         let mut rgba = vec![0; 4 * 64];
         rgba[4 * 35 + 3] = 255;
-        let view = View { name: String::new(), camera, rgba, depth: None };
+        let view = View::new("", camera, rgba);
         let source = RaySource::new(vec![view], Backdrop::Random);
         let around = Space::Box { min: [-4.0; 3], max: [4.0; 3] };
         let (min, max) = ([0.5, -0.1, -0.1], [0.7, 0.1, 0.1]);

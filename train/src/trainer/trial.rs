@@ -1,11 +1,12 @@
 //! Tiles of the training views, on which it is tried what a finished model bears.
 
-use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile, render_tile};
+use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
 use rayon::prelude::*;
 
 use super::aim::Aim;
 use super::rays::{Pixel, RaySource};
-use crate::picture::TILE;
+use crate::lens::Lens;
+use crate::picture::{TILE, render_through};
 use crate::random::Random;
 
 /// Distinguishes these random numbers from others of the same seed.
@@ -24,7 +25,9 @@ pub(super) struct Trial<'t> {
 /// A tile that was rendered.
 pub(super) struct Tried<'t> {
     camera: &'t Camera,
+    lens: &'t Lens,
     photograph: &'t [u8],
+    mask: Option<&'t [u8]>,
     background: [f32; 3],
     /// Which pixels.
     pub(super) tile: Tile,
@@ -44,8 +47,8 @@ impl Trial<'_> {
         let scratch = || vec![0.0; options.scratch_len()];
         let rendered = tiles.map_init(scratch, |scratch, number| {
             let mut tried = self.tile(number, model.display.background);
-            let Tried { camera, tile, rgba, .. } = &mut tried;
-            render_tile(model, camera, *tile, options, scratch, rgba, None)?;
+            let Tried { camera, lens, tile, rgba, .. } = &mut tried;
+            render_through(model, (camera, lens), *tile, options, scratch, rgba, None)?;
             look(&tried)
         });
         rendered.collect()
@@ -57,26 +60,31 @@ impl Trial<'_> {
         let seen = random.below(self.aim.n_tiles());
         let Pixel { view, x, y } = self.aim.pixel(self.source.cameras(), seen, &mut random);
         let camera = &self.source.cameras()[view as usize];
+        let lens = &self.source.lenses()[view as usize];
         let photograph = &self.source.images()[view as usize];
+        let mask = self.source.masks()[view as usize].as_deref();
         let [width, height] = [TILE[0].min(camera.width), TILE[1].min(camera.height)];
         let corner = |c: u32, side: u32, all: u32| c.saturating_sub(side / 2).min(all - side);
         let (x, y) = (corner(x, width, camera.width), corner(y, height, camera.height));
         let tile = Tile { x, y, width, height };
-        Tried { camera, photograph, background, tile, rgba: vec![0.0; 4 * tile.pixels()] }
+        let rgba = vec![0.0; 4 * tile.pixels()];
+        Tried { camera, lens, photograph, mask, background, tile, rgba }
     }
 }
 
 impl Tried<'_> {
-    /// Of the tile's premultiplied pixels against those of the photograph, both over
-    /// the background, all colours together.
+    /// Of the tile's premultiplied pixels that count against those of the photograph, both
+    /// over the background, all colours together.
     pub(super) fn squared_error(&self, rgba: &[f32]) -> f64 {
-        let Self { camera, photograph, background, tile, .. } = self;
-        let rows = photograph.chunks_exact(4 * camera.width as usize).skip(tile.y as usize);
-        let truth = rows.flat_map(|row| {
-            row[4 * tile.x as usize..][..4 * tile.width as usize].as_chunks::<4>().0
-        });
-        let pixels = rgba.as_chunks::<4>().0.iter().zip(truth);
-        let errors = pixels.map(|(ours, theirs)| {
+        let Self { camera, photograph, mask, background, tile, .. } = self;
+        let width = camera.width as usize;
+        let rows = (0..tile.height).map(|y| (tile.y + y) as usize * width + tile.x as usize);
+        let places = rows.flat_map(|first| first..first + tile.width as usize);
+        let truth = photograph.as_chunks::<4>().0;
+        let pixels = rgba.as_chunks::<4>().0.iter().zip(places);
+        let counted = pixels.filter(|(_, i)| mask.is_none_or(|mask| mask[*i] != 0));
+        let errors = counted.map(|(ours, i)| {
+            let theirs = truth[i];
             let [r, g, b, alpha] = theirs.map(|value| f32::from(value) / 255.0);
             let seen = ours[3];
             let differences = [r, g, b].into_iter().zip(ours).zip(*background);

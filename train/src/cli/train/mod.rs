@@ -12,7 +12,7 @@ use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
 use serde_json::{Value, json};
 
 use super::{Common, Failure, print_line};
-use crate::dataset::{self, Dataset, Split};
+use crate::dataset::{Dataset, Split};
 use crate::output;
 use crate::trainer::checkpoint::TrainedOn;
 use crate::trainer::{Checkpoint, Run, Trainer};
@@ -33,7 +33,7 @@ impl Train {
         }
         let factor = checkpoint.as_ref().map(|c| c.trained_on().downscale_factor);
         let factor = factor.unwrap_or_else(|| self.downscale_factor());
-        let dataset = dataset::load(&self.data, Split::Train, factor)?;
+        let dataset = self.reading.load(&self.data, Split::Train, factor, common)?;
         let origin = Origin::new(&dataset, factor, self.precision);
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, common.simd(), common.started)?,

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use pocketnerf_core::space::Ndc;
 use pocketnerf_formats::Precision;
 
-use crate::cli::{Failure, parse_color};
+use crate::cli::{Failure, Reading, parse_color};
 use crate::dataset::Dataset;
 use crate::field::EncodingConfig;
 use crate::trainer::checkpoint::Problem;
@@ -22,7 +22,8 @@ const SECONDS: f64 = 120.0;
 /// Ctrl-C ends at once.
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Train {
-    /// Folder of a Blender-style dataset (transforms_train.json and images).
+    /// Dataset folder: images with transforms_train.json (Blender), transforms.json
+    /// (instant-ngp, nerfstudio) or poses_bounds.npy (LLFF).
     pub(super) data: PathBuf,
     /// Model file to write.
     #[arg(long, value_name = "FILE")]
@@ -54,12 +55,15 @@ pub(in crate::cli) struct Train {
     /// Train on images so many times smaller; 1 unless told.
     #[arg(long, value_name = "K")]
     downscale_factor: Option<u32>,
-    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; found from cameras, silhouettes and
-    /// a small field unless told.
+    #[command(flatten)]
+    pub(super) reading: Reading,
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; the dataset's own unless told,
+    /// or found from cameras, silhouettes and a small field.
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     aabb: Option<[[f32; 3]; 2]>,
-    /// Where the scene lies: in a box, or, for captures whose cameras all look along
-    /// -z, in normalised device coordinates, which reach to infinity; box unless told.
+    /// Where the scene lies: in a box, or, where all cameras look along -z, in
+    /// normalised device coordinates, which reach to infinity; ndc for forward-facing
+    /// LLFF captures and box for all else unless told.
     #[arg(long, value_enum, value_name = "KIND")]
     space: Option<SpaceKind>,
     /// Nothing is seen nearer to a camera than this, scene units; 0 unless told. With
@@ -160,9 +164,8 @@ impl Train {
         }
         config.seed = self.seed.unwrap_or(config.seed);
         config.aabb = self.aabb;
-        if self.space == Some(SpaceKind::Ndc) {
-            config.ndc = Some(self.ndc(dataset)?);
-        } else {
+        config.ndc = self.ndc(dataset)?;
+        if config.ndc.is_none() {
             config.near = self.near.unwrap_or(config.near);
             config.far = self.far;
         }
@@ -176,19 +179,24 @@ impl Train {
         Ok(config)
     }
 
-    /// The coordinates of a forward-facing capture.
-    fn ndc(&self, dataset: &Dataset) -> Result<Ndc, Failure> {
-        for (option, given) in [("--aabb", self.aabb.is_some()), ("--far", self.far.is_some())] {
-            if given {
+    /// The coordinates of a forward-facing capture, for those that are and for whoever
+    /// asks for them; a box that is given is one.
+    fn ndc(&self, dataset: &Dataset) -> Result<Option<Ndc>, Failure> {
+        let near = self.near.unwrap_or(1.0);
+        let limits = [("--aabb", self.aabb.is_some()), ("--far", self.far.is_some())];
+        let limit = limits.into_iter().find(|(_, given)| *given);
+        match (self.space, limit) {
+            (Some(SpaceKind::Ndc), None) => {}
+            (Some(SpaceKind::Ndc), Some((option, _))) => {
                 return Err(format!(
                     "{option}: expected none with --space ndc, which holds all that the cameras see"
                 )
                 .into());
             }
+            (None, None) if dataset.forward_facing => return Ok(ndc_of(&dataset.views, near)),
+            _ => return Ok(None),
         }
-        let cameras: Vec<_> = dataset.views.iter().map(|view| view.camera).collect();
-        let near = self.near.unwrap_or(1.0);
-        let ndc = ndc_of(&cameras, near);
+        let ndc = ndc_of(&dataset.views, near).map(Some);
         ndc.ok_or_else(|| {
             format!(
                 "{}: --space ndc: a camera sees what does not lie beyond the plane z = -{near}, \

@@ -32,21 +32,19 @@ const RAYS: [usize; 2] = [400, 50];
 fn dataset(has_alpha: bool) -> Dataset {
     let mut random = Random::new(1, [0; 3]);
     let eyes = [[3.0, 0.4, 0.8], [-1.2, 2.6, -0.7], [0.3, -1.0, 3.1]];
-    let views = eyes.map(|eye| View {
-        name: String::new(),
-        camera: Camera::from_fov_x(16, 16, 0.6, Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0])),
-        rgba: (0..16 * 16 * 4)
+    let views = eyes.map(|eye| {
+        let pose = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0]);
+        let rgba = (0..16 * 16 * 4)
             .map(|i| match i % 4 {
                 3 if !has_alpha => 255,
                 3 => 100 + random.below(156) as u8,
                 // Bright, so that the rays' gradients do not cancel.
                 _ => 180 + random.below(76) as u8,
             })
-            .collect(),
-        depth: None,
+            .collect();
+        View::new("", Camera::from_fov_x(16, 16, 0.6, pose), rgba)
     });
-    let (source, format) = (String::new(), "test");
-    Dataset { source, format, split: Split::Train, views: views.into(), has_alpha }
+    Dataset { has_alpha, ..Dataset::new("", "test", Split::Train, views.into()) }
 }
 
 fn hash_grid(n_features_per_level: u32) -> EncodingConfig {

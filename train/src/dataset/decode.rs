@@ -1,0 +1,134 @@
+//! From a listing to views: finds, decodes and checks images and masks.
+
+use std::path::Path;
+
+use pocketnerf_core::Camera;
+use rayon::prelude::*;
+
+use super::images::{self, Image};
+use super::listing::{Frame, Listing, Mask};
+use super::{DatasetError, View};
+
+/// Decodes the images of a listing.
+pub(super) fn views(folder: &Path, listing: &Listing) -> Result<Vec<View>, DatasetError> {
+    let names = find_all(folder, listing)?;
+    let decoded: Vec<_> = names
+        .par_iter()
+        .zip(&listing.frames)
+        .map(|(name, frame)| decode(folder, name, frame, listing.factor))
+        .collect();
+    let mut views = Vec::with_capacity(names.len());
+    let mut first: Option<([u32; 2], String)> = None;
+    for ((name, frame), decoded) in names.into_iter().zip(&listing.frames).zip(decoded) {
+        // The first error in the dataset's order, whichever came first in time.
+        let Decoded { size, image, mask } = decoded?;
+        let (first_size, first) = first.get_or_insert_with(|| (size, name.clone()));
+        if frame.intrinsics.shared && size != *first_size {
+            return Err(DatasetError::ImageSize {
+                image: folder.join(name),
+                size,
+                first: folder.join(first),
+                first_size: *first_size,
+            });
+        }
+        let camera = camera(folder, &name, frame, size)?.downscaled(listing.factor);
+        let mask = without_blind(mask, &camera, frame);
+        if mask.as_ref().is_some_and(|mask| mask.iter().all(|counts| *counts == 0)) {
+            return Err(DatasetError::NothingCounts { image: folder.join(name) });
+        }
+        let lens = frame.lens;
+        views.push(View { name, camera, lens, rgba: image.rgba, mask, depth: None });
+    }
+    Ok(views)
+}
+
+/// The camera of a frame's image at its full size.
+pub(super) fn camera(
+    folder: &Path,
+    name: &str,
+    frame: &Frame,
+    size: [u32; 2],
+) -> Result<Camera, DatasetError> {
+    frame.intrinsics.camera(size, frame.pose).ok_or_else(|| DatasetError::Shape {
+        image: folder.join(name),
+        size,
+        expected: frame.intrinsics.size.unwrap_or_default(),
+    })
+}
+
+/// The names of all images.
+fn find_all(folder: &Path, listing: &Listing) -> Result<Vec<String>, DatasetError> {
+    let find = |frame: &Frame| images::find(folder, &frame.path);
+    let found: Vec<_> = listing.frames.iter().map(find).collect();
+    if let Some(first) = found.iter().position(Option::is_none) {
+        return Err(DatasetError::MissingImage {
+            image: folder.join(&listing.frames[first].path),
+            file: listing.file.clone(),
+            missing: found.iter().filter(|name| name.is_none()).count(),
+            total: found.len(),
+        });
+    }
+    Ok(found.into_iter().flatten().collect())
+}
+
+/// A frame's image and mask, made smaller.
+struct Decoded {
+    /// Before it was made smaller.
+    size: [u32; 2],
+    image: Image,
+    mask: Option<Vec<u8>>,
+}
+
+fn decode(folder: &Path, name: &str, frame: &Frame, factor: u32) -> Result<Decoded, DatasetError> {
+    let mut image = images::decode(&folder.join(name))?;
+    let size = image.size;
+    let same_size = |path: &Path, other: &Image| match other.size == size {
+        true => Ok(()),
+        false => Err(DatasetError::MaskSize {
+            mask: path.to_owned(),
+            size: other.size,
+            image: folder.join(name),
+            image_size: size,
+        }),
+    };
+    if let Some(path) = &frame.alpha {
+        let path = folder.join(path);
+        let alpha = images::decode(&path)?;
+        same_size(&path, &alpha)?;
+        let (to, from) = (image.rgba.iter_mut().skip(3), alpha.rgba.iter());
+        to.step_by(4).zip(from.step_by(4)).for_each(|(to, from)| *to = *from);
+    }
+    let mask = match &frame.mask {
+        None => None,
+        Some(Mask { path, black_counts }) => {
+            let path = folder.join(path);
+            let mask = images::decode(&path)?;
+            same_size(&path, &mask)?;
+            let counts = |[r, g, b, _]: &[u8; 4]| {
+                let is_black = (r | g | b) == 0;
+                if is_black == *black_counts { 255 } else { 0 }
+            };
+            let mask: Vec<u8> = mask.rgba.as_chunks().0.iter().map(counts).collect();
+            Some(images::downscaled_mask(size, &mask, factor))
+        }
+    };
+    Ok(Decoded { size, image: image.downscaled(factor)?, mask })
+}
+
+/// The mask without pixels at which the lens shows nothing.
+fn without_blind(mask: Option<Vec<u8>>, camera: &Camera, frame: &Frame) -> Option<Vec<u8>> {
+    let [width, height] = [camera.width, camera.height];
+    let shows = |x: u32, y: u32| frame.lens.shows(camera, x as f32 + 0.5, y as f32 + 0.5);
+    let corners = [(0, 0), (width - 1, 0), (0, height - 1), (width - 1, height - 1)];
+    // What lies farthest out is in the corners.
+    if corners.into_iter().all(|(x, y)| shows(x, y)) {
+        return mask;
+    }
+    let mut mask = mask.unwrap_or_else(|| vec![255; width as usize * height as usize]);
+    for (y, row) in (0..).zip(mask.chunks_exact_mut(width as usize)) {
+        for (x, counts) in (0..).zip(row) {
+            *counts = if shows(x, y) { *counts } else { 0 };
+        }
+    }
+    Some(mask)
+}

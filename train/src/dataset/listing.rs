@@ -1,0 +1,105 @@
+//! What a convention's files say before any image is decoded.
+
+use std::path::PathBuf;
+
+use super::intrinsics::Intrinsics;
+use crate::lens::Lens;
+
+/// The frames of one split, checked, and what is known of the scene.
+#[derive(Debug)]
+pub(super) struct Listing {
+    /// The convention's name in reports.
+    pub(super) format: &'static str,
+    /// What it was recognised by.
+    pub(super) sign: String,
+    /// The file that lists the frames, or the folder that holds them.
+    pub(super) file: PathBuf,
+    /// In the dataset's order; at least one.
+    pub(super) frames: Vec<Frame>,
+    /// Images that are missing, of frames that were left out for that.
+    pub(super) left_out: Vec<String>,
+    /// How many times smaller images must be made.
+    pub(super) factor: u32,
+    /// Near and far, scene units.
+    pub(super) bounds: Option<[f32; 2]>,
+    /// The scene's box, smallest and largest corner.
+    pub(super) aabb: Option<[[f32; 3]; 2]>,
+    /// Whether rays suit normalised device coordinates.
+    pub(super) forward_facing: bool,
+    /// What the user should know, a line each.
+    pub(super) notes: Vec<String>,
+}
+
+/// One frame.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    /// The image relative to the dataset's folder, with forward slashes and without `./`.
+    pub(super) path: String,
+    /// Camera-to-world, row after row, OpenGL camera axes.
+    pub(super) pose: [f32; 16],
+    pub(super) intrinsics: Intrinsics,
+    pub(super) lens: Lens,
+    /// Which pixels count.
+    pub(super) mask: Option<Mask>,
+    /// Another image whose red channel is this one's alpha.
+    pub(super) alpha: Option<String>,
+}
+
+/// An image that says which pixels count.
+#[derive(Clone, Debug)]
+pub(super) struct Mask {
+    /// Relative to the dataset's folder.
+    pub(super) path: String,
+    /// Whether black pixels are those that count, or the others.
+    pub(super) black_counts: bool,
+}
+
+impl Listing {
+    /// Frames of a file, and nothing known of the scene.
+    pub(super) fn new(
+        format: &'static str,
+        sign: String,
+        file: PathBuf,
+        frames: Vec<Frame>,
+    ) -> Self {
+        Self {
+            format,
+            sign,
+            file,
+            frames,
+            left_out: Vec::new(),
+            factor: 1,
+            bounds: None,
+            aabb: None,
+            forward_facing: false,
+            notes: Vec::new(),
+        }
+    }
+}
+
+/// Forward slashes, no `./` in front.
+pub(super) fn relative_path(file_path: &str) -> String {
+    let path = file_path.replace('\\', "/");
+    let mut rest = path.as_str();
+    while let Some(shorter) = rest.strip_prefix("./") {
+        rest = shorter;
+    }
+    rest.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_become_plain() {
+        for (given, expected) in [
+            ("./train/r_0", "train/r_0"),
+            ("train\\r_0.png", "train/r_0.png"),
+            (".\\./train/r_0", "train/r_0"),
+            ("../train/r_0", "../train/r_0"),
+        ] {
+            assert_eq!(relative_path(given), expected);
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! The folder of images that is nearest to what is asked for.
+
+use std::path::Path;
+
+use crate::dataset::DatasetError;
+
+/// Images of a capture.
+pub(super) struct Images {
+    /// Relative to the capture's folder.
+    pub(super) folder: String,
+    /// Sorted.
+    pub(super) names: Vec<String>,
+    /// How many times smaller they must be made.
+    pub(super) factor: u32,
+    /// What the user should know.
+    pub(super) notes: Vec<String>,
+}
+
+/// `images_K` holds images K times smaller than `images`. Chosen is the folder of
+/// `factor`; else the smallest whose images can be made smaller to that; else the
+/// largest there is, whose images count as the full ones.
+pub(super) fn choose(capture: &Path, factor: u32) -> Result<Images, DatasetError> {
+    let mut folders: Vec<(u32, String)> = Vec::new();
+    let unlistable =
+        |folder: &Path, source| DatasetError::Unlistable { folder: folder.to_owned(), source };
+    for entry in std::fs::read_dir(capture).map_err(|error| unlistable(capture, error))? {
+        let entry = entry.map_err(|error| unlistable(capture, error))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let smaller = match name.strip_prefix("images") {
+            Some("") => Some(1),
+            Some(rest) => rest.strip_prefix('_').and_then(|k| k.parse().ok()).filter(|k| *k > 0),
+            None => None,
+        };
+        if let Some(smaller) = smaller.filter(|_| entry.path().is_dir()) {
+            folders.push((smaller, name));
+        }
+    }
+    folders.sort();
+    let of_factor = |(smaller, _): &&(u32, String)| factor.is_multiple_of(*smaller);
+    let chosen = folders.iter().rev().filter(|_| factor > 0).find(of_factor);
+    let Some((smaller, folder)) = chosen.or(folders.first()) else {
+        return Err(DatasetError::NoImageFolder(capture.to_owned()));
+    };
+    let mut notes = Vec::new();
+    let (mut rest, is_exact) = (factor, chosen.is_some());
+    if is_exact {
+        rest = factor / smaller;
+    } else if factor == 1 {
+        notes.push(format!("no images: {folder} count as the full images"));
+    } else {
+        notes.push(format!(
+            "no images that {factor} times smaller ones can be made of: those in {folder} are made {factor} times smaller"
+        ));
+    }
+    let names = names(&capture.join(folder))?;
+    Ok(Images { folder: folder.clone(), names, factor: rest, notes })
+}
+
+/// The images in a folder, sorted.
+fn names(folder: &Path) -> Result<Vec<String>, DatasetError> {
+    let unlistable = |source| DatasetError::Unlistable { folder: folder.to_owned(), source };
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(unlistable)? {
+        let name = entry.map_err(unlistable)?.file_name().to_string_lossy().into_owned();
+        let extension = name.rsplit_once('.').map(|(_, extension)| extension.to_lowercase());
+        if matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg")) && !name.starts_with('.') {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}

@@ -1,0 +1,98 @@
+//! The capture's world: scaled, turned, perhaps made a sphere.
+
+use glam::{DMat4, DVec3};
+
+use crate::dataset::nearest_to_axes;
+
+/// The nearest depth of all lies here: behind the near plane of normalised device
+/// coordinates, which is at 1.
+const NEAREST: f64 = 1.0 / 0.75;
+
+/// Poses and depths.
+#[derive(Debug, Default)]
+pub(super) struct Captured {
+    poses: Vec<DMat4>,
+    near: f64,
+    far: f64,
+}
+
+impl Captured {
+    /// Adds a camera: 16 numbers, row after row, and its depths.
+    pub(super) fn push(&mut self, pose: &[f64], [near, far]: [f64; 2]) {
+        let rows: [f64; 16] = std::array::from_fn(|i| pose[i]);
+        let first = self.poses.is_empty();
+        self.poses.push(DMat4::from_cols_array(&rows).transpose());
+        self.near = if first { near } else { self.near.min(near) };
+        self.far = if first { far } else { self.far.max(far) };
+    }
+
+    /// Scales the world so that the nearest depth is [`NEAREST`], and moves the average
+    /// camera to the origin, looking along −z.
+    pub(super) fn recentre(&mut self) {
+        self.scale(NEAREST / self.near);
+        let sum = |axis: usize| self.poses.iter().map(|p| p.col(axis).truncate()).sum::<DVec3>();
+        let back = sum(2).normalize_or(DVec3::Z);
+        let right = sum(1).cross(back).normalize_or(back.any_orthonormal_vector());
+        let up = back.cross(right);
+        let center = sum(3) / self.poses.len() as f64;
+        self.see_from(right, up, back, center);
+    }
+
+    /// Moves the point that all cameras look at to the origin, the side that they are on
+    /// to +z, and scales the world so that their root mean square distance is 1. False,
+    /// and nothing done, where they do not look at a point.
+    pub(super) fn spherify(&mut self) -> bool {
+        let poses: Vec<[f32; 16]> =
+            self.poses().map(|pose| std::array::from_fn(|i| pose[i] as f32)).collect();
+        let Some(center) = nearest_to_axes(&poses) else { return false };
+        let away = |pose: &DMat4| pose.col(3).truncate() - center;
+        let up = self.poses.iter().map(away).sum::<DVec3>().normalize_or_zero();
+        // Any vector that is not along it.
+        let right = DVec3::new(0.1, 0.2, 0.3).cross(up).normalize_or_zero();
+        if up == DVec3::ZERO || right == DVec3::ZERO {
+            return false;
+        }
+        self.see_from(right, up.cross(right), up, center);
+        let squares = self.poses.iter().map(|pose| pose.col(3).truncate().length_squared());
+        let radius = (squares.sum::<f64>() / self.poses.len() as f64).sqrt();
+        self.scale(1.0 / radius);
+        true
+    }
+
+    /// Whether a camera looks more than 90° away from the mean.
+    pub(super) fn looks_around(&self) -> bool {
+        let back = |pose: &DMat4| pose.col(2).truncate();
+        let mean = self.poses.iter().map(back).sum::<DVec3>();
+        self.poses.iter().any(|pose| back(pose).dot(mean) <= 0.0)
+    }
+
+    /// Nearest and farthest depth.
+    pub(super) fn bounds(&self) -> [f32; 2] {
+        [self.near as f32, self.far as f32]
+    }
+
+    /// Row after row.
+    pub(super) fn poses(&self) -> impl Iterator<Item = [f64; 16]> {
+        self.poses.iter().map(|pose| pose.transpose().to_cols_array())
+    }
+
+    fn scale(&mut self, by: f64) {
+        for pose in &mut self.poses {
+            pose.w_axis = (pose.w_axis.truncate() * by).extend(1.0);
+        }
+        self.near *= by;
+        self.far *= by;
+    }
+
+    /// The world along these axes, seen from this point.
+    fn see_from(&mut self, right: DVec3, up: DVec3, back: DVec3, center: DVec3) {
+        let view = DMat4::from_cols(
+            right.extend(0.0),
+            up.extend(0.0),
+            back.extend(0.0),
+            center.extend(1.0),
+        );
+        let to_view = view.inverse();
+        self.poses.iter_mut().for_each(|pose| *pose = to_view * *pose);
+    }
+}

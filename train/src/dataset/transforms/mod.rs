@@ -1,0 +1,217 @@
+//! `transforms.json` of instant-ngp and nerfstudio: one file, any lens.
+//!
+//! Both give camera-to-world poses with OpenGL camera axes in a world of their own,
+//! which is kept: nerfstudio's `applied_transform` and `applied_scale` are in the poses
+//! already, instant-ngp's `scale` and `offset` only say where its box lies. Frames are
+//! sorted by `file_path`, numbers in it by their value.
+
+mod aabb;
+mod camera;
+mod frames;
+mod natural;
+
+use std::path::Path;
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::holdout::{HoldOut, kept};
+use super::listing::{Frame, Listing, relative_path};
+use super::recognise::dialect;
+use super::{DatasetError, LoadOptions, Split, images};
+use crate::json::{self, Keys};
+use camera::RawCamera;
+use frames::RawFrame;
+
+/// The file's name.
+pub(super) const FILE: &str = "transforms.json";
+
+const EXPECTED: &str = "{\"fl_x\": pixels, \"w\": pixels, \"h\": pixels, \"frames\": [{\"file_path\": \"images/0001.jpg\", \
+     \"transform_matrix\": 4 rows of 4 numbers}, …]}";
+
+/// What stands beside the cameras.
+#[derive(Deserialize)]
+#[serde(expecting = "an object")]
+struct RawFile {
+    frames: Vec<RawFrame>,
+    aabb_scale: Option<f64>,
+    scale: Option<f64>,
+    offset: Option<Value>,
+    aabb: Option<Vec<Vec<f64>>>,
+    sharpness_discard_threshold: Option<f64>,
+    train_filenames: Option<Vec<String>>,
+    val_filenames: Option<Vec<String>>,
+    test_filenames: Option<Vec<String>>,
+    from_mitsuba: Option<bool>,
+    white_transparent: Option<bool>,
+    black_transparent: Option<bool>,
+    fix_premult: Option<bool>,
+    sharpen: Option<f64>,
+    fisheye_crop_radius: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(expecting = "an object")]
+struct RawCameras {
+    frames: Vec<RawCamera>,
+}
+
+/// Reads and checks the frames of a split of `transforms.json`.
+pub(super) fn list(
+    folder: &Path,
+    split: Split,
+    options: &LoadOptions,
+) -> Result<Listing, DatasetError> {
+    let (mut listing, raw) = read(folder, FILE)?;
+    let own = [(Split::Train, raw.train_filenames), (Split::Val, raw.val_filenames)];
+    let lists: Vec<(Split, Vec<String>)> = own
+        .into_iter()
+        .chain([(Split::Test, raw.test_filenames)])
+        .filter_map(|(split, names)| Some((split, names?)))
+        .collect();
+    if lists.is_empty() {
+        let hold_out = HoldOut { file: &listing.file, every: options.hold_every };
+        let frames = std::mem::take(&mut listing.frames);
+        listing.frames = kept(frames, split, hold_out)?;
+    } else {
+        choose(&mut listing, split, &lists)?;
+    }
+    Ok(listing)
+}
+
+/// Reads and checks a file that holds one split.
+pub(super) fn list_file(folder: &Path, name: &str) -> Result<Listing, DatasetError> {
+    read(folder, name).map(|(listing, _)| listing)
+}
+
+/// All frames that have an image, in natural order.
+fn read(folder: &Path, name: &str) -> Result<(Listing, RawFile), DatasetError> {
+    let file = folder.join(name);
+    let text = json::read(&file)?;
+    let mut raw: RawFile = json::parse(&text, &file, EXPECTED)?;
+    let top: RawCamera = json::parse(&text, &file, EXPECTED)?;
+    let keys: Keys = json::parse(&text, &file, EXPECTED)?;
+    let cameras: RawCameras = json::parse(&text, &file, EXPECTED)?;
+    raw.refuse_what_cannot_be_read(&file)?;
+    if raw.frames.is_empty() {
+        return Err(DatasetError::NoFrames(file));
+    }
+    let found = frames::read(&file, std::mem::take(&mut raw.frames), &top, &cameras.frames)?;
+    let mut notes = Vec::new();
+    let found = frames::sharp(found, raw.sharpness_discard_threshold, &mut notes);
+    let (format, sign) = match dialect(keys.keys()) {
+        Some((format, sign)) => (format, format!("{name}: {sign}")),
+        None => (FILE, name.to_owned()),
+    };
+    let (frames, left_out) = with_images(folder, &file, found, &mut notes)?;
+    let aabb = aabb::scene_box(&raw, &file)?;
+    let listing = Listing { aabb, left_out, notes, ..Listing::new(format, sign, file, frames) };
+    Ok((listing, raw))
+}
+
+impl RawFile {
+    /// What changes the meaning of images or poses in a way that is not known here.
+    fn refuse_what_cannot_be_read(&self, file: &Path) -> Result<(), DatasetError> {
+        let is_set = |flag: Option<bool>| flag == Some(true);
+        let given = [
+            ("from_mitsuba", is_set(self.from_mitsuba)),
+            ("white_transparent", is_set(self.white_transparent)),
+            ("black_transparent", is_set(self.black_transparent)),
+            ("fix_premult", is_set(self.fix_premult)),
+            ("sharpen", self.sharpen.is_some_and(|amount| amount != 0.0)),
+            ("fisheye_crop_radius", self.fisheye_crop_radius.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((key, _)) => Err(DatasetError::NotReadable {
+                file: file.to_owned(),
+                what: format!("\"{key}\""),
+                hint: "apply it to the images and take it out of the file",
+            }),
+        }
+    }
+}
+
+/// The frames that have an image, and the images that others lack.
+fn with_images(
+    folder: &Path,
+    file: &Path,
+    frames: Vec<Frame>,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<Frame>, Vec<String>), DatasetError> {
+    let total = frames.len();
+    let (mut found, mut missing) = (Vec::with_capacity(total), Vec::new());
+    for mut frame in frames {
+        match images::find(folder, &frame.path) {
+            Some(name) => {
+                frames::find_companions(folder, &name, &mut frame);
+                frame.path = name;
+                found.push(frame);
+            }
+            None => missing.push(frame.path),
+        }
+    }
+    let Some(first) = missing.first() else { return Ok((found, missing)) };
+    if 2 * missing.len() > total {
+        let image = folder.join(first);
+        let (file, missing) = (file.to_owned(), missing.len());
+        return Err(DatasetError::MissingImage { image, file, missing, total });
+    }
+    notes.push(format!(
+        "{} of the {total} frames in {} have no image (first: {}): they are left out",
+        missing.len(),
+        json::one_line(file),
+        json::escape(first)
+    ));
+    Ok((found, missing))
+}
+
+/// Keeps the frames that the file's own lists name for a split. Where only one of val
+/// and test is listed, it is both; where train is not, it is all others.
+fn choose(
+    listing: &mut Listing,
+    split: Split,
+    lists: &[(Split, Vec<String>)],
+) -> Result<(), DatasetError> {
+    let plain = |names: &[String]| -> Vec<String> {
+        names.iter().map(|name| relative_path(name)).collect()
+    };
+    let is_at = |frame: &Frame, name: &str| {
+        let rest = frame.path.strip_prefix(name);
+        rest.is_some_and(|rest| rest.is_empty() || (rest.starts_with('.') && !rest.contains('/')))
+    };
+    let of = |split: Split| lists.iter().find(|(own, _)| *own == split);
+    let list = match split {
+        Split::Train => of(Split::Train),
+        Split::Val => of(Split::Val).or_else(|| of(Split::Test)),
+        Split::Test => of(Split::Test).or_else(|| of(Split::Val)),
+    };
+    let named: Vec<String> = match list {
+        Some((_, names)) => plain(names),
+        None => lists.iter().flat_map(|(_, names)| plain(names)).collect(),
+    };
+    let unknown = named.iter().find(|name| {
+        let left_out = listing.left_out.iter().any(|path| path == *name);
+        !left_out && !listing.frames.iter().any(|frame| is_at(frame, name))
+    });
+    if let (Some(name), Some((own, _))) = (unknown, list) {
+        let (file, list) = (listing.file.clone(), own.name());
+        return Err(DatasetError::NoSuchFrame { file, list, name: name.clone() });
+    }
+    let (is_listed, others) = (list.is_some(), split == Split::Train);
+    if !is_listed && !others {
+        listing.frames.clear();
+    }
+    let keep = |frame: &Frame| named.iter().any(|name| is_at(frame, name)) == is_listed;
+    listing.frames.retain(keep);
+    if listing.frames.is_empty() {
+        let has: Vec<&str> = lists.iter().map(|(split, _)| split.name()).collect();
+        let (file, split) = (listing.file.clone(), split.name());
+        return Err(DatasetError::EmptySplit {
+            file,
+            split,
+            why: format!("it lists {}", has.join(", ")),
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,56 @@
+//! One image and the camera that took it.
+
+use pocketnerf_core::{Camera, Ray};
+
+use crate::lens::Lens;
+
+/// One image and the camera that took it.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// What names the view in reports: the image's path relative to the dataset.
+    pub name: String,
+    /// The camera; its size is the image's.
+    pub camera: Camera,
+    /// What bends its rays.
+    pub lens: Lens,
+    /// `width * height` pixels, row after row from the top, straight (not
+    /// premultiplied) RGBA; alpha 255 where the image has none.
+    pub rgba: Vec<u8>,
+    /// A byte a pixel: 0 where it is neither learnt from nor scored. `None`: all count.
+    pub mask: Option<Vec<u8>>,
+    /// Euclidean distance along each pixel's ray to the first surface, scene
+    /// units, where it is known exactly; infinite where the ray meets nothing.
+    pub depth: Option<Vec<f32>>,
+}
+
+impl View {
+    /// A pinhole camera's image, all of which counts.
+    #[must_use]
+    pub fn new(name: impl Into<String>, camera: Camera, rgba: Vec<u8>) -> Self {
+        Self { name: name.into(), camera, lens: Lens::Pinhole, rgba, mask: None, depth: None }
+    }
+
+    /// Whether any pixel that counts is transparent.
+    #[must_use]
+    pub fn has_alpha(&self) -> bool {
+        let mut alpha = self.rgba.iter().skip(3).step_by(4);
+        match &self.mask {
+            None => alpha.any(|&alpha| alpha < 255),
+            Some(mask) => alpha.zip(mask).any(|(&alpha, &counts)| counts != 0 && alpha < 255),
+        }
+    }
+
+    /// The ray through an image point, pixels from the top left corner: pixel (i, j)
+    /// has its centre at (i + 0.5, j + 0.5). See [`Lens::ray`].
+    #[must_use]
+    pub fn ray(&self, x: f32, y: f32) -> Ray {
+        self.lens.ray(&self.camera, x, y)
+    }
+
+    /// The image point at which `p` (scene units) is seen, inside the picture or not;
+    /// `None` where it is not. See [`Lens::project`].
+    #[must_use]
+    pub fn project(&self, p: [f32; 3]) -> Option<[f32; 2]> {
+        self.lens.project(&self.camera, p)
+    }
+}
