@@ -6,7 +6,7 @@ use pocketnerf_core::Space;
 use pocketnerf_formats::{ModelFile, SectionId};
 use serde_json::{Value, json};
 
-use super::{Common, Failure, open, print_line, read_model};
+use super::{Common, Failure, Reading, open, print_line, read_model};
 use crate::dataset;
 use crate::trainer::checkpoint::{Checkpoint, kind, section_name};
 
@@ -15,12 +15,14 @@ use crate::trainer::checkpoint::{Checkpoint, kind, section_name};
 pub(super) struct Info {
     /// Model file, checkpoint, or dataset folder.
     path: PathBuf,
+    #[command(flatten)]
+    reading: Reading,
 }
 
 impl Info {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         if self.path.is_dir() {
-            let report = dataset::inspect(&self.path)?;
+            let report = dataset::inspect_with(&self.path, &self.reading.options(1))?;
             if common.json {
                 print_line(serde_json::to_string(&report)?);
             } else {

@@ -11,10 +11,10 @@ pub(super) struct Reading {
     /// Of a dataset without splits of its own, hold out every N-th image, in the order
     /// of the names from the first on, for test and val; 0: all train.
     #[arg(long, value_name = "N", default_value_t = LoadOptions::default().hold_every)]
-    hold_every: u32,
+    pub(super) hold_every: u32,
     /// Treat an LLFF capture as one all around a point, which becomes the origin.
     #[arg(long)]
-    spherify: bool,
+    pub(super) spherify: bool,
 }
 
 impl Reading {

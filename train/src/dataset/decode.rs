@@ -9,13 +9,14 @@ use super::images::{self, Image};
 use super::listing::{Frame, Listing, Mask};
 use super::{DatasetError, View};
 
-/// Decodes the images of a listing.
-pub(super) fn views(folder: &Path, listing: &Listing) -> Result<Vec<View>, DatasetError> {
-    let names = find_all(folder, listing)?;
+/// Decodes the images of a listing and makes them so many times smaller.
+pub(super) fn views(listing: &Listing, factor: u32) -> Result<Vec<View>, DatasetError> {
+    let folder = &listing.folder;
+    let names = find_all(listing)?;
     let decoded: Vec<_> = names
         .par_iter()
         .zip(&listing.frames)
-        .map(|(name, frame)| decode(folder, name, frame, listing.factor))
+        .map(|(name, frame)| decode(folder, name, frame, factor))
         .collect();
     let mut views = Vec::with_capacity(names.len());
     let mut first: Option<([u32; 2], String)> = None;
@@ -31,7 +32,7 @@ pub(super) fn views(folder: &Path, listing: &Listing) -> Result<Vec<View>, Datas
                 first_size: *first_size,
             });
         }
-        let camera = camera(folder, &name, frame, size)?.downscaled(listing.factor);
+        let camera = camera(folder, &name, frame, size)?.downscaled(factor);
         let mask = without_blind(mask, &camera, frame);
         if mask.as_ref().is_some_and(|mask| mask.iter().all(|counts| *counts == 0)) {
             return Err(DatasetError::NothingCounts { image: folder.join(name) });
@@ -57,7 +58,8 @@ pub(super) fn camera(
 }
 
 /// The names of all images.
-fn find_all(folder: &Path, listing: &Listing) -> Result<Vec<String>, DatasetError> {
+fn find_all(listing: &Listing) -> Result<Vec<String>, DatasetError> {
+    let folder = &listing.folder;
     let find = |frame: &Frame| images::find(folder, &frame.path);
     let found: Vec<_> = listing.frames.iter().map(find).collect();
     if let Some(first) = found.iter().position(Option::is_none) {

@@ -8,7 +8,7 @@ use crate::pose::PoseProblem;
 
 /// What can be read.
 const CONVENTIONS: &str = "transforms_train.json (Blender), transforms.json (instant-ngp, nerfstudio), \
-     poses_bounds.npy with images (LLFF)";
+     poses_bounds.npy with images (LLFF), train/SCENE/{rgb,pose,intrinsics.txt} (DeepVoxels)";
 
 /// Why a dataset was refused. Each message is one line.
 #[derive(Debug, thiserror::Error)]
@@ -65,7 +65,7 @@ pub enum DatasetError {
         sign: String,
     },
     /// The dataset has no such split.
-    #[error("{}: no such file, so there is no {split} split; this dataset has {has}", one_line(.file))]
+    #[error("{}: not there, so there is no {split} split; this dataset has {has}", one_line(.file))]
     NoSplit {
         /// The file that would hold the split.
         file: PathBuf,
@@ -242,13 +242,23 @@ pub enum DatasetError {
         /// The image.
         image: PathBuf,
     },
-    /// An array of numbers cannot be read.
-    #[error("{}: {}; expected a .npy array of f64, one row of 17 numbers an image (LLFF)", one_line(.file), escape(.problem))]
-    Npy {
+    /// A file of numbers holds something else.
+    #[error("{}: {}; expected {expected}", one_line(.file), escape(.problem))]
+    Contents {
         /// The file.
         file: PathBuf,
         /// What was found.
         problem: String,
+        /// What it should hold.
+        expected: &'static str,
+    },
+    /// More than one scene.
+    #[error("{}: several scenes: {}; give the folder of one, as train/SCENE", one_line(.folder), escape(.scenes))]
+    Scenes {
+        /// The folder.
+        folder: PathBuf,
+        /// Their names.
+        scenes: String,
     },
     /// An LLFF capture without images.
     #[error("{}: no folder of images; expected images, or images_4 and the like, beside poses_bounds.npy", one_line(.0))]
@@ -269,6 +279,9 @@ pub enum DatasetError {
         /// How many.
         poses: usize,
     },
+    /// A capture around nothing.
+    #[error("{}: --spherify needs cameras around a point, but these look in parallel; leave it out", one_line(.0))]
+    NoMiddle(PathBuf),
     /// Only LLFF captures are made spheres.
     #[error("{}: --spherify is for LLFF captures (poses_bounds.npy), which this is not; leave it out", one_line(.0))]
     Spherify(PathBuf),

@@ -21,6 +21,7 @@ impl Dataset {
         };
         let hash = part(hash, 1, self.bounds.as_ref().map_or(&[], |bounds| &bounds[..]));
         let hash = part(hash, 2, self.aabb.as_ref().map_or(&[], |aabb| aabb.as_flattened()));
+        let hash = part(hash, 4, self.background.as_ref().map_or(&[], |color| &color[..]));
         if self.forward_facing { mix(hash, 3) } else { hash }
     }
 }
@@ -82,7 +83,7 @@ mod tests {
     fn every_part_counts() {
         let first = dataset().fingerprint();
         assert_eq!(first, dataset().fingerprint());
-        let changes: [fn(&mut Dataset); 12] = [
+        let changes: [fn(&mut Dataset); 13] = [
             |d| d.views.swap(0, 1),
             |d| d.views[0].name.push('x'),
             |d| d.views[1].rgba[23] ^= 1,
@@ -94,6 +95,7 @@ mod tests {
             |d| d.views[0].mask = Some(vec![255; 6]),
             |d| d.bounds = Some([1.0, 2.0]),
             |d| d.aabb = Some([[0.0; 3], [1.0; 3]]),
+            |d| d.background = Some([1.0; 3]),
             |d| d.forward_facing = true,
         ];
         for (index, change) in changes.iter().enumerate() {

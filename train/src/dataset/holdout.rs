@@ -28,7 +28,7 @@ pub(super) fn kept<T>(
         let (file, split) = (hold_out.file.to_owned(), split.name());
         let why = match every {
             0 => format!("none of its {n} images is held out (--hold-every 0)"),
-            _ => format!("every {every}th of its {n} images is held out (--hold-every {every})"),
+            _ => format!("it has {n}, of which one in {every} is held out (--hold-every {every})"),
         };
         return Err(DatasetError::EmptySplit { file, split, why });
     }
@@ -54,7 +54,7 @@ mod tests {
         );
         assert_eq!(
             of(Split::Train, 1).unwrap_err().to_string(),
-            "d: no train images: every 1th of its 20 images is held out (--hold-every 1)"
+            "d: no train images: it has 20, of which one in 1 is held out (--hold-every 1)"
         );
     }
 }

@@ -25,6 +25,25 @@ pub(super) fn find(folder: &Path, path: &str) -> Option<String> {
         .find(|name| folder.join(name).is_file())
 }
 
+/// What images' names end with, in small letters.
+pub(super) const EXTENSIONS: [&str; 3] = ["png", "jpg", "jpeg"];
+
+/// The names of the files in a folder that end like that, sorted; hidden ones left out.
+pub(super) fn names(folder: &Path, extensions: &[&str]) -> Result<Vec<String>, DatasetError> {
+    let unlistable = |source| DatasetError::Unlistable { folder: folder.to_owned(), source };
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(unlistable)? {
+        let name = entry.map_err(unlistable)?.file_name().to_string_lossy().into_owned();
+        let extension = name.rsplit_once('.').map(|(_, extension)| extension.to_lowercase());
+        let fits = extension.is_some_and(|extension| extensions.contains(&extension.as_str()));
+        if fits && !name.starts_with('.') {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
 /// Decodes a PNG or JPEG file, whatever its name ends with, to 8 bits per
 /// channel; alpha is 255 where the file has none.
 pub(super) fn decode(path: &Path) -> Result<Image, DatasetError> {
@@ -44,6 +63,9 @@ fn decode_bytes(path: &Path) -> Result<Image, String> {
     let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
     if bytes.is_empty() {
         return Err("the file has 0 bytes".to_owned());
+    }
+    if bytes.starts_with(b"\x76\x2f\x31\x01") {
+        return Err("an EXR file of linear colours".to_owned());
     }
     let format = image::guess_format(&bytes).ok();
     let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg)) = format else {

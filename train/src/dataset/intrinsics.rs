@@ -10,6 +10,8 @@ pub(super) enum Focal {
     Angle(f64),
     /// Pixels.
     Pixels(f64),
+    /// Image heights.
+    Heights(f64),
 }
 
 /// What a file says of a camera.
@@ -45,6 +47,7 @@ impl Intrinsics {
         let pixels = |a: usize| match self.focal[a] {
             Some(Focal::Angle(angle)) => Some(0.5 * own[a] / (0.5 * angle).tan()),
             Some(Focal::Pixels(pixels)) => Some(pixels),
+            Some(Focal::Heights(heights)) => Some(heights * own[1]),
             None => None,
         };
         let x = pixels(0).or(pixels(1))?;

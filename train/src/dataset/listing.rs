@@ -12,18 +12,24 @@ pub(super) struct Listing {
     pub(super) format: &'static str,
     /// What it was recognised by.
     pub(super) sign: String,
+    /// What images' names are relative to.
+    pub(super) folder: PathBuf,
     /// The file that lists the frames, or the folder that holds them.
     pub(super) file: PathBuf,
     /// In the dataset's order; at least one.
     pub(super) frames: Vec<Frame>,
+    /// Whether the splits are not the dataset's own, but held out.
+    pub(super) is_one_set: bool,
     /// Images that are missing, of frames that were left out for that.
     pub(super) left_out: Vec<String>,
-    /// How many times smaller images must be made.
-    pub(super) factor: u32,
+    /// How many times smaller images must be made; `None`: as many times as was asked for.
+    pub(super) factor: Option<u32>,
     /// Near and far, scene units.
     pub(super) bounds: Option<[f32; 2]>,
     /// The scene's box, smallest and largest corner.
     pub(super) aabb: Option<[[f32; 3]; 2]>,
+    /// Colour behind opaque images.
+    pub(super) background: Option<[f32; 3]>,
     /// Whether rays suit normalised device coordinates.
     pub(super) forward_facing: bool,
     /// What the user should know, a line each.
@@ -65,12 +71,15 @@ impl Listing {
         Self {
             format,
             sign,
+            folder: PathBuf::new(),
             file,
             frames,
+            is_one_set: false,
             left_out: Vec::new(),
-            factor: 1,
+            factor: None,
             bounds: None,
             aabb: None,
+            background: None,
             forward_facing: false,
             notes: Vec::new(),
         }

@@ -35,7 +35,10 @@ pub(super) fn list(
 ) -> Result<Listing, DatasetError> {
     let file = folder.join(FILE);
     let matrix = npy::read(&file)?;
-    let refuse = |problem| Err(DatasetError::Npy { file: file.clone(), problem });
+    let refuse = |problem| {
+        let expected = npy::EXPECTED;
+        Err(DatasetError::Contents { file: file.clone(), problem, expected })
+    };
     if matrix.columns != COLUMNS {
         return refuse(format!("rows of {} numbers, expected 17", matrix.columns));
     }
@@ -93,7 +96,7 @@ pub(super) fn list(
     let mut notes = images.notes;
     if options.spherify {
         if !captured.spherify() {
-            return refuse("cameras without a point that they look at, so --spherify has no centre; leave it out".to_owned());
+            return Err(DatasetError::NoMiddle(file));
         }
     } else if looks_around {
         notes.push(
@@ -113,7 +116,8 @@ pub(super) fn list(
     }
     let frames = kept(frames, split, HoldOut { file: &file, every: options.hold_every })?;
     Ok(Listing {
-        factor: images.factor,
+        is_one_set: true,
+        factor: Some(images.factor),
         bounds: Some(captured.bounds()),
         forward_facing: !looks_around && !options.spherify,
         notes,

@@ -4,6 +4,7 @@
 
 mod blender;
 mod decode;
+mod deepvoxels;
 mod error;
 mod fingerprint;
 mod holdout;
@@ -24,7 +25,7 @@ use rayon::prelude::*;
 
 pub use error::DatasetError;
 pub(crate) use report::nearest_to_axes;
-pub use report::{DatasetReport, ImageSize, SplitReport, inspect};
+pub use report::{DatasetReport, ImageSize, SplitReport, inspect, inspect_with};
 pub use view::View;
 
 use listing::Listing;
@@ -69,10 +70,11 @@ pub fn load_with(
     options: &LoadOptions,
 ) -> Result<Dataset, DatasetError> {
     let listing = list(path, split, options)?;
-    let views = decode::views(path, &listing)?;
-    let Listing { format, bounds, aabb, forward_facing, notes, .. } = listing;
+    let factor = listing.factor.unwrap_or(options.downscale_factor);
+    let views = decode::views(&listing, factor)?;
+    let Listing { format, bounds, aabb, background, forward_facing, notes, .. } = listing;
     let dataset = Dataset::new(path.display().to_string(), format, split, views);
-    Ok(Dataset { bounds, aabb, forward_facing, notes, ..dataset })
+    Ok(Dataset { bounds, aabb, background, forward_facing, notes, ..dataset })
 }
 
 /// The frames of a split, before any image is decoded.
@@ -84,9 +86,12 @@ fn list(path: &Path, split: Split, options: &LoadOptions) -> Result<Listing, Dat
     let mut listing = match convention {
         Convention::Blender => blender::list(path, split)?,
         Convention::Transforms => transforms::list(path, split, options)?,
-        Convention::Llff => return llff::list(path, split, options),
+        Convention::Llff => llff::list(path, split, options)?,
+        Convention::DeepVoxels => deepvoxels::list(path, split)?,
     };
-    listing.factor = options.downscale_factor;
+    if listing.folder.as_os_str().is_empty() {
+        listing.folder = path.to_owned();
+    }
     Ok(listing)
 }
 
@@ -150,6 +155,8 @@ pub struct Dataset {
     pub bounds: Option<[f32; 2]>,
     /// The scene's box, smallest and largest corner, where the dataset says.
     pub aabb: Option<[[f32; 3]; 2]>,
+    /// The colour that opaque images show where nothing is, where the dataset says.
+    pub background: Option<[f32; 3]>,
     /// Whether all cameras look along −z from about the origin, at what lies beyond
     /// z = −1: rays that suit normalised device coordinates.
     pub forward_facing: bool,
@@ -175,6 +182,7 @@ impl Dataset {
             has_alpha,
             bounds: None,
             aabb: None,
+            background: None,
             forward_facing: false,
             notes: Vec::new(),
         }

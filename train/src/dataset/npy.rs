@@ -11,6 +11,9 @@ use super::DatasetError;
 /// More bytes than any capture's poses.
 const MAX_BYTES: u64 = 64 << 20;
 
+/// Completes "expected …".
+pub(super) const EXPECTED: &str = "a .npy array of f64, a row of 17 numbers an image (LLFF)";
+
 /// A matrix.
 #[derive(Debug, PartialEq)]
 pub(super) struct Matrix {
@@ -21,7 +24,11 @@ pub(super) struct Matrix {
 
 /// Reads a file.
 pub(super) fn read(file: &Path) -> Result<Matrix, DatasetError> {
-    let refuse = |problem: String| DatasetError::Npy { file: file.to_owned(), problem };
+    let refuse = |problem: String| DatasetError::Contents {
+        file: file.to_owned(),
+        problem,
+        expected: EXPECTED,
+    };
     let length = std::fs::metadata(file).map_err(|error| refuse(error.to_string()))?.len();
     if length > MAX_BYTES {
         return Err(refuse(format!("{length} bytes, at most {MAX_BYTES} are read")));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{DatasetError, Split, blender, llff, transforms};
+use super::{DatasetError, Split, blender, deepvoxels, llff, transforms};
 
 /// A convention that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +13,8 @@ pub(super) enum Convention {
     Transforms,
     /// `poses_bounds.npy`.
     Llff,
+    /// `{train,validation,test}/SCENE/intrinsics.txt`.
+    DeepVoxels,
 }
 
 /// Looks into the folder and names its convention.
@@ -83,7 +85,9 @@ fn readable(folder: &Path) -> Option<Convention> {
     let blender = Split::ALL.map(|split| (blender::file_name(split), Convention::Blender));
     let others = [(transforms::FILE, Convention::Transforms), (llff::FILE, Convention::Llff)];
     let mut all = blender.into_iter().chain(others);
-    all.find(|(file, _)| folder.join(file).is_file()).map(|(_, convention)| convention)
+    let by_file = all.find(|(file, _)| folder.join(file).is_file());
+    let deep_voxels = || deepvoxels::find(folder).map(|_| Convention::DeepVoxels);
+    by_file.map(|(_, convention)| convention).or_else(deep_voxels)
 }
 
 /// Conventions that are known by their files but not read.

@@ -16,7 +16,8 @@ pub struct View {
     /// `width * height` pixels, row after row from the top, straight (not
     /// premultiplied) RGBA; alpha 255 where the image has none.
     pub rgba: Vec<u8>,
-    /// A byte a pixel: 0 where it is neither learnt from nor scored. `None`: all count.
+    /// A byte a pixel: 0 where it is neither learnt from nor scored, as where the lens
+    /// shows nothing. `None`: all count.
     pub mask: Option<Vec<u8>>,
     /// Euclidean distance along each pixel's ray to the first surface, scene
     /// units, where it is known exactly; infinite where the ray meets nothing.

@@ -252,16 +252,56 @@ mod tests {
     use crate::dataset::View;
     use crate::trainer::rays::Backdrop;
 
-    fn source(cameras: &[Camera], mask: Option<&[u8]>) -> RaySource {
+    fn source(cameras: &[Camera], lens: Lens, mask: Option<&[u8]>) -> RaySource {
         let view = |camera: &Camera| {
             let rgba = vec![255; 4 * (camera.width * camera.height) as usize];
-            View { mask: mask.map(<[u8]>::to_vec), ..View::new("", *camera, rgba) }
+            View { lens, mask: mask.map(<[u8]>::to_vec), ..View::new("", *camera, rgba) }
         };
         RaySource::new(cameras.iter().map(view).collect(), Backdrop::Random)
     }
 
+    /// Of pictures of 61x47 pixels.
+    fn pixels() -> impl Iterator<Item = (u32, u32)> {
+        (0..47).flat_map(|y| (0..61).map(move |x| (x, y)))
+    }
+
+    #[test]
+    fn masked_pixels_are_never_drawn() {
+        // The left half, and every seventh pixel, are ignored.
+        let counts = |x: u32, y: u32| x >= 30 && (x + 61 * y) % 7 != 0;
+        let mask: Vec<u8> = pixels().map(|(x, y)| u8::from(counts(x, y))).collect();
+        let pose = Camera::look_at([3.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
+        let camera = Camera::from_fov_x(61, 47, 1.0, pose);
+        let source = source(&[camera], Lens::Pinhole, Some(&mask));
+        let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
+        let aim = Aim::new(&source, &space, 32, &[]);
+        assert!((aim.share() - 1.0).abs() < 1e-12);
+        let mut random = Random::new(1, [0; 3]);
+        let mut drawn = vec![0; mask.len()];
+        for _ in 0..40_000 {
+            let tile = random.below(aim.n_tiles());
+            let Pixel { x, y, .. } = aim.pixel(source.cameras(), tile, &mut random);
+            drawn[(x + 61 * y) as usize] += 1;
+        }
+        for ((x, y), (times, counts)) in pixels().zip(drawn.iter().zip(&mask)) {
+            // About 32 each.
+            assert_eq!(*times > 0, *counts != 0, "{x} {y}");
+            assert_eq!(aim.draws(Pixel { view: 0, x, y }), *counts != 0, "{x} {y}");
+        }
+    }
+
     #[test]
     fn every_ray_that_meets_a_cell_can_be_drawn() {
+        for lens in [
+            Lens::Pinhole,
+            Lens::open_cv([-0.2, 0.1, 0.0, 0.0], [0.01, 0.0]),
+            Lens::fisheye([0.05, 0.0, 0.0, 0.0]),
+        ] {
+            rays_can_be_drawn(lens);
+        }
+    }
+
+    fn rays_can_be_drawn(lens: Lens) {
         let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
         let map = space.unit_map();
         let cells = [5 + 32 * (6 + 32 * 7), 20 + 32 * (25 + 32 * 3)];
@@ -270,30 +310,28 @@ mod tests {
             let pose = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0]);
             Camera::from_fov_x(61, 47, 1.0, pose)
         });
-        let source = source(&cameras, None);
+        let source = source(&cameras, lens, None);
         let aim = Aim::new(&source, &space, 32, &cells);
-        let drawn = |view: usize, x, y| aim.draws(Pixel { view: view as u32, x, y });
+        let drawn = |view: u32, x, y| aim.draws(Pixel { view, x, y });
         let (mut met, mut missed) = (0, 0);
-        for (view, camera) in cameras.iter().enumerate() {
-            for (x, y) in (0..47).flat_map(|y| (0..61).map(move |x| (x, y))) {
-                let ray = camera.ray(x as f32 + 0.5, y as f32 + 0.5);
-                let meets = (0..4000).any(|k| {
-                    let t = k as f32 * 1e-3;
-                    let p = [0, 1, 2].map(|a| ray.origin[a] + t * ray.direction[a]);
-                    let cell = map.apply(p).map(|u| (u * 32.0).floor() as i32);
-                    cells.iter().any(|c| [c % 32, c / 32 % 32, c / 1024].map(|v| v as i32) == cell)
-                });
-                assert!(!meets || drawn(view, x, y), "view {view}: pixel {x}, {y}");
-                met += u32::from(meets);
-                missed += u32::from(!drawn(view, x, y));
-            }
+        for (view, (x, y)) in (0..3).flat_map(|view| pixels().map(move |pixel| (view, pixel))) {
+            let ray = source.through(Pixel { view, x, y });
+            let meets = (0..4000).any(|k| {
+                let t = k as f32 * 1e-3;
+                let p = [0, 1, 2].map(|a| ray.origin[a] + t * ray.direction[a]);
+                let cell = map.apply(p).map(|u| (u * 32.0).floor() as i32);
+                cells.iter().any(|c| [c % 32, c / 32 % 32, c / 1024].map(|v| v as i32) == cell)
+            });
+            assert!(!meets || drawn(view, x, y), "view {view}: pixel {x}, {y}");
+            met += u32::from(meets);
+            missed += u32::from(!drawn(view, x, y));
         }
-        assert!(met > 5 && missed > 1000, "{met} {missed}");
+        assert!(met > 5 && missed > 1000, "{lens:?}: {met} {missed}");
         let mut random = Random::new(1, [0; 3]);
         for _ in 0..1000 {
             let tile = random.below(aim.n_tiles());
             let Pixel { view, x, y } = aim.pixel(&cameras, tile, &mut random);
-            assert!(x < 61 && y < 47 && drawn(view as usize, x, y));
+            assert!(x < 61 && y < 47 && drawn(view, x, y));
         }
         // Nothing to see: everything may be drawn.
         assert!((Aim::new(&source, &space, 32, &[]).share() - 1.0).abs() < 1e-12);

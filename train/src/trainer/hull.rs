@@ -228,6 +228,56 @@ mod tests {
     }
 
     #[test]
+    fn masked_pixels_carve_nothing() {
+        let views = views(0.5);
+        let masked = |mask: Vec<u8>| {
+            let view = |i: usize| View {
+                mask: Some(mask.clone()),
+                ..View::new("", views.cameras()[i], views.images()[i].clone())
+            };
+            Hull::new(&RaySource::new((0..3).map(view).collect(), Backdrop::Random))
+        };
+        let all = vec![1; 101 * 101];
+        assert!(!masked(all.clone()).may_hold([0.3, 0.0, 0.0], 1e-3));
+        // 0.3 units at distance 4 and focal 138 are ten pixels: the upper half decides, as
+        // seen from the second and third camera, and nothing is known of the lower.
+        assert!(masked(vec![0; 101 * 101]).may_hold([0.3, 0.0, 0.0], 1e-3));
+        let mut upper = all;
+        upper[101 * 45..].fill(0);
+        assert!(masked(upper).may_hold([0.3, 0.0, 0.0], 1e-3));
+    }
+
+    /// A lens that bends shows the disc elsewhere; what it shows is kept, and what lies
+    /// where a pinhole would see it is not.
+    #[test]
+    fn silhouettes_through_a_lens() {
+        let pinhole = views(0.5);
+        let lens = Lens::open_cv([4.0, 0.0, 0.0, 0.0], [0.0; 2]);
+        let source = |lens: Lens| {
+            let view = |(camera, center): (&Camera, [f32; 2])| {
+                let image: Vec<u8> = (0..101 * 101)
+                    .flat_map(|i| {
+                        let (x, y) = ((i % 101) as f32 + 0.5, (i / 101) as f32 + 0.5);
+                        let near = (x - center[0]).hypot(y - center[1]) <= 2.0;
+                        [0, 0, 0, if near { 255 } else { 0 }]
+                    })
+                    .collect();
+                View { lens, ..View::new("", *camera, image) }
+            };
+            let views = pinhole.cameras().iter().map(|camera| {
+                // Where the lens shows (0.6, 0.6, 0.6).
+                view((camera, lens.project(camera, [0.6; 3]).unwrap()))
+            });
+            Hull::new(&RaySource::new(views.collect(), Backdrop::Random))
+        };
+        assert!(source(lens).may_hold([0.6; 3], 1e-3));
+        assert!(!source(lens).may_hold([0.5; 3], 1e-3));
+        let straight = pinhole.cameras()[0].project([0.6; 3]).unwrap();
+        let bent = lens.project(&pinhole.cameras()[0], [0.6; 3]).unwrap();
+        assert!((straight[0] - bent[0]).abs() > 2.0, "{straight:?} {bent:?}");
+    }
+
+    #[test]
     fn one_pixel_is_never_lost() {
         let hull = Hull::new(&views(0.5));
         assert!(hull.may_hold([0.0; 3], 1e-3));

@@ -122,7 +122,7 @@ impl Trainer {
         let backdrop = match (config.backdrop, has_alpha) {
             (Some(color), _) => Backdrop::Color(color),
             (None, true) => Backdrop::Random,
-            (None, false) => Backdrop::Color(config.opaque_backdrop),
+            (None, false) => Backdrop::Color(dataset.background.unwrap_or(config.opaque_backdrop)),
         };
         let mut source = RaySource::new(dataset.views, backdrop);
         if let Some(ndc) = config.ndc {

@@ -52,8 +52,8 @@ impl Train {
             }
             let (data, out) = (self.data.clone(), self.out.clone());
             let (step, checkpoint) = (trainer.steps(), saving.path.clone());
-            let precision = self.precision;
-            Err(Interrupted { step, checkpoint, data, out, precision }.into())
+            let (precision, reading) = (self.precision, self.reading);
+            Err(Interrupted { step, checkpoint, data, out, precision, reading }.into())
         })?;
         saving.at_end(&trainer, &run, &origin)?;
         if common.json {

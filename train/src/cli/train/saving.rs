@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use pocketnerf_formats::Precision;
 
 use super::Origin;
-use crate::cli::Failure;
+use crate::cli::{Failure, Reading};
 use crate::output;
 use crate::trainer::{Run, Trainer, checkpoint};
 
@@ -93,6 +93,7 @@ pub(in crate::cli) struct Interrupted {
     pub(super) data: PathBuf,
     pub(super) out: PathBuf,
     pub(super) precision: Precision,
+    pub(super) reading: Reading,
 }
 
 impl fmt::Display for Interrupted {
@@ -106,7 +107,9 @@ impl fmt::Display for Interrupted {
             quoted(&self.out),
             checkpoint,
         )?;
-        // The checkpoint does not say how the model is to be written.
+        // The checkpoint does not say how the dataset is read, nor how the model is to be
+        // written.
+        f.write_str(&self.reading.given())?;
         match self.precision {
             Precision::I8 => Ok(()),
             Precision::F16 => write!(f, " --precision f16"),
@@ -148,11 +151,12 @@ mod tests {
             data: "it's".into(),
             out: "m.pnerf".into(),
             precision: Precision::F16,
+            reading: Reading { hold_every: 4, spherify: true },
         };
         assert_eq!(
             interrupted.to_string(),
             "interrupted at step 7, saved; go on with: pocketnerf train 'it'\\''s' \
-             --out m.pnerf --resume 'my scene.ckpt.pnerf' --precision f16"
+             --out m.pnerf --resume 'my scene.ckpt.pnerf' --hold-every 4 --spherify --precision f16"
         );
     }
 }

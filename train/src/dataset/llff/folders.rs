@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::dataset::DatasetError;
+use crate::dataset::{DatasetError, images};
 
 /// Images of a capture.
 pub(super) struct Images {
@@ -52,21 +52,6 @@ pub(super) fn choose(capture: &Path, factor: u32) -> Result<Images, DatasetError
             "no images that {factor} times smaller ones can be made of: those in {folder} are made {factor} times smaller"
         ));
     }
-    let names = names(&capture.join(folder))?;
+    let names = images::names(&capture.join(folder), &images::EXTENSIONS)?;
     Ok(Images { folder: folder.clone(), names, factor: rest, notes })
-}
-
-/// The images in a folder, sorted.
-fn names(folder: &Path) -> Result<Vec<String>, DatasetError> {
-    let unlistable = |source| DatasetError::Unlistable { folder: folder.to_owned(), source };
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(unlistable)? {
-        let name = entry.map_err(unlistable)?.file_name().to_string_lossy().into_owned();
-        let extension = name.rsplit_once('.').map(|(_, extension)| extension.to_lowercase());
-        if matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg")) && !name.starts_with('.') {
-            names.push(name);
-        }
-    }
-    names.sort();
-    Ok(names)
 }

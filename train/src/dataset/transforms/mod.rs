@@ -73,6 +73,7 @@ pub(super) fn list(
         let hold_out = HoldOut { file: &listing.file, every: options.hold_every };
         let frames = std::mem::take(&mut listing.frames);
         listing.frames = kept(frames, split, hold_out)?;
+        listing.is_one_set = true;
     } else {
         choose(&mut listing, split, &lists)?;
     }

@@ -1,0 +1,212 @@
+//! What is in a dataset: the check report.
+
+mod look;
+mod text;
+
+use std::path::Path;
+
+use pocketnerf_core::Camera;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::listing::{Frame, Listing};
+use super::{DatasetError, LoadOptions, Split, decode, images, list};
+pub(crate) use look::nearest_to_axes;
+use look::{camera_box, distances, scene_box, share_looking_at};
+
+/// What is in a dataset. Missing or unreadable images are counted, not refused.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DatasetReport {
+    /// The folder.
+    pub source: String,
+    /// The convention that was recognised.
+    pub format: &'static str,
+    /// The file, and the keys in it, that tell.
+    pub recognised_by: String,
+    /// Nearest and farthest depth, scene units, where the dataset says.
+    pub bounds: Option<[f32; 2]>,
+    /// The scene's box, smallest and largest corner: the dataset's own, or what the
+    /// training cameras look at. Training narrows the latter where images have alpha.
+    pub scene_box: Option<[[f32; 3]; 2]>,
+    /// Whether it is the dataset's own.
+    pub scene_box_given: bool,
+    /// Whether the cameras suit normalised device coordinates.
+    pub forward_facing: bool,
+    /// Where the dataset has no splits of its own: one image in so many is held out.
+    pub hold_every: Option<u32>,
+    /// Images that are missing, of frames that are left out for that.
+    pub images_left_out: Vec<String>,
+    /// What else the user should know.
+    pub notes: Vec<String>,
+    /// The splits that are there.
+    pub splits: Vec<SplitReport>,
+}
+
+/// What is in one split.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SplitReport {
+    /// `train`, `val` or `test`.
+    pub split: &'static str,
+    /// Frames listed.
+    pub frames: usize,
+    /// Images found.
+    pub images_found: usize,
+    /// Images not found, as the dataset names them.
+    pub images_missing: Vec<String>,
+    /// Images found whose header cannot be read.
+    pub images_unreadable: Vec<String>,
+    /// Images whose shape is not that of their camera.
+    pub images_misshapen: Vec<String>,
+    /// The sizes met, in order of appearance.
+    pub sizes: Vec<ImageSize>,
+    /// Images with an alpha channel, their own or a file of its own.
+    pub images_with_alpha: usize,
+    /// Frames with a mask.
+    pub masks: usize,
+    /// Masks not found.
+    pub masks_missing: Vec<String>,
+    /// The kinds of lens met: pinhole, opencv, fisheye.
+    pub lenses: Vec<&'static str>,
+    /// Horizontal field of view of the first camera whose image can be read, degrees.
+    pub fov_x_degrees: Option<f32>,
+    /// Corners of the box around the camera positions, scene units.
+    pub camera_box: [[f32; 3]; 2],
+    /// The point nearest to all optical axes (least squares), scene units;
+    /// none if the axes are parallel.
+    pub look_at: Option<[f32; 3]>,
+    /// Least and greatest distance of a camera from `look_at`, scene units.
+    pub look_at_distance: Option<[f32; 2]>,
+    /// Share of the cameras whose optical axes meet the scene's box.
+    pub share_looking_at_box: Option<f64>,
+}
+
+/// How many images have a size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct ImageSize {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Number of images.
+    pub images: usize,
+}
+
+/// Looks at the dataset in the folder `path`: its files of cameras and the headers
+/// of its images.
+///
+/// # Errors
+/// As [`load`](super::load), except for what is wrong with images: that is in
+/// the report.
+pub fn inspect(path: &Path) -> Result<DatasetReport, DatasetError> {
+    inspect_with(path, &LoadOptions::default())
+}
+
+/// The same with all options.
+///
+/// # Errors
+/// As [`inspect`].
+pub fn inspect_with(path: &Path, options: &LoadOptions) -> Result<DatasetReport, DatasetError> {
+    let mut listings: Vec<(Split, Listing)> = Vec::new();
+    let mut none = None;
+    for split in Split::ALL {
+        match list(path, split, options) {
+            Ok(listing) => listings.push((split, listing)),
+            // What is wrong with one split is no news of the others.
+            Err(error @ (DatasetError::NoSplit { .. } | DatasetError::EmptySplit { .. })) => {
+                none = none.or(Some(error));
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    // The training split, where there is one.
+    let Some((_, first)) = listings.first() else {
+        return Err(none.unwrap_or_else(|| DatasetError::Missing(path.to_owned())));
+    };
+    let scene_box = scene_box(first);
+    Ok(DatasetReport {
+        source: path.display().to_string(),
+        format: first.format,
+        recognised_by: first.sign.clone(),
+        bounds: first.bounds,
+        scene_box,
+        scene_box_given: first.aabb.is_some(),
+        forward_facing: first.forward_facing,
+        hold_every: first.is_one_set.then_some(options.hold_every),
+        images_left_out: first.left_out.clone(),
+        notes: first.notes.clone(),
+        splits: listings.iter().map(|(s, listing)| inspect_split(*s, listing, scene_box)).collect(),
+    })
+}
+
+fn inspect_split(split: Split, listing: &Listing, scene_box: Option<[[f32; 3]; 2]>) -> SplitReport {
+    let Listing { frames, folder, .. } = listing;
+    let headers: Vec<_> = frames
+        .par_iter()
+        .map(|frame| {
+            images::find(folder, &frame.path).map(|name| images::header(&folder.join(name)))
+        })
+        .collect();
+    let poses: Vec<[f32; 16]> = frames.iter().map(|frame| frame.pose).collect();
+    let look_at = nearest_to_axes(&poses);
+    let masks = || frames.iter().filter_map(|frame| frame.mask.as_ref());
+    let missing = masks().filter(|mask| !folder.join(&mask.path).is_file());
+    let mut report = SplitReport {
+        split: split.name(),
+        frames: frames.len(),
+        images_found: headers.iter().flatten().count(),
+        images_missing: Vec::new(),
+        images_unreadable: Vec::new(),
+        images_misshapen: Vec::new(),
+        sizes: Vec::new(),
+        images_with_alpha: 0,
+        masks: masks().count(),
+        masks_missing: missing.map(|mask| mask.path.clone()).collect(),
+        lenses: Vec::new(),
+        fov_x_degrees: None,
+        camera_box: camera_box(&poses),
+        look_at: look_at.map(|point| point.as_vec3().to_array()),
+        look_at_distance: look_at.map(|point| distances(&poses, point)),
+        share_looking_at_box: scene_box.map(|corners| share_looking_at(&poses, corners)),
+    };
+    for (frame, header) in frames.iter().zip(headers) {
+        let lens = frame.lens.name();
+        if !report.lenses.contains(&lens) {
+            report.lenses.push(lens);
+        }
+        match header {
+            None => report.images_missing.push(frame.path.clone()),
+            Some(None) => report.images_unreadable.push(frame.path.clone()),
+            Some(Some((size, alpha))) => {
+                report.count(size, alpha || frame.alpha.is_some());
+                match decode::camera(folder, &frame.path, frame, size) {
+                    Ok(camera) => {
+                        report.fov_x_degrees.get_or_insert_with(|| fov_x_degrees(&camera, frame));
+                    }
+                    Err(_) => report.images_misshapen.push(frame.path.clone()),
+                }
+            }
+        }
+    }
+    report
+}
+
+/// The angle between the leftmost and the rightmost ray beside the principal point.
+fn fov_x_degrees(camera: &Camera, frame: &Frame) -> f32 {
+    let angle = |x: f32| {
+        let x = f64::from((x - camera.center[0]) / camera.focal[0]);
+        let ([x, y, z], _) = frame.lens.undistort([x, 0.0]);
+        x.hypot(y).atan2(z).copysign(x)
+    };
+    (angle(camera.width as f32) - angle(0.0)).to_degrees() as f32
+}
+
+impl SplitReport {
+    fn count(&mut self, [width, height]: [u32; 2], alpha: bool) {
+        self.images_with_alpha += usize::from(alpha);
+        let known = self.sizes.iter_mut().find(|s| (s.width, s.height) == (width, height));
+        match known {
+            Some(size) => size.images += 1,
+            None => self.sizes.push(ImageSize { width, height, images: 1 }),
+        }
+    }
+}
