@@ -126,3 +126,23 @@ pub fn evaluate(
         threads: rayon::current_num_threads(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ignored_pixels_count_for_nothing() {
+        // Three pixels, of which the second is ignored.
+        let (ours, truth) = ([0, 51, 0, 200, 200, 200, 9, 9, 9], [0, 0, 0, 1, 2, 3, 9, 9, 9]);
+        let ([picture, photograph], without) = masked(&ours, &truth, Some(&[255, 0, 1]));
+        assert_eq!(*picture, [0, 51, 0, 9, 9, 9]);
+        assert_eq!(*photograph, [0, 0, 0, 9, 9, 9]);
+        assert_eq!(*without, [0, 51, 0, 1, 2, 3, 9, 9, 9]);
+        // One value of six differs by 0.2: the mean square is 0.04 / 6, 21.76 dB.
+        let expected = -10.0 * (0.04f64 / 6.0).log10();
+        assert!((metrics::psnr(&picture, &photograph) - expected).abs() < 1e-9);
+        let ([picture, _], without) = masked(&ours, &truth, None);
+        assert_eq!((&*picture, &*without), (&ours[..], &ours[..]));
+    }
+}

@@ -52,6 +52,58 @@ impl Scene {
     }
 }
 
+/// A folder that vanishes, to be filled with any dataset.
+pub(crate) struct Folder(tempfile::TempDir);
+
+impl Folder {
+    pub(crate) fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Writes a file, and the folders it lies in.
+    pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        let file = self.path().join(name);
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::write(file, bytes).unwrap();
+    }
+
+    /// Writes an opaque PNG of pixels `[x, y, blue]`.
+    pub(crate) fn image(&self, name: &str, [width, height]: [u32; 2], blue: u8) {
+        self.pixels(name, [width, height], |x, y| [x as u8, y as u8, blue]);
+    }
+
+    /// Writes an opaque PNG.
+    pub(crate) fn pixels(
+        &self,
+        name: &str,
+        [width, height]: [u32; 2],
+        color: impl Fn(u32, u32) -> [u8; 3],
+    ) {
+        self.write(name, "");
+        let image = image::RgbImage::from_fn(width, height, |x, y| image::Rgb(color(x, y)));
+        image.save(self.path().join(name)).unwrap();
+    }
+
+    pub(crate) fn remove(&self, name: &str) {
+        std::fs::remove_file(self.path().join(name)).unwrap();
+    }
+}
+
+/// Whether vectors are the same to six digits.
+pub(crate) fn near<const N: usize>(a: [f32; N], b: [f32; N]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6)
+}
+
+/// A vector of length 1.
+pub(crate) fn unit(v: [f32; 3]) -> [f32; 3] {
+    let n = v.iter().map(|x| x * x).sum::<f32>().sqrt();
+    v.map(|x| x / n)
+}
+
 /// Frames with these file paths, all at [`POSE`].
 pub(crate) fn frames(paths: &[impl AsRef<str>]) -> String {
     let frame = |path: &str| {

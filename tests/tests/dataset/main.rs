@@ -1,14 +1,16 @@
-//! Loading datasets: a small Blender scene with known rays, and every way in
+//! Loading datasets: small scenes of every convention with known rays, and every way in
 //! which one can be wrong.
 
+mod deepvoxels;
 mod fixture;
+mod lens;
+mod llff;
+mod real;
 mod refusals;
-
-use std::path::Path;
+mod transforms;
 
 use fixture::{Scene, cut, frames};
 use pocketnerf_train::dataset::{Split, inspect, load};
-use refusals::refusal;
 
 #[test]
 fn a_scene_with_hand_computed_rays() {
@@ -102,13 +104,18 @@ fn the_check_report() {
         ("train", 2, 2, 2)
     );
     assert_eq!((train.sizes[0].width, train.sizes[0].height, train.sizes[0].images), (4, 2, 2));
-    assert!((train.fov_x_degrees - 90.0).abs() < 1e-4);
+    assert!((train.fov_x_degrees.unwrap() - 90.0).abs() < 1e-4);
     assert_eq!(train.camera_box, [[0.0, -4.0, 1.0], [4.0, 0.0, 1.0]]);
     let look_at = train.look_at.unwrap();
     assert!(look_at.iter().zip([0.0, 0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-6), "{look_at:?}");
     assert_eq!((test.split, test.frames, test.look_at), ("test", 1, None));
     let text = report.to_string();
     assert!(text.contains("looking at (0.000, 0.000, 1.000), from 4.000 to 4.000 away"), "{text}");
+
+    assert_eq!((train.lenses.as_slice(), train.masks), (&["pinhole"][..], 0));
+    // The box around what the cameras look at, and both do.
+    assert_eq!((report.scene_box_given, train.share_looking_at_box), (false, Some(1.0)));
+    assert_eq!((report.recognised_by.as_str(), report.hold_every), ("transforms_train.json", None));
 
     // What is wrong with images is reported, not refused.
     std::fs::remove_file(scene.path().join("train/r_0.png")).unwrap();
@@ -120,34 +127,4 @@ fn the_check_report() {
         report.to_string().contains("1 images found, 1 missing (first: train/r_0)"),
         "{report}"
     );
-}
-
-/// The paper's lego scene, where `POCKETNERF_DATA` says that data lies.
-#[test]
-fn lego() {
-    let Some(data) = std::env::var_os("POCKETNERF_DATA") else {
-        println!("skipped: POCKETNERF_DATA is not set");
-        return;
-    };
-    let data = Path::new(&data);
-    let dataset = load(&data.join("nerf_synthetic/lego"), Split::Test, 1).unwrap();
-    assert_eq!((dataset.views.len(), dataset.has_alpha), (25, true));
-    assert!(dataset.views.iter().all(|v| (v.camera.width, v.camera.height) == (800, 800)));
-    let first = &dataset.views[0];
-    assert_eq!(first.name, "test/r_0.png");
-    assert_eq!(first.camera.position(), [0.0, 2.737_26, 2.959_291_7]);
-    assert!((first.camera.focal[0] - 1111.111).abs() < 1e-2, "{:?}", first.camera.focal);
-    // It looks at the middle of the scene.
-    let ray = first.camera.ray(400.0, 400.0);
-    assert!((ray.direction[1] + 0.679_030_6).abs() < 1e-6, "{ray:?}");
-
-    let report = inspect(&data.join("nerf_synthetic/lego")).unwrap();
-    let counts: Vec<_> = report.splits.iter().map(|s| (s.split, s.images_found)).collect();
-    assert_eq!(counts, [("train", 100), ("val", 10), ("test", 25)]);
-    for (folder, start) in
-        [("transforms/fox", "instant-ngp"), ("llff/fern", "LLFF"), ("colmap/tumbler", "COLMAP")]
-    {
-        let folder = data.join(folder);
-        assert!(refusal(&folder).starts_with(&format!("D: {start}")), "{}", refusal(&folder));
-    }
 }

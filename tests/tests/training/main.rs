@@ -5,6 +5,7 @@
 mod determinism;
 mod finished;
 mod guard;
+mod masked;
 mod mutated;
 mod ndc;
 mod refusals;

@@ -23,6 +23,8 @@ const FORMAT: &str = "deepvoxels";
 const FOLDERS: [&str; 3] = ["train", "validation", "test"];
 /// The file that tells a scene's folder.
 const INTRINSICS: &str = "intrinsics.txt";
+/// Completes "expected …".
+const POSE: &str = "16 numbers an image, a camera-to-world matrix row after row (DeepVoxels)";
 /// The scene reaches so far from the middle of the hemisphere.
 const REACH: f64 = 1.0;
 
@@ -109,7 +111,8 @@ fn frames(root: &Path, scene: &str) -> Result<(PathBuf, Vec<Frame>), DatasetErro
     let colors = folder.join("rgb");
     let found = images::names(&colors, &images::EXTENSIONS)?.len();
     if names.is_empty() {
-        return Err(DatasetError::NoFrames(poses));
+        let (problem, expected) = ("no .txt file".to_owned(), POSE);
+        return Err(DatasetError::Contents { file: poses, problem, expected });
     }
     if found != names.len() {
         let (images, count) = (found, names.len());
@@ -154,8 +157,7 @@ fn numbers(file: &Path) -> Result<[f64; 16], DatasetError> {
     let numbers = parse(&read(file)?);
     <[f64; 16]>::try_from(&numbers[..]).map_err(|_| {
         let problem = format!("{} numbers", numbers.len());
-        let expected = "16, a camera-to-world matrix row after row (DeepVoxels)";
-        DatasetError::Contents { file: file.to_owned(), problem, expected }
+        DatasetError::Contents { file: file.to_owned(), problem, expected: POSE }
     })
 }
 

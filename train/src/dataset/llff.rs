@@ -44,7 +44,7 @@ pub(super) fn list(
     }
     let rows = matrix.values.as_chunks::<COLUMNS>().0;
     if rows.is_empty() {
-        return Err(DatasetError::NoFrames(file));
+        return refuse("0 rows".to_owned());
     }
     let images = folders::choose(folder, options.downscale_factor)?;
     if images.names.len() != rows.len() {
@@ -79,7 +79,8 @@ pub(super) fn list(
             );
             return Err(DatasetError::Camera { file, frame: index, name: path, problem });
         }
-        captured.push(&pose, [near, far]);
+        let half_angle = (0.5 * width.hypot(height) / focal).atan();
+        captured.push(&pose, half_angle, [near, far]);
         let pixels = Some(Focal::Pixels(focal));
         let intrinsics = Intrinsics {
             size: Some([width, height]),
@@ -100,8 +101,8 @@ pub(super) fn list(
         }
     } else if looks_around {
         notes.push(
-            "the cameras look in all directions: a 360-degree capture, not a forward-facing one; \
-             --spherify centres it"
+            "the cameras look around, not forward (normalised device coordinates do not suit them); \
+             --spherify centres a 360-degree capture"
                 .to_owned(),
         );
     }

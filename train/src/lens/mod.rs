@@ -5,10 +5,12 @@
 //! length. Distortion maps the direction of a point to where the lens shows it;
 //! a ray needs the inverse, which is found step by step and checked.
 
+mod ball;
 mod radial;
 
 use pocketnerf_core::{Camera, Ray};
 
+pub(crate) use ball::Rectangle;
 use radial::Radial;
 
 /// What lies between a pinhole camera and the world.
@@ -36,17 +38,6 @@ pub struct OpenCv {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fisheye {
     radial: Radial,
-}
-
-/// What a lens shows of a ball.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Shown {
-    /// All of it, within a disc: centre and radius, normalised.
-    Disc([f64; 2], f64),
-    /// It is too near, or at the edge of what the lens can show.
-    Unknown,
-    /// Nothing.
-    Nothing,
 }
 
 /// The largest angle from the axis that an OpenCV lens shows: a plane has no image
@@ -109,7 +100,7 @@ impl Lens {
                 let radius = x.hypot(y);
                 let angle = radius.atan2(z);
                 let scale = if radius > 0.0 { lens.radial.at(angle) / radius } else { 0.0 };
-                (angle <= lens.radial.limit).then(|| [x * scale, y * scale])
+                (angle <= lens.radial.limit).then_some([x * scale, y * scale])
             }
         }
     }
@@ -165,77 +156,6 @@ impl Lens {
         let [x, y] = self.distort(seen_from(camera, p))?;
         Some(pixels(camera, [x, y]))
     }
-
-    /// What is shown of the ball around `center` (camera axes, scene units).
-    fn ball(&self, center: [f64; 3], radius: f64) -> Shown {
-        let [x, y, z] = center;
-        let distance = glam::DVec3::from(center).length();
-        // What is seen, a radius on its plane or an angle, and how much of that on all sides.
-        let (at, spread, radial) = match self {
-            Self::Pinhole => return Shown::Unknown,
-            Self::OpenCv(lens) => {
-                if z <= 2.0 * radius {
-                    return if z > -radius { Shown::Unknown } else { Shown::Nothing };
-                }
-                let at = x.hypot(y) / z;
-                // A ball off the axis covers more than r / depth: by 1 / cos² at most.
-                (at, radius / (z - radius) * (1.0 + at * at), &lens.radial)
-            }
-            Self::Fisheye(lens) => {
-                if distance <= 2.0 * radius {
-                    return Shown::Unknown;
-                }
-                (x.hypot(y).atan2(z), (radius / distance).asin(), &lens.radial)
-            }
-        };
-        if at - spread > radial.limit {
-            return Shown::Nothing;
-        }
-        let end = at + spread;
-        let stretch = match self {
-            Self::Pinhole => 1.0,
-            Self::OpenCv(lens) => {
-                let [p1, p2] = lens.tangential;
-                radial.steepest(end) + 8.0 * (p1.abs() + p2.abs()) * end
-            }
-            // Around the axis, a circle's circumference is that of sin θ.
-            Self::Fisheye(_) if end < 0.75 * std::f64::consts::PI => {
-                radial.steepest(end) * (end / end.sin()).max(1.0)
-            }
-            Self::Fisheye(_) => f64::INFINITY,
-        };
-        match self.distort(center) {
-            Some(at) if end <= radial.limit && stretch.is_finite() => {
-                Shown::Disc(at, stretch * spread)
-            }
-            _ => Shown::Unknown,
-        }
-    }
-
-    /// What `camera` sees of a ball (scene units): the rectangle of image points, pixels,
-    /// `[x0, y0, x1, y1]`, that holds all of it.
-    pub(crate) fn rectangle(&self, camera: &Camera, center: [f32; 3], radius: f32) -> Rectangle {
-        match self.ball(seen_from(camera, center), f64::from(radius)) {
-            Shown::Unknown => Rectangle::Unknown,
-            Shown::Nothing => Rectangle::Nothing,
-            Shown::Disc(at, spread) => {
-                let [x, y] = pixels(camera, at);
-                let [rx, ry] = camera.focal.map(|focal| focal.abs() * spread as f32);
-                Rectangle::Within([x - rx, y - ry, x + rx, y + ry])
-            }
-        }
-    }
-}
-
-/// A [`Shown`] in pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Rectangle {
-    /// All of it, in here; perhaps outside the picture.
-    Within([f32; 4]),
-    /// It may be anywhere.
-    Unknown,
-    /// Nowhere.
-    Nothing,
 }
 
 /// An image point in pixels as a normalised one.

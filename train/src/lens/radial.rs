@@ -1,5 +1,7 @@
 //! The polynomial that lenses are made of.
 
+use super::CLOSE;
+
 /// g(r) = r (1 + k₁ r² + k₂ r⁴ + k₃ r⁶ + k₄ r⁸), as far as it grows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Radial {
@@ -20,7 +22,7 @@ impl Radial {
     pub(super) fn new(k: [f64; 4], widest: f64, r_of: impl Fn(f64) -> f64) -> Self {
         let mut radial = Self { k, limit: r_of(widest) };
         let at = |i: u32| r_of(widest * f64::from(i) / f64::from(ANGLES));
-        if let Some(i) = (1..=ANGLES).find(|i| !(radial.slope(at(*i)) > 0.0)) {
+        if let Some(i) = (1..=ANGLES).find(|i| radial.slope(at(*i)) <= 0.0) {
             let [mut grows, mut falls] = [at(i - 1), at(i)];
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (grows + falls);
@@ -62,7 +64,7 @@ impl Radial {
 
     /// The r of which g is this, and whether there is one; else the limit.
     pub(super) fn invert(&self, g: f64) -> (f64, bool) {
-        if !(g <= self.at(self.limit)) {
+        if g.is_nan() || g > self.at(self.limit) {
             return (self.limit, false);
         }
         let [mut low, mut high] = [0.0, self.limit];
@@ -70,9 +72,9 @@ impl Radial {
         for _ in 0..STEPS {
             let error = self.at(r) - g;
             if error > 0.0 {
-                high = r
+                high = r;
             } else {
-                low = r
+                low = r;
             }
             let newton = r - error / self.slope(r);
             let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
@@ -82,6 +84,6 @@ impl Radial {
                 break;
             }
         }
-        (r, true)
+        (r, (self.at(r) - g).abs() < CLOSE)
     }
 }

@@ -57,9 +57,7 @@ impl Aim {
             }
             seen.tiles(view as u32)
         });
-        let counts = |tile: &Tile| {
-            source.masks()[tile.view as usize].is_none() || counting(source, tile) != 0
-        };
+        let counts = |tile: &Tile| counting(source, tile) != 0;
         let mut tiles: Vec<Tile> = per_view.flatten_iter().filter(counts).collect();
         if tiles.is_empty() {
             let all = |(view, camera): (usize, &Camera)| {
@@ -141,6 +139,10 @@ fn counting(source: &RaySource, tile: &Tile) -> u64 {
     let [width, height] = size(camera, tile);
     let (left, top) = (u32::from(tile.x) * TILE, u32::from(tile.y) * TILE);
     let mut bits = 0;
+    if source.masks()[tile.view as usize].is_none() {
+        let row = (1 << width) - 1;
+        return (0..height).fold(0, |bits, y| bits | row << (y * TILE));
+    }
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let i = (top + y) as usize * camera.width as usize + (left + x) as usize;
         bits |= u64::from(source.counts(tile.view as usize, i)) << (y * TILE + x);
@@ -268,7 +270,7 @@ mod tests {
     #[test]
     fn masked_pixels_are_never_drawn() {
         // The left half, and every seventh pixel, are ignored.
-        let counts = |x: u32, y: u32| x >= 30 && (x + 61 * y) % 7 != 0;
+        let counts = |x: u32, y: u32| x >= 30 && !(x + 61 * y).is_multiple_of(7);
         let mask: Vec<u8> = pixels().map(|(x, y)| u8::from(counts(x, y))).collect();
         let pose = Camera::look_at([3.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
         let camera = Camera::from_fov_x(61, 47, 1.0, pose);

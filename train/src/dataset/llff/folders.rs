@@ -46,7 +46,7 @@ pub(super) fn choose(capture: &Path, factor: u32) -> Result<Images, DatasetError
     if is_exact {
         rest = factor / smaller;
     } else if factor == 1 {
-        notes.push(format!("no images: {folder} count as the full images"));
+        notes.push(format!("no folder images: those in {folder} count as the full images"));
     } else {
         notes.push(format!(
             "no images that {factor} times smaller ones can be made of: those in {folder} are made {factor} times smaller"

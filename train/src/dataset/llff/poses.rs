@@ -1,5 +1,7 @@
 //! The capture's world: scaled, turned, perhaps made a sphere.
 
+use std::f64::consts::FRAC_PI_2;
+
 use glam::{DMat4, DVec3};
 
 use crate::dataset::nearest_to_axes;
@@ -12,16 +14,20 @@ const NEAREST: f64 = 1.0 / 0.75;
 #[derive(Debug, Default)]
 pub(super) struct Captured {
     poses: Vec<DMat4>,
+    /// Angle between a camera's axis and its pictures' corners.
+    half_angles: Vec<f64>,
     near: f64,
     far: f64,
 }
 
 impl Captured {
-    /// Adds a camera: 16 numbers, row after row, and its depths.
-    pub(super) fn push(&mut self, pose: &[f64], [near, far]: [f64; 2]) {
+    /// Adds a camera: 16 numbers, row after row, the angle between its axis and its
+    /// picture's corners, and its depths.
+    pub(super) fn push(&mut self, pose: &[f64], half_angle: f64, [near, far]: [f64; 2]) {
         let rows: [f64; 16] = std::array::from_fn(|i| pose[i]);
         let first = self.poses.is_empty();
         self.poses.push(DMat4::from_cols_array(&rows).transpose());
+        self.half_angles.push(half_angle);
         self.near = if first { near } else { self.near.min(near) };
         self.far = if first { far } else { self.far.max(far) };
     }
@@ -46,12 +52,16 @@ impl Captured {
             self.poses().map(|pose| std::array::from_fn(|i| pose[i] as f32)).collect();
         let Some(center) = nearest_to_axes(&poses) else { return false };
         let away = |pose: &DMat4| pose.col(3).truncate() - center;
-        let up = self.poses.iter().map(away).sum::<DVec3>().normalize_or_zero();
+        let side = self.poses.iter().map(away).sum::<DVec3>();
+        let distances: f64 = self.poses.iter().map(|pose| away(pose).length()).sum();
+        // Cameras on all sides: what they call up.
+        let on_all_sides = side.length() < 1e-3 * distances;
+        let up =
+            if on_all_sides { self.poses.iter().map(|p| p.col(1).truncate()).sum() } else { side };
+        let up = up.normalize_or(DVec3::Z);
         // Any vector that is not along it.
-        let right = DVec3::new(0.1, 0.2, 0.3).cross(up).normalize_or_zero();
-        if up == DVec3::ZERO || right == DVec3::ZERO {
-            return false;
-        }
+        let right = DVec3::new(0.1, 0.2, 0.3).cross(up);
+        let right = right.normalize_or(up.any_orthonormal_vector());
         self.see_from(right, up.cross(right), up, center);
         let squares = self.poses.iter().map(|pose| pose.col(3).truncate().length_squared());
         let radius = (squares.sum::<f64>() / self.poses.len() as f64).sqrt();
@@ -59,11 +69,13 @@ impl Captured {
         true
     }
 
-    /// Whether a camera looks more than 90° away from the mean.
+    /// Whether any picture shows what is more than 90° away from the mean direction:
+    /// normalised device coordinates have no place for that.
     pub(super) fn looks_around(&self) -> bool {
-        let back = |pose: &DMat4| pose.col(2).truncate();
-        let mean = self.poses.iter().map(back).sum::<DVec3>();
-        self.poses.iter().any(|pose| back(pose).dot(mean) <= 0.0)
+        let back = |pose: &DMat4| pose.col(2).truncate().normalize_or_zero();
+        let mean = self.poses.iter().map(back).sum::<DVec3>().normalize_or_zero();
+        let angles = self.poses.iter().map(|pose| back(pose).dot(mean).clamp(-1.0, 1.0).acos());
+        angles.zip(&self.half_angles).any(|(angle, half)| angle + half >= FRAC_PI_2)
     }
 
     /// Nearest and farthest depth.

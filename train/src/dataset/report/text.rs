@@ -25,8 +25,12 @@ impl fmt::Display for DatasetReport {
             }
             (false, None) => {}
         }
-        if let Some(every) = self.hold_every {
-            writeln!(f, "splits    one image in {every} is held out (--hold-every)")?;
+        match self.hold_every {
+            None => {}
+            Some(0) => writeln!(f, "splits    none is held out (--hold-every 0)")?,
+            Some(every) => {
+                writeln!(f, "splits    one image in {every} is held out (--hold-every)")?;
+            }
         }
         for note in &self.notes {
             writeln!(f, "note      {note}")?;

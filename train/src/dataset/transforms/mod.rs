@@ -9,6 +9,7 @@ mod aabb;
 mod camera;
 mod frames;
 mod natural;
+mod splits;
 
 use std::path::Path;
 
@@ -16,7 +17,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::holdout::{HoldOut, kept};
-use super::listing::{Frame, Listing, relative_path};
+use super::listing::{Frame, Listing};
 use super::recognise::dialect;
 use super::{DatasetError, LoadOptions, Split, images};
 use crate::json::{self, Keys};
@@ -75,7 +76,7 @@ pub(super) fn list(
         listing.frames = kept(frames, split, hold_out)?;
         listing.is_one_set = true;
     } else {
-        choose(&mut listing, split, &lists)?;
+        splits::choose(&mut listing, split, &lists)?;
     }
     Ok(listing)
 }
@@ -165,54 +166,4 @@ fn with_images(
         json::escape(first)
     ));
     Ok((found, missing))
-}
-
-/// Keeps the frames that the file's own lists name for a split. Where only one of val
-/// and test is listed, it is both; where train is not, it is all others.
-fn choose(
-    listing: &mut Listing,
-    split: Split,
-    lists: &[(Split, Vec<String>)],
-) -> Result<(), DatasetError> {
-    let plain = |names: &[String]| -> Vec<String> {
-        names.iter().map(|name| relative_path(name)).collect()
-    };
-    let is_at = |frame: &Frame, name: &str| {
-        let rest = frame.path.strip_prefix(name);
-        rest.is_some_and(|rest| rest.is_empty() || (rest.starts_with('.') && !rest.contains('/')))
-    };
-    let of = |split: Split| lists.iter().find(|(own, _)| *own == split);
-    let list = match split {
-        Split::Train => of(Split::Train),
-        Split::Val => of(Split::Val).or_else(|| of(Split::Test)),
-        Split::Test => of(Split::Test).or_else(|| of(Split::Val)),
-    };
-    let named: Vec<String> = match list {
-        Some((_, names)) => plain(names),
-        None => lists.iter().flat_map(|(_, names)| plain(names)).collect(),
-    };
-    let unknown = named.iter().find(|name| {
-        let left_out = listing.left_out.iter().any(|path| path == *name);
-        !left_out && !listing.frames.iter().any(|frame| is_at(frame, name))
-    });
-    if let (Some(name), Some((own, _))) = (unknown, list) {
-        let (file, list) = (listing.file.clone(), own.name());
-        return Err(DatasetError::NoSuchFrame { file, list, name: name.clone() });
-    }
-    let (is_listed, others) = (list.is_some(), split == Split::Train);
-    if !is_listed && !others {
-        listing.frames.clear();
-    }
-    let keep = |frame: &Frame| named.iter().any(|name| is_at(frame, name)) == is_listed;
-    listing.frames.retain(keep);
-    if listing.frames.is_empty() {
-        let has: Vec<&str> = lists.iter().map(|(split, _)| split.name()).collect();
-        let (file, split) = (listing.file.clone(), split.name());
-        return Err(DatasetError::EmptySplit {
-            file,
-            split,
-            why: format!("it lists {}", has.join(", ")),
-        });
-    }
-    Ok(())
 }
