@@ -10,6 +10,7 @@
 //!   same without it.
 //! * `hash-grid`, `frequency`, `nerf` (default): kinds of field, at least one; `nerf` also is
 //!   the paper's sampling.
+//! * `ndc` (default): the space of forward-facing captures, beside boxes.
 //!
 //! # Example
 //! A fog that is denser to the right, from 24 numbers; `pocketnerf-formats` reads

@@ -160,7 +160,8 @@ impl core::ops::AddAssign for RenderStats {
 /// `rgba` receives four values a pixel, row after row of the tile: red, green
 /// and blue premultiplied by alpha, without background, and alpha (opacity).
 /// `depth`, where wanted, receives one value a pixel: the expected Euclidean
-/// distance in scene units, infinite where the ray meets nothing.
+/// distance in scene units, infinite where the ray meets nothing. (In a space that is no
+/// box it is the distance of the mean in the space's own coordinates.)
 /// `scratch` may hold anything; its length is [`RenderOptions::scratch_len`].
 ///
 /// # Errors

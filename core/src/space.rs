@@ -1,11 +1,18 @@
 //! The part of scene space that a field fills, and how its points become the
 //! field's own unit coordinates.
 //!
-//! Public rays and distances are Euclidean and in scene units; whatever a
-//! field needs otherwise is done here. NDC and contracted space will be
-//! further variants.
+//! Public rays and distances are Euclidean and in scene units. A space has
+//! *local* coordinates of its own, in which it is a box and rays are straight:
+//! rays march there, in equal steps, and density is per local unit. Those of a
+//! [`Space::Box`] are scene units, so that nothing has to be done. Contracted
+//! space will be a further variant.
+
+#[cfg(feature = "ndc")]
+mod ndc;
 
 use glam::Vec3;
+#[cfg(feature = "ndc")]
+pub use ndc::Ndc;
 
 use crate::{Error, Ray};
 
@@ -20,19 +27,22 @@ pub enum Space {
         /// Largest corner.
         max: [f32; 3],
     },
+    /// What cameras that look the same way see, however far it is.
+    #[cfg(feature = "ndc")]
+    Ndc(Ndc),
 }
 
-/// The affine map from scene space into the unit cube: `u = (p - min) * scale`.
+/// The affine map from local coordinates into the unit cube: `u = (p - min) * scale`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitMap {
-    /// Scene point that becomes the origin.
+    /// Local point that becomes the origin.
     pub min: [f32; 3],
-    /// Unit lengths per scene unit, the same along every axis.
+    /// Unit lengths per local unit, the same along every axis.
     pub scale: f32,
 }
 
 impl UnitMap {
-    /// Scene point to unit coordinates.
+    /// Local point to unit coordinates.
     #[inline(always)]
     #[must_use]
     pub fn apply(&self, p: [f32; 3]) -> [f32; 3] {
@@ -50,34 +60,112 @@ impl Space {
     /// # Errors
     /// [`Error::Range`].
     pub fn validate(&self) -> Result<(), Error> {
-        let Self::Box { min, max } = self;
+        let [min, max] = self.bounds();
         for (lo, hi) in min.iter().zip(max) {
             let side = hi - lo;
             if !(side.is_finite() && lo.is_finite() && side > 1e-6 && side < 1e6) {
                 return Err(Error::Range("the box of the scene"));
             }
         }
-        Ok(())
+        match self {
+            Self::Box { .. } => Ok(()),
+            #[cfg(feature = "ndc")]
+            Self::Ndc(ndc) => ndc.validate(),
+        }
+    }
+
+    /// Smallest and largest corner of the box that the field fills, local coordinates.
+    #[inline(always)]
+    #[must_use]
+    pub const fn bounds(&self) -> [[f32; 3]; 2] {
+        match self {
+            Self::Box { min, max } => [*min, *max],
+            #[cfg(feature = "ndc")]
+            Self::Ndc(Ndc { min, max, .. }) => [*min, *max],
+        }
+    }
+
+    /// The box in scene units, where the space is one.
+    #[inline(always)]
+    #[must_use]
+    pub const fn scene_box(&self) -> Option<[[f32; 3]; 2]> {
+        match self {
+            Self::Box { min, max } => Some([*min, *max]),
+            #[cfg(feature = "ndc")]
+            Self::Ndc(_) => None,
+        }
     }
 
     /// The map into the unit cube. The longest side becomes 1, so that cells
     /// stay cubes; the shorter sides use a part of [0, 1].
     #[must_use]
     pub fn unit_map(&self) -> UnitMap {
-        let Self::Box { min, max } = self;
+        let [min, max] = self.bounds();
         let side = (max[0] - min[0]).max(max[1] - min[1]).max(max[2] - min[2]);
-        UnitMap { min: *min, scale: 1.0 / side }
+        UnitMap { min, scale: 1.0 / side }
     }
 
-    /// Distances at which `ray` enters and leaves, at least `near` and at most
-    /// `far`; the same where it touches an edge or corner, `None` where it
-    /// misses. Rays with zero or non-finite components give an answer, never NaN.
+    /// The public `ray` in local coordinates, its direction a unit vector again;
+    /// `None` where it never enters them.
+    #[inline(always)]
+    #[must_use]
+    pub fn local(&self, ray: &Ray) -> Option<Ray> {
+        match self {
+            Self::Box { .. } => Some(*ray),
+            #[cfg(feature = "ndc")]
+            Self::Ndc(ndc) => ndc.local(ray),
+        }
+    }
+
+    /// The distance along the public ray, scene units, of what lies at distance `t`
+    /// along its [local](Self::local) one; `ray` gives it where it is needed. It grows
+    /// with `t`; what is infinite stays so, and nothing else becomes infinite.
+    #[inline(always)]
+    #[must_use]
+    pub fn depth(&self, ray: impl FnOnce() -> Ray, t: f32) -> f32 {
+        match self {
+            Self::Box { .. } => {
+                let _ = ray;
+                t
+            }
+            #[cfg(feature = "ndc")]
+            Self::Ndc(ndc) => ndc.depth(&ray(), t),
+        }
+    }
+
+    /// The direction of the public ray whose [local](Self::local) one is given, a unit
+    /// vector: what shading depends on.
+    #[inline(always)]
+    #[must_use]
+    pub fn direction(&self, local: &Ray) -> [f32; 3] {
+        match self {
+            Self::Box { .. } => local.direction,
+            #[cfg(feature = "ndc")]
+            Self::Ndc(ndc) => ndc.direction(local),
+        }
+    }
+
+    /// Local point to scene point. What is infinitely far away comes to lie
+    /// very far away.
+    #[must_use]
+    pub fn scene_point(&self, p: [f32; 3]) -> [f32; 3] {
+        match self {
+            Self::Box { .. } => p,
+            #[cfg(feature = "ndc")]
+            Self::Ndc(ndc) => ndc.scene_point(p),
+        }
+    }
+
+    /// Distances at which a [local](Self::local) `ray` enters and leaves, at least
+    /// `near` and at most `far`; the same where it touches an edge or corner, `None`
+    /// where it misses. Rays with zero or non-finite components give an answer, never
+    /// NaN.
     ///
     /// The distances are rounded: which sample lies in the box is for
     /// [`contains`](Self::contains) to say.
     #[must_use]
     pub fn intersect(&self, ray: &Ray, near: f32, far: f32) -> Option<[f32; 2]> {
-        let Self::Box { min, max } = self;
+        let [min, max] = self.bounds();
         let (mut t0, mut t1) = (near, far);
         for axis in 0..3 {
             let (o, d) = (ray.origin[axis], ray.direction[axis]);
@@ -98,19 +186,19 @@ impl Space {
         (t0 <= t1).then_some([t0, t1])
     }
 
-    /// Whether a scene point lies in the box, faces included.
+    /// Whether a local point lies in the box, faces included.
     #[inline(always)]
     #[must_use]
     pub fn contains(&self, p: [f32; 3]) -> bool {
-        let Self::Box { min, max } = self;
+        let [min, max] = self.bounds();
         (0..3).all(|axis| min[axis] <= p[axis] && p[axis] <= max[axis])
     }
 
-    /// The middle of the box, scene units.
+    /// The scene point in the middle of the box.
     #[must_use]
     pub fn center(&self) -> [f32; 3] {
-        let Self::Box { min, max } = self;
-        ((Vec3::from(*min) + Vec3::from(*max)) * 0.5).to_array()
+        let [min, max] = self.bounds();
+        self.scene_point(((Vec3::from(min) + Vec3::from(max)) * 0.5).to_array())
     }
 }
 

@@ -126,6 +126,9 @@ pub enum FormatError {
     /// The field is of this kind, which this build leaves out: the kind's name
     /// is that of the feature that links it.
     FieldKind(&'static str),
+    /// The field lives in a space of this kind, which this build leaves out; named as
+    /// the feature that links it.
+    SpaceKind(&'static str),
     /// A metadata field is not finite or outside its range.
     Value {
         /// The section.
@@ -246,6 +249,11 @@ impl fmt::Display for FormatError {
             Self::FieldKind(kind) => write!(
                 f,
                 "a {kind} field, which this build leaves out: it needs the cargo feature `{kind}`"
+            ),
+            Self::SpaceKind(kind) => write!(
+                f,
+                "a field in {kind} space, which this build leaves out: it needs the cargo feature \
+                 `{kind}`"
             ),
             Self::Value { section, field } => {
                 write!(f, "{section}: {field} is not finite or outside its range")

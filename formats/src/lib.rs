@@ -11,6 +11,7 @@
 //! * none: reading, `no_std` without a heap.
 //! * `alloc`: [`write`](write()) and [`ContainerWriter`].
 //! * `std` (default): [`write_atomically`], faster checksums.
+//! * `ndc` (default): the space of forward-facing captures, beside boxes.
 //! * `hash-grid`, `frequency`, `nerf` (default): kinds of field. A file of a kind that is
 //!   left out is refused by name; at least one is needed.
 //!

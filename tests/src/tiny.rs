@@ -8,6 +8,7 @@ use pocketnerf_core::field::{
 };
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{
     AnyField, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,
 };
@@ -103,6 +104,16 @@ impl Tiny {
                 tolerance: Display::TOLERANCE,
             },
         }
+    }
+
+    /// The same hash grid in normalised device coordinates.
+    #[must_use]
+    pub fn ndc(&self) -> Model<'_> {
+        let (min, max) = ([-1.5, -1.25, -1.0], [1.25, 1.5, 1.0]);
+        let ndc = Ndc { near: 0.75, slope: [1.5, 2.0], min, max };
+        let model = self.hash_grid();
+        let sampling = Sampling { near: 0.0, ..model.sampling };
+        Model { space: Space::Ndc(ndc), sampling, ..model }
     }
 
     /// The paper's encoding and a network, shaded per sample, without occupancy.

@@ -207,6 +207,21 @@ fn frequency_f16() {
     assert_same_weights(&file.model, &model, F16_ROUNDING);
 }
 
+/// A forward-facing capture's space.
+#[test]
+fn ndc_f16() {
+    let tiny = Tiny::new();
+    let model = tiny.ndc();
+    let bytes = write(&model, &tiny::about(), Precision::F16).unwrap();
+    let bytes = golden("ndc-f16.pnerf", &bytes);
+    let file = open_verified(&bytes).unwrap();
+    assert_eq!(file.about, tiny::about());
+    assert_same_but_weights(&file.model, &model);
+    assert_same_weights(&file.model, &model, F16_ROUNDING);
+    // What was read writes the same file again.
+    assert!(write(&file.model, &file.about, Precision::F16).unwrap() == bytes);
+}
+
 /// A model that says what its pictures bear, and so has a section DETAIL.
 #[test]
 fn detail_f16() {

@@ -8,7 +8,7 @@ use super::math::logistic;
 use super::network::Values;
 use super::network::{self, MAX_WIDTH};
 use crate::field::{AnyField, Decoder, MAX_CHANNELS, Shading};
-use crate::{Error, Model, Space};
+use crate::{Error, Model};
 
 /// Highest log density; beyond it sigma stays at e^15 per scene unit.
 #[cfg(any(feature = "hash-grid", feature = "frequency"))]
@@ -82,10 +82,10 @@ fn encode(field: &AnyField<'_>, u: [f32; 3]) -> Values {
     }
 }
 
-/// The unit coordinates of scene point `p` where the model may hold something:
+/// The unit coordinates of local point `p` where the model may hold something:
 /// inside the box, its faces included, and in an occupied cell.
 pub(super) fn place(model: &Model<'_>, p: [f32; 3]) -> Option<[f32; 3]> {
-    let Space::Box { min, max } = model.space;
+    let [min, max] = model.space.bounds();
     let inside = (0..3).all(|axis| min[axis] <= p[axis] && p[axis] <= max[axis]);
     let u = model.space.unit_map().apply(p);
     let occupied = match &model.occupancy {

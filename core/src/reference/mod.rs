@@ -20,6 +20,9 @@
 //! rgb = opacity · shade(Σ w_k f_k / W, d)            shading per ray
 //! ```
 //!
+//! Where the space is no box, the ray is the straight one in its own coordinates, and
+//! t, δ and σ are in their units; the depth is turned back into scene units at the end.
+//!
 //! The sum ends after the sample that takes T below `min_transmittance`; the ray
 //! then counts as opaque: opacity is 1, else W.
 //!
@@ -44,6 +47,7 @@ mod network;
 #[cfg(feature = "nerf")]
 mod paper;
 mod ray;
+mod space;
 #[cfg(test)]
 pub(crate) mod testing;
 
@@ -57,7 +61,8 @@ use crate::{Camera, Error, Model, Ray};
 /// What the field says of one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointResult {
-    /// Density, 1 / scene unit. 0 outside the box and in cells that are not occupied.
+    /// Density per unit of the space's own coordinates, of a box 1 / scene unit. 0
+    /// outside and in cells that are not occupied.
     pub sigma: f32,
     /// Colour of this point alone, straight (not premultiplied), in the model's
     /// colour space. A field that is shaded per ray is asked as if its ray held
@@ -76,7 +81,8 @@ pub fn query(
     direction: [f32; 3],
 ) -> Result<PointResult, Error> {
     field::check(model)?;
-    let Some(u) = field::place(model, point) else {
+    let place = |p| field::place(model, p);
+    let Some(u) = space::point(&model.space, point).and_then(place) else {
         return Ok(PointResult { sigma: 0.0, rgb: [0.0; 3] });
     };
     let (sigma, channels) = field::ask(&model.field, u, direction);

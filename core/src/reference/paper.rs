@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! t_i = near (1 − i / (n − 1)) + far i / (n − 1)        n_coarse of them, f32
-//! δ_i = t_(i+1) − t_i, the last 1e10                    f32
+//! δ_i = t_(i+1) − t_i, the last 1e10, clipped 0          f32
 //! w_i = T_i (1 − exp(−σ_i δ_i)),   T_0 = 1,   T_(i+1) = T_i exp(−σ_i δ_i)
 //! ```
 //!
@@ -15,6 +15,7 @@
 use super::field::{Features, ask, deferred, place, shade};
 use super::math::exp;
 use super::ray::{RayResult, point};
+use super::space;
 use crate::field::{AnyField, MAX_CHANNELS};
 use crate::sampler::{Hierarchical, MAX_SAMPLES};
 use crate::{Model, Ray};
@@ -26,8 +27,13 @@ const MOST: usize = 2 * MAX_SAMPLES as usize;
 pub(super) fn march(model: &Model<'_>, ray: &Ray, hierarchical: &Hierarchical) -> RayResult {
     let Hierarchical { n_coarse, n_fine, clipped } = *hierarchical;
     let (mut near, mut far) = (model.sampling.near, model.sampling.far);
+    let Some(local) = space::local(&model.space, ray) else { return RayResult::EMPTY };
+    // What the last sample stands for: all behind it, or nothing where the ray leaves the
+    // space there.
+    let last = if clipped { 0.0 } else { 1e10 };
     if clipped {
-        let Some(reach) = model.space.intersect(ray, near, far) else { return RayResult::EMPTY };
+        let reach = model.space.intersect(&local, near, far);
+        let Some(reach) = reach else { return RayResult::EMPTY };
         [near, far] = reach;
     }
     let (mut t, mut n) = ([0.0; MOST], n_coarse as usize);
@@ -45,9 +51,11 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray, hierarchical: &Hierarchical) -
         let mut weights = [0.0; MOST];
         let mut transmittance = 1.0;
         for i in 0..n {
-            let Some((sigma, _)) = sample(model, &coarse, ray, t[i], clipped) else { continue };
+            let Some((sigma, _)) = sample(model, &coarse, [ray, &local], t[i], clipped) else {
+                continue;
+            };
             samples += 1;
-            let passes = exp(-sigma * f64::from(delta(&t[..n], i)));
+            let passes = exp(-sigma * f64::from(delta(&t[..n], i, last)));
             weights[i] = transmittance * (1.0 - passes);
             transmittance *= passes;
         }
@@ -61,11 +69,12 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray, hierarchical: &Hierarchical) -
     let (mut transmittance, mut opacity, mut distance) = (1.0, 0.0, 0.0);
     let mut sums: Features = [0.0; MAX_CHANNELS];
     for i in 0..n {
-        let Some((sigma, channels)) = sample(model, &model.field, ray, t[i], clipped) else {
+        let Some((sigma, channels)) = sample(model, &model.field, [ray, &local], t[i], clipped)
+        else {
             continue;
         };
         samples += 1;
-        let passes = exp(-sigma * f64::from(delta(&t[..n], i)));
+        let passes = exp(-sigma * f64::from(delta(&t[..n], i, last)));
         let weight = transmittance * (1.0 - passes);
         transmittance *= passes;
         opacity += weight;
@@ -88,7 +97,7 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray, hierarchical: &Hierarchical) -
     RayResult {
         rgb: rgb.map(|c| c as f32),
         opacity: opacity as f32,
-        depth: (distance / opacity) as f32,
+        depth: space::depth(&model.space, ray, &local, distance / opacity) as f32,
         samples,
     }
 }
@@ -97,18 +106,18 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray, hierarchical: &Hierarchical) -
 fn sample(
     model: &Model<'_>,
     field: &AnyField<'_>,
-    ray: &Ray,
+    [ray, local]: [&Ray; 2],
     t: f32,
     clipped: bool,
 ) -> Option<(f64, Features)> {
-    let p = point(ray, t);
+    let p = point(local, t);
     let u = if clipped { place(model, p)? } else { model.space.unit_map().apply(p) };
     Some(ask(field, u, ray.direction))
 }
 
 /// What sample i stands for.
-fn delta(t: &[f32], i: usize) -> f32 {
-    t.get(i + 1).map_or(1e10, |next| next - t[i])
+fn delta(t: &[f32], i: usize, last: f32) -> f32 {
+    t.get(i + 1).map_or(last, |next| next - t[i])
 }
 
 /// Where the part `at` of the distribution lies before.
@@ -142,6 +151,6 @@ mod tests {
             let found = inverse(&t, &weights, i as f64 / 4.0);
             assert!((found - expected).abs() < 1e-4, "{found} {expected}");
         }
-        assert_eq!([delta(&t, 1), delta(&t, 4)], [1.0, 1e10]);
+        assert_eq!([delta(&t, 1, 1e10), delta(&t, 4, 1e10)], [1.0, 1e10]);
     }
 }

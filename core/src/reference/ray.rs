@@ -2,6 +2,7 @@
 
 use super::field::{Features, ask, deferred, place, shade};
 use super::math::exp;
+use super::space;
 use crate::field::MAX_CHANNELS;
 use crate::sampler::MAX_STEPS;
 use crate::{Model, Ray, Sampling};
@@ -80,6 +81,7 @@ impl Sums {
 /// Marches `ray` through a checked model.
 pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
     let Sampling { step, near, far, min_transmittance } = model.sampling;
+    let Some(local) = space::local(&model.space, ray) else { return RayResult::EMPTY };
     let mut sums = Sums::NEW;
     let mut samples = 0;
     for k in 0..MAX_STEPS {
@@ -87,7 +89,7 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
         if t > far {
             break;
         }
-        let Some(u) = place(model, point(ray, t)) else { continue };
+        let Some(u) = place(model, point(&local, t)) else { continue };
         samples += 1;
         let (sigma, channels) = ask(&model.field, u, ray.direction);
         sums.add(sigma, f64::from(step), f64::from(t), &channels);
@@ -109,12 +111,12 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
     RayResult {
         rgb: rgb.map(|c| (alpha * c) as f32),
         opacity: alpha as f32,
-        depth: (sums.distance / sums.opacity) as f32,
+        depth: space::depth(&model.space, ray, &local, sums.distance / sums.opacity) as f32,
         samples,
     }
 }
 
-/// The scene point at distance `t`, in f32 as every renderer has it.
+/// The local point at distance `t`, in f32 as every renderer has it.
 pub(super) fn point(ray: &Ray, t: f32) -> [f32; 3] {
     let (o, d) = (ray.origin, ray.direction);
     [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]

@@ -169,7 +169,7 @@ fn one_pass<S: Simd, T: Store, F: Field>(
             group.march::<S, T, F>(simd, field);
             let rays = group.count;
             group.hits += rays as u64;
-            group.finish::<S, T>(simd, field.deferred(), target);
+            group.finish::<S, T>(simd, field.deferred(), source, target);
             group.ended(Stage::Shade, rays);
         }
         if n < room {

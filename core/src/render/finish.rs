@@ -6,6 +6,7 @@ use crate::composite::Gathered;
 use crate::field::Decoder;
 use crate::render::flight::Flight;
 use crate::render::group::Group;
+use crate::render::source::Source;
 use crate::render::target::Target;
 use crate::sampler::LANES;
 use crate::scratch::sums_len;
@@ -18,6 +19,7 @@ impl Group<'_, '_, '_, '_> {
         &mut self,
         simd: S,
         deferred: Option<&Decoder<'_>>,
+        source: &(impl Source + ?Sized),
         target: &mut Target<'_>,
     ) {
         match deferred {
@@ -26,7 +28,8 @@ impl Group<'_, '_, '_, '_> {
         }
         if let Some(depth) = &mut target.depth {
             for (pixel, gathered) in self.finished() {
-                depth[pixel] = gathered.expected_depth();
+                let ray = || source.ray(pixel as u32);
+                depth[pixel] = self.model.space.depth(ray, gathered.expected_depth());
             }
         }
         self.count = 0;
@@ -73,7 +76,7 @@ impl Group<'_, '_, '_, '_> {
                         row[n] = sum / gathered.opacity;
                     }
                     let directions = self.scratch.directions.iter_mut();
-                    for (row, d) in directions.zip(walk.direction) {
+                    for (row, d) in directions.zip(walk.public_direction(&self.model.space)) {
                         row[n] = d;
                     }
                     n += 1;

@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use crate::Space;
 use crate::composite::{self, Gathered};
 use crate::sampler::{Bundle, LANES, RUN, Travellers, Walk};
 use crate::scratch::RAY_LEN;
@@ -115,6 +116,7 @@ pub(super) struct Flights<'s, 'f> {
     pub(super) runs: &'f mut [f32],
     /// Where samples want directions.
     pub(super) directions: Option<&'f mut [&'s mut [f32]; 3]>,
+    pub(super) space: &'f Space,
     /// Where rays end, and from where samples are late.
     pub(super) limits: [f32; 2],
 }
@@ -137,10 +139,10 @@ impl Travellers for Flights<'_, '_> {
         if !samples.is_empty() {
             self.runs[samples.start] = Run { ray, len: samples.len() }.bits();
         }
-        for (row, d) in
-            self.directions.iter_mut().flat_map(|rows| rows.iter_mut()).zip(walk.direction)
-        {
-            row[samples.clone()].fill(d);
+        if let Some(rows) = &mut self.directions {
+            for (row, d) in rows.iter_mut().zip(walk.public_direction(self.space)) {
+                row[samples.clone()].fill(d);
+            }
         }
     }
 

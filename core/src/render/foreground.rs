@@ -177,14 +177,14 @@ struct View {
 }
 
 impl View {
-    /// `None` for cameras that see no picture.
+    /// `None` for cameras that see no picture, and where cells are not cubes in it.
     fn new(space: Space, occupancy: &Occupancy<'_>, camera: &Camera, tile: Tile) -> Option<Self> {
         let m = &camera.camera_to_world;
         let column = |c: usize| Vec3::new(m[c], m[4 + c], m[8 + c]);
         // A pixel's direction is a sum of right, up and forwards.
         let forwards = -column(2);
         let to_camera = Mat3::from_cols(column(0), column(1), forwards).inverse();
-        let (Space::Box { min, max }, map) = (space, space.unit_map());
+        let (Some([min, max]), map) = (space.scene_box(), space.unit_map()) else { return None };
         let side = 1.0 / (map.scale * occupancy.resolution() as f32);
         let (eye, min) = (Vec3::from(camera.position()), Vec3::from(min));
         let corner = to_camera * (min - eye);

@@ -140,14 +140,14 @@ impl Group<'_, '_, '_, '_> {
         let Scratch { rays, points: [x, y, z], directions, t, runs, living: numbers, .. } =
             &mut self.scratch;
         let (most, marcher) = (self.tuning.samples, &self.marcher);
-        let limits = [self.min_transmittance, self.late];
+        let (limits, space) = ([self.min_transmittance, self.late], &self.model.space);
         let rows = [x, y, z, t].map(|row| &mut row[..most]);
         let mut batch = Batch { rows, len: 0 };
         simd.vectorize(
             #[inline(always)]
             || {
                 let directions = directed.then_some(directions);
-                let mut flights = Flights { rays, runs, directions, limits };
+                let mut flights = Flights { rays, runs, directions, space, limits };
                 let living_rays = &mut numbers[..*living];
                 *living = marcher.gather(simd, &mut flights, living_rays, &mut batch);
             },

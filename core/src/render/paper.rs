@@ -14,7 +14,7 @@ use crate::render::group::Group;
 use crate::render::observe::Stage;
 use crate::render::source::Source;
 use crate::render::target::Target;
-use crate::sampler::hierarchical::{evenly, inverse_cdf, merge, weights};
+use crate::sampler::hierarchical::{ENDLESS, evenly, inverse_cdf, merge, weights};
 use crate::sampler::{Bundle, Hierarchical, LANES, Walk};
 use crate::scratch::{Scratch, sums_len};
 use crate::space::UnitMap;
@@ -22,8 +22,6 @@ use crate::store::{F16, F32, Store};
 use crate::tensor::DType;
 use crate::{Occupancy, Ray, Sampling, Space};
 
-/// The density behind the last sample of a ray goes on for so long.
-const LAST_DELTA: f32 = 1e10;
 /// Bits of a sample's number within its ray: no ray has more than 2048.
 const NUMBER_BITS: u32 = 11;
 /// Opens the stored type, then renders every pixel.
@@ -74,7 +72,7 @@ fn all_pixels<S: Simd, T: Store, F: Field>(
         let mut bundle = Bundle::EMPTY;
         job.source.fill(simd, &numbers[..n], &mut bundle);
         for (lane, number) in numbers[..n].iter().enumerate() {
-            match rays.reach(&bundle, lane) {
+            match rays.reach(&mut bundle, lane) {
                 Some(reach) => {
                     let flight = Flight::start(&bundle, lane, *number);
                     flight.store(&mut group.scratch.rays[group.count]);
@@ -97,7 +95,7 @@ fn all_pixels<S: Simd, T: Store, F: Field>(
             rays.round::<S, T, F>(simd, fine, group, Round::Fine);
             group.hits +=
                 group.scratch.living[..count].iter().filter(|asked| **asked > 0.0).count() as u64;
-            group.finish::<S, T>(simd, fine.deferred(), target);
+            group.finish::<S, T>(simd, fine.deferred(), job.source, target);
             group.ended(Stage::Shade, count);
         }
         if n < room {
@@ -151,15 +149,18 @@ impl<'m> Rays<'m> {
         }
     }
 
-    /// Between which distances the ray in a lane has its samples.
-    fn reach(&self, bundle: &Bundle, lane: usize) -> Option<[f32; 2]> {
+    /// Takes the ray in a lane to local coordinates, and says between which distances it
+    /// has its samples.
+    fn reach(&self, bundle: &mut Bundle, lane: usize) -> Option<[f32; 2]> {
         let Sampling { near, far, .. } = self.sampling;
+        let [origin, direction] =
+            [&bundle.origin, &bundle.direction].map(|rows| [0, 1, 2].map(|a| rows[a][lane]));
+        let local = self.space.local(&Ray { origin, direction })?;
+        bundle.set(lane, &local, 0.5);
         if !self.clipped {
             return Some([near, far]);
         }
-        let [origin, direction] =
-            [&bundle.origin, &bundle.direction].map(|rows| [0, 1, 2].map(|a| rows[a][lane]));
-        self.space.intersect(&Ray { origin, direction }, near, far)
+        self.space.intersect(&local, near, far)
     }
 
     /// Spreads the samples of the next ray evenly.
@@ -204,9 +205,12 @@ impl<'m> Rays<'m> {
             Round::Coarse => self.hierarchical.n_coarse as usize,
             Round::Fine => self.hierarchical.n_all(),
         };
+        // Where samples end where the ray leaves the space, the last stands for nothing.
+        let last = if self.clipped { 0.0 } else { ENDLESS };
         let mut waiting = 0;
         for ray in 0..group.count {
             let walk = Flight::load(&group.scratch.rays[ray]).walk;
+            let direction = walk.public_direction(&self.space);
             for i in 0..n {
                 let Scratch { points, directions, t, runs, living, paper, .. } = &mut group.scratch;
                 let distances =
@@ -225,11 +229,11 @@ impl<'m> Rays<'m> {
                 for (row, u) in points.iter_mut().zip(u) {
                     row[waiting] = u;
                 }
-                for (row, d) in directions.iter_mut().zip(walk.direction) {
+                for (row, d) in directions.iter_mut().zip(direction) {
                     row[waiting] = d;
                 }
                 t[waiting] = at;
-                paper.deltas[waiting] = distances.get(i + 1).map_or(LAST_DELTA, |next| next - at);
+                paper.deltas[waiting] = distances.get(i + 1).map_or(last, |next| next - at);
                 runs[waiting] = f32::from_bits((ray << NUMBER_BITS | i) as u32);
                 living[ray] = 1.0;
                 waiting += 1;

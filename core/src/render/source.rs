@@ -6,7 +6,7 @@ use crate::camera::{Camera, Ray};
 use crate::render::Tile;
 use crate::render::foreground::Foreground;
 use crate::sampler::{Bundle, LANES};
-use crate::{Error, Model, Space};
+use crate::{Error, Model};
 
 /// Rays by their number.
 pub(super) trait Source {
@@ -16,6 +16,9 @@ pub(super) trait Source {
     /// Puts the rays of these numbers, at most sixteen, into the bundle's first
     /// lanes, to be sampled in the middle of their steps.
     fn fill<S: Simd>(&self, simd: S, numbers: &[u32], bundle: &mut Bundle);
+
+    /// The ray of a number.
+    fn ray(&self, number: u32) -> Ray;
 
     /// What the rays see, every `spacing`-th along both axes; `depths` is its memory.
     fn foreground<'s>(
@@ -41,6 +44,10 @@ impl Source for [Ray] {
         for (lane, number) in numbers.iter().enumerate() {
             bundle.set(lane, &self[*number as usize], 0.5);
         }
+    }
+
+    fn ray(&self, number: u32) -> Ray {
+        self[number as usize]
     }
 
     /// Nothing is known of where they go.
@@ -93,6 +100,12 @@ impl Source for Pixels<'_> {
         bundle.phase = [0.5; LANES];
     }
 
+    fn ray(&self, number: u32) -> Ray {
+        let Tile { x, y, width, .. } = self.tile;
+        let at = |first: u32, more: u32| first.saturating_add(more) as f32 + 0.5;
+        self.camera.ray(at(x, number % width), at(y, number / width))
+    }
+
     fn foreground<'s>(
         &self,
         model: &Model<'_>,
@@ -102,10 +115,11 @@ impl Source for Pixels<'_> {
         Foreground::of(model, self.camera, self.tile, spacing, depths)
     }
 
-    /// Pixels that a cell spans at the far end of the space.
+    /// Pixels that a cell spans at the far end of a box. Elsewhere there may be none.
     fn cell(&self, model: &Model<'_>) -> f32 {
-        let Some(occupancy) = model.occupancy else { return 0.0 };
-        let Space::Box { min, max } = model.space;
+        let (Some(occupancy), Some([min, max])) = (model.occupancy, model.space.scene_box()) else {
+            return 0.0;
+        };
         let eye = self.camera.position();
         let farthest = |a: usize| (eye[a] - min[a]).abs().max((max[a] - eye[a]).abs());
         let [x, y, z] = [farthest(0), farthest(1), farthest(2)];

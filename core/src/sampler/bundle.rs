@@ -1,7 +1,7 @@
 //! Rays that march side by side.
 
-use crate::Ray;
 use crate::sampler::walk::Walk;
+use crate::{Ray, Space};
 
 /// Rays in a bundle: the lanes of the widest registers. Narrower ones take a
 /// bundle in parts.
@@ -10,7 +10,8 @@ pub const LANES: usize = 16;
 /// Sixteen rays and the steps they still have to take, coordinate by coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bundle {
-    /// Where each ray starts, scene units.
+    /// Where each ray starts: scene units, [local](Space::local) ones once it has
+    /// entered.
     pub origin: [[f32; LANES]; 3],
     /// Where it goes: unit vectors.
     pub direction: [[f32; LANES]; 3],
@@ -43,6 +44,23 @@ impl Bundle {
             self.direction[a][lane] = ray.direction[a];
         }
         self.phase[lane] = phase;
+    }
+
+    /// Public rays become local ones; those that never enter the space, numbers that
+    /// are none.
+    #[inline(always)]
+    pub(super) fn make_local(&mut self, space: &Space) {
+        if space.scene_box().is_some() {
+            // They are already.
+            return;
+        }
+        for lane in 0..LANES {
+            let [origin, direction] =
+                [&self.origin, &self.direction].map(|rows| [0, 1, 2].map(|a| rows[a][lane]));
+            let nowhere = Ray { origin, direction: [f32::NAN; 3] };
+            let ray = space.local(&Ray { origin, direction }).unwrap_or(nowhere);
+            self.set(lane, &ray, self.phase[lane]);
+        }
     }
 
     /// The ray of a lane on its own.

@@ -18,8 +18,9 @@ pub use gather::Travellers;
 pub use occupancy_march::Marcher;
 pub use walk::{RUN, Walk};
 
-/// The sampling that a model was made for. All distances are Euclidean and in
-/// scene units.
+/// The sampling that a model was made for. All distances are along the
+/// [local](crate::Space::local) ray: Euclidean and in scene units where the space is a
+/// box, which no other is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
     /// Distance between samples. Sample k of a ray lies at

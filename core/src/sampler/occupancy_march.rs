@@ -46,11 +46,20 @@ impl<'a> Marcher<'a> {
         Self { occupancy, space, map: space.unit_map(), sampling, skip }
     }
 
-    /// Sets `next` and `end` of the bundle's rays: the steps whose samples, at
-    /// `phase` of each, the space [contains](Space::contains). Rounding along a
-    /// ray goes one way, so that none is missing between the first and the last.
+    /// Where the rays march.
+    #[inline(always)]
+    #[must_use]
+    pub const fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// Makes the bundle's rays [local](Space::local), and sets their `next` and `end`:
+    /// the steps whose samples, at `phase` of each, the space
+    /// [contains](Space::contains). Rounding along a ray goes one way, so that none is
+    /// missing between the first and the last.
     #[inline(always)]
     pub fn enter<S: Simd>(&self, simd: S, bundle: &mut Bundle) {
+        bundle.make_local(&self.space);
         simd.vectorize(
             #[inline(always)]
             || {
@@ -66,7 +75,7 @@ impl<'a> Marcher<'a> {
         let splat = |v: f32| S::f32s::splat(simd, v);
         let Sampling { step, near, far, .. } = self.sampling;
         let rays = Rays::load(simd, bundle, first);
-        let [t0, t1] = rays.reach(simd, &self.space, near, far);
+        let [t0, t1] = rays.reach(simd, &self.space.bounds(), near, far);
         let hit = t0.simd_le(t1);
         // Start a little outside, then move in.
         let steps = |t: S::f32s| ((t - near) / step).trunc();
@@ -122,7 +131,7 @@ impl<'a> Marcher<'a> {
     fn outside<S: Simd>(&self, simd: S, rays: &Rays<S>, k: S::f32s) -> S::mask32s {
         let t = rays.distance(k, &self.sampling);
         let far = S::f32s::splat(simd, self.sampling.far);
-        t.simd_gt(far) | !rays.inside(simd, t, &self.space)
+        t.simd_gt(far) | !rays.inside(simd, t, &self.space.bounds())
     }
 
     /// Moves the bundle's rays on to their next occupied samples; rays that meet none

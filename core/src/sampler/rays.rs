@@ -5,7 +5,6 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use crate::sampler::Sampling;
 use crate::sampler::bundle::{Bundle, LANES};
 use crate::sampler::walk::{ABREAST, RUN, Walk};
-use crate::space::Space;
 
 /// One value an axis. Not `map`, which the compiler may leave a call of its own,
 /// compiled without the vector instructions.
@@ -66,8 +65,7 @@ impl<S: Simd> Rays<S> {
 
     /// Whether the points at distances `t` lie in the box.
     #[inline(always)]
-    pub(super) fn inside(&self, simd: S, t: S::f32s, space: &Space) -> S::mask32s {
-        let Space::Box { min, max } = space;
+    pub(super) fn inside(&self, simd: S, t: S::f32s, [min, max]: &[[f32; 3]; 2]) -> S::mask32s {
         let p = self.at(t);
         let within = |a: usize| {
             p[a].simd_ge(S::f32s::splat(simd, min[a])) & p[a].simd_le(S::f32s::splat(simd, max[a]))
@@ -75,15 +73,20 @@ impl<S: Simd> Rays<S> {
         within(0) & within(1) & within(2)
     }
 
-    /// Distances between which lies every point that, computed in f32, the space
+    /// Distances between which lies every point that, computed in f32, the box
     /// contains: those at which each ray enters and leaves, and a few roundings
     /// more. The first lies beyond the second where a ray misses.
     #[inline(always)]
-    pub(super) fn reach(&self, simd: S, space: &Space, near: f32, far: f32) -> [S::f32s; 2] {
+    pub(super) fn reach(
+        &self,
+        simd: S,
+        [min, max]: &[[f32; 3]; 2],
+        near: f32,
+        far: f32,
+    ) -> [S::f32s; 2] {
         const ROUNDING: f32 = 4.0 * f32::EPSILON;
         let splat = |v: f32| S::f32s::splat(simd, v);
         let [zero, always, never] = [splat(0.0), splat(f32::INFINITY), splat(f32::NEG_INFINITY)];
-        let Space::Box { min, max } = space;
         let (mut t0, mut t1) = (splat(near), splat(far));
         for a in 0..3 {
             let (o, d) = (self.origin[a], self.direction[a]);

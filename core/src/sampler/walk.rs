@@ -7,11 +7,12 @@ use crate::sampler::bundle::LANES;
 use crate::sampler::occupancy_march::Marcher;
 use crate::sampler::rays::Rays;
 use crate::sampler::stride::Cell;
+use crate::{Ray, Space};
 
-/// A ray on its way.
+/// A ray on its way, in the coordinates of its space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Walk {
-    /// Where the ray starts, scene units.
+    /// Where the ray starts, local coordinates.
     pub origin: [f32; 3],
     /// Where it goes: a unit vector.
     pub direction: [f32; 3],
@@ -35,6 +36,13 @@ impl Walk {
     #[must_use]
     pub fn is_alive(&self) -> bool {
         self.next < self.end
+    }
+
+    /// The direction of the public ray, a unit vector.
+    #[inline(always)]
+    #[must_use]
+    pub fn public_direction(&self, space: &Space) -> [f32; 3] {
+        space.direction(&Ray { origin: self.origin, direction: self.direction })
     }
 
     /// Makes it end.

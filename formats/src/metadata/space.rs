@@ -1,6 +1,8 @@
 //! SPACE, SAMPLING, HIERARCHICAL and OCCUPANCY: the geometry of a ray's way.
 
 use pocketnerf_core::sampler::Hierarchical;
+#[cfg(feature = "ndc")]
+use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Sampling, Space};
 use serde::{Deserialize, Serialize};
 
@@ -10,9 +12,23 @@ use crate::FormatError;
 /// Code of a box in SPACE.
 const BOX: u8 = 0;
 
+/// Code of normalised device coordinates.
+const NDC: u8 = 1;
+
 /// SPACE after its code, kind [`BOX`]. Scene units.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct BoxV1 {
+    min: [f32; 3],
+    max: [f32; 3],
+}
+
+/// SPACE after its code, kind [`NDC`]. The near plane in scene units; the box in the
+/// coordinates themselves.
+#[cfg(feature = "ndc")]
+#[derive(Serialize, Deserialize)]
+pub(crate) struct NdcV1 {
+    near: f32,
+    slope: [f32; 2],
     min: [f32; 3],
     max: [f32; 3],
 }
@@ -25,6 +41,17 @@ pub(crate) fn read_space(mut fields: Fields<'_>) -> Result<Space, FormatError> {
             fields.finite("max", &max)?;
             Space::Box { min, max }
         }
+        #[cfg(feature = "ndc")]
+        NDC => {
+            let NdcV1 { near, slope, min, max } = fields.take()?;
+            fields.finite("near", &[near])?;
+            fields.finite("slope", &slope)?;
+            fields.finite("min", &min)?;
+            fields.finite("max", &max)?;
+            Space::Ndc(Ndc { near, slope, min, max })
+        }
+        #[cfg(not(feature = "ndc"))]
+        NDC => return Err(FormatError::SpaceKind("ndc")),
         code => return Err(fields.unknown("kind of space", code)),
     };
     fields.finish()?;
@@ -36,11 +63,15 @@ pub(crate) fn read_space(mut fields: Fields<'_>) -> Result<Space, FormatError> {
 pub(crate) fn write_space(space: &Space) -> Option<alloc::vec::Vec<u8>> {
     match *space {
         Space::Box { min, max } => Some(super::encode(&(BOX, BoxV1 { min, max }))),
+        #[cfg(feature = "ndc")]
+        Space::Ndc(Ndc { near, slope, min, max }) => {
+            Some(super::encode(&(NDC, NdcV1 { near, slope, min, max })))
+        }
         _ => None,
     }
 }
 
-/// SAMPLING. Scene units.
+/// SAMPLING. Local units of the space: of a box, scene units.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct SamplingV1 {
     step: f32,
@@ -129,6 +160,38 @@ mod tests {
         let mut long = bytes;
         long.push(0);
         assert_eq!(read_space(fields(kind::SPACE, &long)), Err(FormatError::Metadata(section)));
+    }
+
+    #[rustfmt::skip]
+    const NDC_BYTES: [u8; 37] = [
+        1,
+        0, 0, 0x80, 0x3f,
+        0, 0, 0xc0, 0x3f,  0, 0, 0, 0x40,
+        0, 0, 0xc0, 0xbf,  0, 0, 0, 0xc0,     0, 0, 0x80, 0xbf,
+        0, 0, 0xc0, 0x3f,  0, 0, 0, 0x40,     0, 0, 0x80, 0x3f,
+    ];
+
+    #[cfg(feature = "ndc")]
+    #[test]
+    fn bytes_of_ndc_v1() {
+        let (min, max) = ([-1.5, -2.0, -1.0], [1.5, 2.0, 1.0]);
+        let space = Space::Ndc(Ndc { near: 1.0, slope: [1.5, 2.0], min, max });
+        assert_eq!(write_space(&space).unwrap(), NDC_BYTES);
+        assert_eq!(read_space(fields(kind::SPACE, &NDC_BYTES)), Ok(space));
+        let mut bad = NDC_BYTES;
+        bad[3..5].copy_from_slice(&[0xc0, 0x7f]);
+        let section = SectionId::first(kind::SPACE);
+        let expected = Err(FormatError::Value { section, field: "near" });
+        assert_eq!(read_space(fields(kind::SPACE, &bad)), expected);
+        let short = read_space(fields(kind::SPACE, &NDC_BYTES[..36]));
+        assert_eq!(short, Err(FormatError::Metadata(section)));
+    }
+
+    #[cfg(not(feature = "ndc"))]
+    #[test]
+    fn a_space_that_is_left_out_is_refused_by_name() {
+        let error = read_space(fields(kind::SPACE, &NDC_BYTES)).unwrap_err();
+        assert_eq!(error, FormatError::SpaceKind("ndc"));
     }
 
     #[test]

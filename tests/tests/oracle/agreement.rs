@@ -1,9 +1,9 @@
 //! The same picture as the oracle's, within a tolerance.
 
 use pocketnerf_core::reference::{self, RayResult};
-use pocketnerf_core::{Ray, RenderOptions, Sampling, SimdLevel, Space, Tuning};
+use pocketnerf_core::{Model, Ray, RenderOptions, Sampling, SimdLevel, Space, Tuning};
 
-use crate::models::{Random, Recipe, camera};
+use crate::models::{Random, Recipe, camera, in_ndc};
 use crate::picture::{self, Picture, levels, options, whole};
 
 /// Most that a channel of a pixel may differ, premultiplied and in [0, 1]: a
@@ -24,21 +24,24 @@ fn every_kind_of_model_at_every_level() {
     let [mut empty, mut misty, mut opaque] = [0; 3];
     for recipe in Recipe::all() {
         let model = recipe.build();
-        let mut expected = vec![RayResult::EMPTY; 33 * 17];
-        reference::render_picture(&model, &camera, &mut expected).unwrap();
-        for level in levels() {
-            for tuning in [Tuning::SMALL, Tuning::FAST] {
-                let options = options(&model, level, tuning);
-                let found = picture::tile(&model, &camera, whole(&camera), &options);
-                compare(&found, &expected, &format!("{recipe:?} {level} {tuning:?}"));
-                let unskipped = RenderOptions { skip: false, ..options };
-                picture::tile(&model, &camera, whole(&camera), &unskipped)
-                    .assert_same(&found, "without skipping");
+        for model in [model, in_ndc(model)] {
+            let mut expected = vec![RayResult::EMPTY; 33 * 17];
+            reference::render_picture(&model, &camera, &mut expected).unwrap();
+            for level in levels() {
+                for tuning in [Tuning::SMALL, Tuning::FAST] {
+                    let options = options(&model, level, tuning);
+                    let found = picture::tile(&model, &camera, whole(&camera), &options);
+                    let what = format!("{recipe:?} {:?} {level} {tuning:?}", model.space);
+                    compare(&model, &found, &expected, &what);
+                    let unskipped = RenderOptions { skip: false, ..options };
+                    picture::tile(&model, &camera, whole(&camera), &unskipped)
+                        .assert_same(&found, "without skipping");
+                }
             }
+            empty += expected.iter().filter(|p| p.opacity == 0.0).count();
+            misty += expected.iter().filter(|p| (0.1..0.9).contains(&p.opacity)).count();
+            opaque += expected.iter().filter(|p| p.opacity > 0.999).count();
         }
-        empty += expected.iter().filter(|p| p.opacity == 0.0).count();
-        misty += expected.iter().filter(|p| (0.1..0.9).contains(&p.opacity)).count();
-        opaque += expected.iter().filter(|p| p.opacity > 0.999).count();
     }
     // The models show what there is to get wrong.
     for (what, pixels) in [("empty", empty), ("misty", misty), ("opaque", opaque)] {
@@ -47,7 +50,7 @@ fn every_kind_of_model_at_every_level() {
 }
 
 #[track_caller]
-pub(crate) fn compare(found: &Picture, expected: &[RayResult], what: &str) {
+pub(crate) fn compare(model: &Model<'_>, found: &Picture, expected: &[RayResult], what: &str) {
     let mut squares = 0.0;
     for (i, (rgba, expected)) in found.rgba.iter().zip(expected).enumerate() {
         let [r, g, b] = expected.rgb;
@@ -56,7 +59,12 @@ pub(crate) fn compare(found: &Picture, expected: &[RayResult], what: &str) {
             squares += f64::from(a - b).powi(2);
         }
         if expected.opacity > 0.0 && rgba[3] > 0.0 {
-            let apart = (found.depth[i] - expected.depth) * expected.opacity;
+            // In normalised device coordinates steps are even in 1 / depth, about.
+            let of = |depth: f32| match model.space {
+                Space::Box { .. } => depth,
+                _ => 1.0 / depth,
+            };
+            let apart = (of(found.depth[i]) - of(expected.depth)) * expected.opacity;
             assert!(apart.abs() <= DEPTH, "{what}: depth {i}: {} for {expected:?}", found.depth[i]);
         } else {
             assert!(rgba[3] > 0.0 || found.depth[i] == f32::INFINITY, "{what}: depth {i}");
@@ -70,8 +78,8 @@ pub(crate) fn compare(found: &Picture, expected: &[RayResult], what: &str) {
 #[test]
 fn the_field_is_asked_at_the_same_points() {
     let camera = camera(21, 13);
-    for occupancy in [None, Some(16), Some(24)] {
-        let mut model = Recipe { occupancy, ..Recipe::PLAIN }.build();
+    let models = [None, Some(16), Some(24)].map(|occupancy| Recipe { occupancy, ..Recipe::PLAIN });
+    for mut model in models.iter().flat_map(|r| [r.build(), in_ndc(r.build())]) {
         // Nothing is hidden, and the last sample lies at `far` exactly.
         let (step, near, far) = (0.03125, 0.5, 0.5 + 64.5 * 0.03125);
         model.sampling = Sampling { step, near, far, min_transmittance: 0.0 };
@@ -81,7 +89,7 @@ fn the_field_is_asked_at_the_same_points() {
         for level in levels() {
             let options = options(&model, level, Tuning::FAST);
             let found = picture::tile(&model, &camera, whole(&camera), &options);
-            assert_eq!(found.stats.samples, asked, "{occupancy:?} {level}");
+            assert_eq!(found.stats.samples, asked, "{:?} {level}", model.space);
             assert_eq!(found.stats.rays, 21 * 13);
         }
     }

@@ -7,7 +7,7 @@ use pocketnerf_core::reference;
 use pocketnerf_core::sampler::Hierarchical;
 use pocketnerf_core::{DType, Layout, Model, Ray, SamplingMode, TensorView, Tuning};
 
-use crate::models::{Encoding, Random, Recipe, camera};
+use crate::models::{Encoding, Random, Recipe, camera, in_ndc};
 use crate::picture::{self, Picture, levels, options, whole};
 
 #[track_caller]
@@ -57,9 +57,11 @@ fn rays_of_every_kind_of_number() {
     for shading in [Shading::PerSample, Shading::PerRay] {
         for occupancy in [None, Some(16)] {
             let model = Recipe { shading, occupancy, ..Recipe::PLAIN }.build();
-            for level in levels() {
-                let options = options(&model, level, Tuning::FAST);
-                let found = picture::rays(&model, &rays, &options);
+            for (model, level) in
+                [model, in_ndc(model)].iter().flat_map(|m| levels().map(move |l| (m, l)))
+            {
+                let options = options(model, level, Tuning::FAST);
+                let found = picture::rays(model, &rays, &options);
                 assert_finite(&found, "strange rays");
                 for (ray, rgba) in rays.iter().zip(&found.rgba) {
                     assert!(!not_a_place(ray) || *rgba == [0.0; 4], "{ray:?} sees {rgba:?}");

@@ -5,6 +5,7 @@ mod agreement;
 mod hostile;
 mod invariants;
 mod models;
+mod ndc;
 mod nerf;
 mod paper;
 mod picture;

@@ -3,6 +3,7 @@
 use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
 use pocketnerf_core::field::{AnyField, Decoder, FrequencyField, HashGridField, Shading};
 use pocketnerf_core::network::{Dense, Mlp};
+use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{
     Camera, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,
 };
@@ -241,6 +242,19 @@ pub(crate) fn occupancy(resolution: u32, random: &mut Random) -> Occupancy<'stat
         }
     }
     Occupancy::new(resolution, 1, coarse.leak(), fine.leak()).unwrap()
+}
+
+/// The same field in normalised device coordinates, before the [camera], that looks
+/// forwards at most of its pixels; its box ends before infinity.
+pub(crate) fn in_ndc(model: Model<'static>) -> Model<'static> {
+    let (min, max) = ([-1.6, -1.2, -1.0], [1.2, 1.6, 0.9]);
+    let model = Model {
+        space: Space::Ndc(Ndc { near: 1.0, slope: [1.2, 1.6], min, max }),
+        sampling: Sampling { near: 0.25, ..model.sampling },
+        ..model
+    };
+    model.validate().expect("a space that is one");
+    model
 }
 
 /// A camera that sees all of the box, and past it.

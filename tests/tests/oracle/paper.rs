@@ -46,7 +46,7 @@ fn every_kind_of_model_at_every_level() {
                 for tuning in [Tuning::SMALL, Tuning::FAST] {
                     let options = options(&model, level, tuning, h);
                     let found = picture::tile(&model, &camera, whole(&camera), &options);
-                    compare(&found, &expected, &format!("{what} {h:?} {level} {tuning:?}"));
+                    compare(&model, &found, &expected, &format!("{what} {h:?} {level} {tuning:?}"));
                 }
             }
             empty += expected.iter().filter(|p| p.opacity == 0.0).count();
@@ -74,10 +74,10 @@ fn the_papers_own_network() {
             for tuning in [Tuning::SMALL, Tuning::FAST] {
                 let options = options(&model, level, tuning, h);
                 let found = picture::tile(&model, &camera, whole(&camera), &options);
-                compare(&found, &hierarchical, &format!("{dtype:?} {level} {tuning:?}"));
+                compare(&model, &found, &hierarchical, &format!("{dtype:?} {level} {tuning:?}"));
                 let finest = picture::options(&model, level, tuning);
                 let found = picture::tile(&model, &camera, whole(&camera), &finest);
-                compare(&found, &marched, &format!("marched {dtype:?} {level} {tuning:?}"));
+                compare(&model, &found, &marched, &format!("marched {dtype:?} {level} {tuning:?}"));
             }
         }
     }

@@ -7,6 +7,7 @@ mod finished;
 mod guard;
 mod masked;
 mod mutated;
+mod ndc;
 mod nerf;
 mod refusals;
 mod setup;

@@ -6,6 +6,7 @@ use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
+use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera, Space, math};
 
 pub use path::camera_path;
@@ -80,6 +81,8 @@ pub struct Orbit {
     pub radius: f32,
     /// Angle above the plane through the target, radians.
     pub elevation: f32,
+    /// The direction that they stand around; any length but 0.
+    pub axis: [f32; 3],
     /// The direction that is up in the pictures; any length but 0.
     pub up: [f32; 3],
     /// Horizontal field of view, radians.
@@ -91,8 +94,15 @@ pub struct Orbit {
 impl Orbit {
     /// Around the middle of a space, as far from it as the model's own camera, or
     /// at twice the longest side.
+    ///
+    /// In front of a forward-facing capture, a circle within the place where its
+    /// cameras stood, which looks at what is four times as far away as the near plane.
     #[must_use]
     pub fn around(space: &Space, own: Option<&Camera>, views: usize, fov_x: f32) -> Self {
+        let size = own.map_or([400; 2], |c| [c.width, c.height]);
+        if let Space::Ndc(ndc) = space {
+            return Self { views, fov_x, size, ..Self::before(ndc) };
+        }
         let target = space.center();
         let distance =
             |c: &Camera| (0..3).map(|a| (c.position()[a] - target[a]).powi(2)).sum::<f32>().sqrt();
@@ -101,9 +111,30 @@ impl Orbit {
             target,
             radius: own.map_or(2.0 / space.unit_map().scale, distance),
             elevation: 0.5,
+            axis: [0.0, 0.0, 1.0],
             up: [0.0, 0.0, 1.0],
             fov_x,
-            size: own.map_or([400; 2], |c| [c.width, c.height]),
+            size,
+        }
+    }
+
+    /// A circle in the plane z = 0. By how much a box is wider than what one camera at the
+    /// origin sees tells how far from it the others were.
+    fn before(ndc: &Ndc) -> Self {
+        let middle = |a: usize| 0.5 * (ndc.min[a] + ndc.max[a]) * ndc.near / ndc.slope[a];
+        let [x, y] = [middle(0), middle(1)];
+        let distance = 4.0 * ndc.near;
+        let aside = (0.5 * (ndc.max[0] - ndc.min[0]) - 1.0) * ndc.near / ndc.slope[0];
+        let aside = (0.5 * aside).clamp(0.05 * ndc.near, 0.25 * ndc.near);
+        Self {
+            views: 1,
+            target: [x, y, -distance],
+            radius: distance.hypot(aside),
+            elevation: distance.atan2(aside),
+            axis: [0.0, 0.0, 1.0],
+            up: [0.0, 1.0, 0.0],
+            fov_x: 2.0 * (1.0 / ndc.slope[0]).atan(),
+            size: [400; 2],
         }
     }
 
@@ -113,20 +144,20 @@ impl Orbit {
         own.map_or(0.7, |c| 2.0 * (0.5 * c.width as f32 / c.focal[0]).atan())
     }
 
-    /// The cameras, counter-clockwise seen from above. The first stands where
-    /// the x axis points (the y axis if x is up).
+    /// The cameras, counter-clockwise seen from where the axis points. The first stands
+    /// where the x axis points (the y axis if x is what they stand around).
     #[must_use]
     pub fn cameras(&self) -> Vec<Camera> {
-        let up = Vec3::from(self.up).normalize_or(Vec3::Z);
-        let start = if up.x.abs() < 0.999 { Vec3::X } else { Vec3::Y };
-        let first = start.reject_from_normalized(up).normalize();
-        let second = up.cross(first);
+        let axis = Vec3::from(self.axis).normalize_or(Vec3::Z);
+        let start = if axis.x.abs() < 0.999 { Vec3::X } else { Vec3::Y };
+        let first = start.reject_from_normalized(axis).normalize();
+        let second = axis.cross(first);
         let (rise, reach) = math::sin_cos(self.elevation);
         let camera = |view: usize| {
             let (sin, cos) = math::sin_cos(TAU * view as f32 / self.views as f32);
-            let direction = (first * cos + second * sin) * reach + up * rise;
+            let direction = (first * cos + second * sin) * reach + axis * rise;
             let eye = Vec3::from(self.target) + direction * self.radius;
-            let pose = Camera::look_at(eye.to_array(), self.target, up.to_array());
+            let pose = Camera::look_at(eye.to_array(), self.target, self.up);
             Camera::from_fov_x(self.size[0], self.size[1], self.fov_x, pose)
         };
         (0..self.views).map(camera).collect()
@@ -167,6 +198,7 @@ mod tests {
             target: [1.0, 2.0, 3.0],
             radius: 2.0,
             elevation: std::f32::consts::FRAC_PI_6,
+            axis: [0.0, 0.0, 2.0],
             up: [0.0, 0.0, 5.0],
             fov_x: std::f32::consts::FRAC_PI_2,
             size: [8, 6],
@@ -188,6 +220,23 @@ mod tests {
         let m = cameras[0].camera_to_world;
         assert!(near(&[m[0], m[4], m[8]], &[0.0, 1.0, 0.0]), "{m:?}");
         assert!(near(&[m[1], m[5], m[9]], &[-0.5, 0.0, side / 2.0]), "{m:?}");
+    }
+
+    #[test]
+    fn a_circle_before_a_forward_facing_capture() {
+        // Cameras stood up to 0.4 to both sides of x = 0.1, the near plane at 2: the box
+        // is as wide as 2 and 0.4 times 2 * 1.5 / 2, around 0.1 * 1.5 / 2.
+        let (min, max) = ([0.075 - 1.3, -1.0, -1.0], [0.075 + 1.3, 1.0, 1.0]);
+        let space = Space::Ndc(Ndc { near: 2.0, slope: [1.5, 2.0], min, max });
+        let cameras = Orbit::around(&space, None, 4, 0.7).cameras();
+        for (camera, [x, y]) in
+            cameras.iter().zip([[0.3, 0.0], [0.1, 0.2], [-0.1, 0.0], [0.1, -0.2]])
+        {
+            assert!(near(&camera.position(), &[x, y, 0.0]), "{:?}", camera.position());
+            assert!(near(&camera.project([0.1, 0.0, -8.0]).unwrap(), &[200.0; 2]));
+            // Upright.
+            assert!(camera.camera_to_world[5] > 0.99 && camera.camera_to_world[1].abs() < 1e-6);
+        }
     }
 
     #[test]

@@ -35,8 +35,10 @@ impl Info {
         }
         let bytes = read_model(&self.path)?;
         let file = open(&self.path, &bytes)?;
-        let Space::Box { min, max } = file.model.space else {
-            return Err("this build does not know the model's kind of space".into());
+        let space = match file.model.space {
+            Space::Box { .. } => json!("box"),
+            Space::Ndc(ndc) => json!({"ndc": {"near": ndc.near, "slope": ndc.slope}}),
+            _ => return Err("this build does not know the model's kind of space".into()),
         };
         let parameters: usize = file.tensors().map(|(_, t)| t.rows() * t.cols()).sum();
         let sections: Vec<_> = file
@@ -63,7 +65,8 @@ impl Info {
             }),
             "precision": precision(&file),
             "sections": sections,
-            "aabb": [min, max],
+            "space": space,
+            "aabb": file.model.space.bounds(),
             "tolerance": file.model.display.tolerance,
             "occupancy_fraction": file.model.occupancy.map(|o| o.fraction()),
             "trained_on": provenance.map(|p| {

@@ -3,6 +3,7 @@
 use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
 use pocketnerf_core::field::{Activation, Shading};
 use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::space::Ndc;
 
 use super::{Adam, Length};
 use crate::field::{EncodingConfig, FieldConfig, NerfConfig};
@@ -18,7 +19,10 @@ pub struct TrainConfig {
     /// it has none, found from the cameras, the silhouettes and a small field. A trainer's
     /// own is never `None`.
     pub aabb: Option<[[f32; 3]; 2]>,
-    /// Nothing is seen nearer to a camera than this, scene units.
+    /// `Some`: a forward-facing capture, learnt in normalised device coordinates; there
+    /// is no box in scene units then. [`ndc_of`](super::ndc_of) finds them.
+    pub ndc: Option<Ndc>,
+    /// Nothing is seen nearer to a camera than this, local units.
     pub near: f32,
     /// Nothing is seen farther than this; `None`: everything in the box.
     pub far: Option<f32>,
@@ -102,6 +106,7 @@ impl TrainConfig {
             },
             seed: 0,
             aabb: None,
+            ndc: None,
             near: 0.0,
             far: None,
             occupancy_resolution: 128,

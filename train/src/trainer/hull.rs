@@ -92,7 +92,7 @@ impl Hull {
 
     /// Cells that may hold something of a grid of `resolution`³ cells (a power
     /// of two from 16 up) over the cube of the space, in ascending order of
-    /// `x + n (y + n z)`. Cells outside the box of the space are left out.
+    /// `x + n (y + n z)`, for a space that is a box. Cells outside it are left out.
     #[must_use]
     pub fn cells(&self, space: &Space, resolution: u32) -> Vec<u32> {
         let map = space.unit_map();
@@ -103,10 +103,8 @@ impl Hull {
         loop {
             let side = 1.0 / (size as f32 * map.scale);
             let radius = side * 0.5 * 3f32.sqrt();
-            cells.retain(|cell| {
-                let Space::Box { max, .. } = space else { return true };
-                (0..3).all(|a| map.min[a] + cell[a] as f32 * side < max[a])
-            });
+            let [_, max] = space.bounds();
+            cells.retain(|cell| (0..3).all(|a| map.min[a] + cell[a] as f32 * side < max[a]));
             cells = cells
                 .into_par_iter()
                 .filter(|cell| {

@@ -19,6 +19,7 @@ mod optimizer;
 mod rays;
 mod run;
 mod scene_box;
+mod scene_ndc;
 mod schedule;
 mod scout;
 mod step;
@@ -41,6 +42,7 @@ pub use optimizer::{Adam, Slices};
 pub use rays::{Backdrop, RaySource, Targets, TrainingRay};
 pub use run::{Progress, Run, Summary, run};
 pub use scene_box::find_box;
+pub use scene_ndc::ndc_of;
 pub use schedule::{Length, Plan};
 pub use step::{StepSettings, StepStats};
 
@@ -117,13 +119,18 @@ impl Trainer {
             grid.validate()?;
         }
         let has_alpha = dataset.has_alpha;
-        config.aabb = config.aabb.or(dataset.aabb);
         let backdrop = match (config.backdrop, has_alpha) {
             (Some(color), _) => Backdrop::Color(color),
             (None, true) => Backdrop::Random,
             (None, false) => Backdrop::Color(dataset.background.unwrap_or(config.opaque_backdrop)),
         };
         let mut source = RaySource::new(dataset.views, backdrop);
+        if let Some(ndc) = config.ndc {
+            // All that the cameras see lies there, and silhouettes hide little of it.
+            config.aabb = None;
+            return Self::in_space(source, None, Space::Ndc(ndc), config, level);
+        }
+        config.aabb = config.aabb.or(dataset.aabb);
         let hull = has_alpha.then(|| Hull::new(&source));
         let mut space = match config.aabb {
             Some([min, max]) => Space::Box { min, max },
@@ -132,10 +139,8 @@ impl Trainer {
         if let (None, Some(hull)) = (config.aabb, &hull) {
             (space, source) = scout::tighten(space, source, hull, &config, level)?;
         }
-        if let Space::Box { min, max } = space {
-            // A checkpoint holds it: going on does not look for it again.
-            config.aabb = Some([min, max]);
-        }
+        // A checkpoint holds it: going on does not look for it again.
+        config.aabb = space.scene_box();
         Self::in_space(source, hull.as_ref(), space, config, level)
     }
 
@@ -171,7 +176,9 @@ impl Trainer {
             (Some(_), None) => scout::cells(source, hull, space, &config, level, candidates)?,
             _ => (candidates, source),
         };
-        let aim = Aim::new(&source, &space, resolution, &candidates);
+        // Coordinates that hold all that the cameras see: every tile sees something.
+        let seen = if space.scene_box().is_some() { &candidates[..] } else { &[] };
+        let aim = Aim::new(&source, &space, resolution, seen);
         let backward = Backward::new(&config.field, &layout);
         let n_network = layout.len() - layout.networks_start();
         let group = || Group::new(n_network);
@@ -224,7 +231,7 @@ impl Trainer {
             sampling: self.sampling,
             hierarchical: self.config.hierarchical(),
             display: Display {
-                background: [1.0; 3],
+                background: self.source.display_background(),
                 color_space: ColorSpace::Srgb,
                 tolerance: Display::TOLERANCE,
             },
@@ -294,8 +301,8 @@ impl Trainer {
 fn all_cells(space: &Space, resolution: u32) -> Vec<u32> {
     let n = resolution;
     let map = space.unit_map();
-    let Space::Box { max, .. } = space else { return (0..n * n * n).collect() };
-    let end = map.apply(*max).map(|u| (u * n as f32).ceil() as u32);
+    let [_, max] = space.bounds();
+    let end = map.apply(max).map(|u| (u * n as f32).ceil() as u32);
     let inside = |cell: &u32| {
         let corner = [cell % n, cell / n % n, cell / (n * n)];
         (0..3).all(|a| corner[a] < end[a])

@@ -124,6 +124,16 @@ impl RaySource {
         Self { cameras, lenses, images, masks, backdrop }
     }
 
+    /// What pictures are to be seen on: what is behind the images, white where that may be
+    /// any colour.
+    #[must_use]
+    pub const fn display_background(&self) -> [f32; 3] {
+        match self.backdrop {
+            Backdrop::Random => [1.0; 3],
+            Backdrop::Color(color) => color,
+        }
+    }
+
     /// The views' cameras.
     #[must_use]
     pub fn cameras(&self) -> &[Camera] {

@@ -15,7 +15,7 @@ pub fn find_box(cameras: &[Camera], hull: Option<&Hull>) -> Space {
     let around = cameras_box(cameras);
     let Some(hull) = hull else { return around };
     let cells = hull.cells(&around, RESOLUTION);
-    let (Space::Box { min, max }, map) = (around, around.unit_map()) else { return around };
+    let ([min, max], map) = (around.bounds(), around.unit_map());
     let side = 1.0 / (RESOLUTION as f32 * map.scale);
     let (mut low, mut high) = (max, min);
     for cell in &cells {

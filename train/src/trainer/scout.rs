@@ -131,7 +131,7 @@ fn occupied(scout: &Trainer, sigma: f32) -> Option<[[f32; 3]; 2]> {
             high[a] = high[a].max(cell[a] + 1);
         }
     }
-    let Space::Box { min, max } = scout.space else { return None };
+    let [min, max] = scout.space.bounds();
     let at = |a: usize, cell: u32| map.min[a] + cell as f32 / n as f32 / map.scale;
     (low[0] < high[0]).then(|| {
         [

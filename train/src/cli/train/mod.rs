@@ -38,12 +38,12 @@ impl Train {
         if let Some(views) = self.views {
             dataset.thin(views as usize);
         }
-        let has_alpha = dataset.has_alpha;
         let origin = Origin::new(&dataset, factor, self.precision);
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, common.simd(), common.started)?,
             None => {
-                let trainer = Trainer::new(dataset, self.config(has_alpha), common.simd())?;
+                let config = self.config(&dataset)?;
+                let trainer = Trainer::new(dataset, config, common.simd())?;
                 (trainer, Run::new(self.length(), common.started))
             }
         };

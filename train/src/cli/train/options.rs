@@ -3,13 +3,15 @@
 use std::fmt::Debug;
 use std::path::PathBuf;
 
+use pocketnerf_core::space::Ndc;
 use pocketnerf_formats::Precision;
 
 use super::nerf::NerfOptions;
 use crate::cli::{Failure, Reading, parse_color};
+use crate::dataset::Dataset;
 use crate::field::EncodingConfig;
 use crate::trainer::checkpoint::Problem;
-use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig};
+use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig, ndc_of};
 
 /// Seconds of a run where neither time nor steps are given.
 const SECONDS: f64 = 120.0;
@@ -63,7 +65,13 @@ pub(in crate::cli) struct Train {
     /// or found from cameras, silhouettes and a small field.
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     aabb: Option<[[f32; 3]; 2]>,
-    /// Nothing is seen nearer to a camera than this, scene units; 0 unless told.
+    /// Where the scene lies: in a box, or, where all cameras look along -z, in
+    /// normalised device coordinates, which reach to infinity; ndc for forward-facing
+    /// LLFF captures and box for all else unless told.
+    #[arg(long, value_enum, value_name = "KIND")]
+    space: Option<SpaceKind>,
+    /// Nothing is seen nearer to a camera than this, scene units; 0 unless told. With
+    /// --space ndc: nothing nearer to the plane z = 0; 1 unless told.
     #[arg(long, value_name = "N")]
     near: Option<f32>,
     /// Nothing is seen farther than this; everything in the box unless told.
@@ -98,6 +106,15 @@ pub(super) enum Method {
     HashGrid,
     /// The paper's deep network: hours
     Nerf,
+}
+
+/// Where a scene lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum SpaceKind {
+    /// Within a box
+    Box,
+    /// In front of cameras that look the same way, however far
+    Ndc,
 }
 
 /// What a model is to be good at.
@@ -165,8 +182,9 @@ impl Train {
         }
     }
 
-    /// The settings of a new run on images with or without alpha.
-    pub(super) fn config(&self, has_alpha: bool) -> TrainConfig {
+    /// The settings of a new run on this dataset.
+    pub(super) fn config(&self, dataset: &Dataset) -> Result<TrainConfig, Failure> {
+        let has_alpha = dataset.has_alpha;
         let mut config = match self.method {
             Some(Method::Nerf) => self.nerf.config(has_alpha),
             _ => TrainConfig::hash_grid().for_length(self.length()),
@@ -182,8 +200,11 @@ impl Train {
         }
         config.seed = self.seed.unwrap_or(config.seed);
         config.aabb = self.aabb;
-        config.near = self.near.unwrap_or(config.near);
-        config.far = self.far;
+        config.ndc = self.ndc(dataset)?;
+        if config.ndc.is_none() {
+            config.near = self.near.unwrap_or(config.near);
+            config.far = self.far;
+        }
         config.batch_rays = self.batch_rays.or(config.batch_rays);
         // The paper's pictures with alpha lie on white.
         let white = (config.paper.is_some() && has_alpha).then_some([1.0; 3]);
@@ -193,7 +214,35 @@ impl Train {
         {
             grid.log2_hashmap_size = n;
         }
-        config
+        Ok(config)
+    }
+
+    /// The coordinates of a forward-facing capture, for those that are and for whoever
+    /// asks for them; a box that is given is one.
+    fn ndc(&self, dataset: &Dataset) -> Result<Option<Ndc>, Failure> {
+        let near = self.near.unwrap_or(1.0);
+        let limits = [("--aabb", self.aabb.is_some()), ("--far", self.far.is_some())];
+        let limit = limits.into_iter().find(|(_, given)| *given);
+        match (self.space, limit) {
+            (Some(SpaceKind::Ndc), None) => {}
+            (Some(SpaceKind::Ndc), Some((option, _))) => {
+                return Err(format!(
+                    "{option}: expected none with --space ndc, which holds all that the cameras see"
+                )
+                .into());
+            }
+            (None, None) if dataset.forward_facing => return Ok(ndc_of(&dataset.views, near)),
+            _ => return Ok(None),
+        }
+        let ndc = ndc_of(&dataset.views, near).map(Some);
+        ndc.ok_or_else(|| {
+            format!(
+                "{}: --space ndc: a camera sees what does not lie beyond the plane z = -{near}, \
+                 expected all to look along -z; give --space box",
+                dataset.source
+            )
+            .into()
+        })
     }
 
     /// The length of a new run.
@@ -218,6 +267,10 @@ impl Train {
             EncodingConfig::HashGrid(grid) => Some(grid.log2_hashmap_size),
             EncodingConfig::Frequency(_) | EncodingConfig::Nerf(_) => None,
         };
+        let (space, near) = match config.ndc {
+            None => (SpaceKind::Box, config.near),
+            Some(ndc) => (SpaceKind::Ndc, ndc.near),
+        };
         let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
         same("--seconds", self.seconds, seconds)
             .and_then(|()| same("--steps", self.steps, steps))
@@ -225,7 +278,8 @@ impl Train {
             .and_then(|()| same("--batch-rays", self.batch_rays, config.batch_rays))
             .and_then(|()| same("--downscale-factor", self.downscale_factor, downscale_factor))
             .and_then(|()| same("--aabb", self.aabb, config.aabb))
-            .and_then(|()| same("--near", self.near, Some(config.near)))
+            .and_then(|()| same("--space", self.space, Some(space)))
+            .and_then(|()| same("--near", self.near, Some(near)))
             .and_then(|()| same("--far", self.far, config.far))
             .and_then(|()| same("--background", self.background, config.backdrop))
             .and_then(|()| same("--log2-hashmap-size", self.log2_hashmap_size, log2_hashmap_size))

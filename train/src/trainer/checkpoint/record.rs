@@ -3,6 +3,7 @@
 //! postcard is positional: the structs here are promises about bytes and never
 //! change. What changes gets a successor under the next section version.
 
+use pocketnerf_core::Space;
 use serde::{Deserialize, Serialize};
 
 use super::TrainedOn;
@@ -112,12 +113,21 @@ impl RecordV1 {
     }
 
     /// The settings, with those that the model holds.
-    pub(super) fn config(&self, field: FieldConfig, occupancy_resolution: u32) -> TrainConfig {
+    pub(super) fn config(
+        &self,
+        field: FieldConfig,
+        space: Space,
+        occupancy_resolution: u32,
+    ) -> TrainConfig {
         let config = &self.config;
         TrainConfig {
             field,
             seed: config.seed,
             aabb: config.aabb,
+            ndc: match space {
+                Space::Ndc(ndc) => Some(ndc),
+                _ => None,
+            },
             near: config.near,
             far: config.far,
             occupancy_resolution,
@@ -174,6 +184,7 @@ impl ConfigV1 {
             field: _,
             seed,
             aabb,
+            ndc: _,
             near,
             far,
             occupancy_resolution: _,
@@ -230,6 +241,8 @@ impl ConfigV1 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const SPACE: Space = Space::Box { min: [0.0; 3], max: [1.0; 3] };
 
     const RECORD: RecordV1 = RecordV1 {
         length: LengthV1::Steps(300),
@@ -298,7 +311,7 @@ mod tests {
         let check = |change: fn(&mut RecordV1)| {
             let mut record = RECORD;
             change(&mut record);
-            record.check(&record.config(TrainConfig::hash_grid().field, 128))
+            record.check(&record.config(TrainConfig::hash_grid().field, SPACE, 128))
         };
         assert_eq!(check(|_| ()), Ok(()));
         assert_eq!(check(|r| r.length = LengthV1::Seconds(f64::NAN)), Err("its length"));
@@ -320,7 +333,7 @@ mod tests {
         let timed = |r: &mut RecordV1| (r.length, r.plan) = (LengthV1::Seconds(9.0), None);
         let mut record = RECORD;
         timed(&mut record);
-        let config = record.config(TrainConfig::hash_grid().field, 128);
+        let config = record.config(TrainConfig::hash_grid().field, SPACE, 128);
         assert_eq!(record.check(&config), Ok(()));
         record.plan = Some([21, 90]);
         assert_eq!(record.check(&config), Err("its plan"));

@@ -80,7 +80,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let field = field_config(&model.field, nerf.as_ref())?;
     let layout = Layout::new(&field);
     let parameters = parameters(&model_file, &layout)?;
-    let mut config = record.config(field, occupancy.resolution());
+    let mut config = record.config(field, model.space, occupancy.resolution());
     config.paper = nerf.and_then(|nerf| nerf.paper());
     config.orthogonal = nerf.is_some_and(|nerf| nerf.orthogonal);
     record.check(&config).map_err(Problem::State)?;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use fearless_simd::Simd;
+use pocketnerf_core::Space;
 use pocketnerf_core::composite::{self, Gathered};
 use pocketnerf_core::field::{Field, Samples};
 use pocketnerf_core::lanes::transpose;
@@ -104,8 +105,8 @@ impl Group {
         let rows = [x, y, z, t].map(|row| &mut row[..BATCH]);
         let mut batch = Batch { rows, len: 0 };
         let directions = per_sample.then_some(directions);
-        let late = job.late;
-        let mut rays = Rays { walks, gathered, passed, owners, steps, directions, late };
+        let (late, space) = (job.late, job.marcher.space());
+        let mut rays = Rays { walks, gathered, passed, owners, steps, directions, late, space };
         let alive = job.marcher.gather(simd, &mut rays, living, &mut batch);
         living.truncate(alive);
         batch.len
@@ -157,6 +158,7 @@ struct Rays<'g> {
     /// Where samples want directions.
     directions: Option<&'g mut [Aligned<f32>; 3]>,
     late: f32,
+    space: &'g Space,
 }
 
 impl Travellers for Rays<'_> {
@@ -178,9 +180,10 @@ impl Travellers for Rays<'_> {
         self.walks[ray] = *walk;
         self.owners[samples.clone()].fill(ray as u32);
         self.steps[samples.clone()].fill(walk.steps);
-        let directions = self.directions.iter_mut().flat_map(|rows| rows.iter_mut());
-        for (row, d) in directions.zip(walk.direction) {
-            row[samples.clone()].fill(d);
+        if let Some(rows) = &mut self.directions {
+            for (row, d) in rows.iter_mut().zip(walk.public_direction(self.space)) {
+                row[samples.clone()].fill(d);
+            }
         }
     }
 

@@ -238,16 +238,17 @@ impl Group {
     /// A ray's way through the space, where it has one.
     fn line(&self, ray: usize, job: &Job<'_>, paper: &Paper) -> Option<Line> {
         let public = self.rays[ray].ray;
+        let local = job.space.local(&public)?;
         let [near, far] = job.reach;
         let (reach, end) = match paper.sampling.clipped {
             true => {
-                let [near, far] = job.space.intersect(&public, near, far)?;
+                let [near, far] = job.space.intersect(&local, near, far)?;
                 ([near, far], far)
             }
             false => ([near, far], ENDLESS),
         };
-        let (origin, direction) = (public.origin, public.direction);
-        let line = Line { ray, origin, direction, view: direction, reach, end };
+        let (origin, direction, view) = (local.origin, local.direction, public.direction);
+        let line = Line { ray, origin, direction, view, reach, end };
         (reach[0] < reach[1]).then_some(line)
     }
 
