@@ -5,6 +5,7 @@
 //! is measured in one run, because only ratios within one run mean anything.
 
 pub mod machine;
+pub mod paper;
 pub mod rendering;
 mod report;
 mod stage;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::machine::Curve;
-use super::{Machine, Rendering, Training};
+use super::{Machine, Rendering, StageCost, Training};
 
 /// Everything that was measured: the object that `bench --json` prints.
 #[derive(Clone, Debug, Serialize)]
@@ -32,6 +32,9 @@ pub struct Report {
     pub streams: Vec<Stream>,
     /// Tables of several sizes, eight bytes read at random places.
     pub gathers: Vec<Gather>,
+    /// The paper's network, 63-256x8 with a skip connection, 283-128-3, from position and
+    /// direction to density and colour: weights in half precision, all threads.
+    pub paper_network: StageCost,
     /// Dataset that training was timed on.
     pub dataset: String,
     /// What a training step costs.
@@ -70,6 +73,7 @@ impl Report {
     #[must_use]
     pub fn new(
         machine: &Machine,
+        paper_network: StageCost,
         (dataset, training): (String, Training),
         (model, rendering): (String, Rendering),
         clock_at_end: f64,
@@ -87,6 +91,7 @@ impl Report {
             peak_gb_per_s_one_thread: memory.one_thread * 1e-9,
             streams: streams(&machine.streams),
             gathers: gathers(&machine.gathers),
+            paper_network,
             dataset,
             training,
             model,

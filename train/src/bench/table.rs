@@ -27,6 +27,9 @@ impl fmt::Display for Report {
         }
         let fraction = 100.0 * self.fma_fraction;
         writeln!(f, "one core reaches {fraction:.0} % of two multiply-adds a cycle\n")?;
+        writeln!(f, "the paper's network:")?;
+        table(f, std::slice::from_ref(&self.paper_network))?;
+        writeln!(f)?;
         writeln!(f, "training on {}: {}", self.dataset, self.training)?;
         write!(f, "rendering {}: {}", self.model, self.rendering)
     }
@@ -100,7 +103,7 @@ impl fmt::Display for Rendering {
 fn table(f: &mut fmt::Formatter<'_>, stages: &[StageCost]) -> fmt::Result {
     writeln!(
         f,
-        "{:<20}{:>11}{:>12}  {:<12}{:>9}{:>8}{:>10}  {:<10}{:>8}{:>7}",
+        "{:<24}{:>11}{:>12}  {:<12}{:>9}{:>8}{:>10}  {:<10}{:>8}{:>7}",
         "stage",
         "ns/sample",
         "ns",
@@ -118,7 +121,7 @@ fn table(f: &mut fmt::Formatter<'_>, stages: &[StageCost]) -> fmt::Result {
         };
         writeln!(
             f,
-            "{:<20}{:>11.2}{:>12}  {:<12}{:>9}{:>8}{:>10}  {:<10}{:>8}{:>6.1}%",
+            "{:<24}{:>11.2}{:>12}  {:<12}{:>9}{:>8}{:>10}  {:<10}{:>8}{:>6.1}%",
             s.name,
             s.ns_per_sample,
             or_dash(s.ns_per_unit, 1),

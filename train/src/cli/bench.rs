@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pocketnerf_formats::{About, DefaultCamera, Precision};
 
 use super::{Common, Failure, open, open_to_render, print_line, read_model};
-use crate::bench::{Machine, Report, machine, rendering, training};
+use crate::bench::{Machine, Report, machine, paper, rendering, training};
 use crate::builtin;
 use crate::cameras::Orbit;
 use crate::dataset::{self, Dataset, Split};
@@ -45,13 +45,17 @@ impl Bench {
         let given = self.model.as_deref().map(read_model).transpose()?;
         if let (Some(path), Some(bytes)) = (&self.model, &given) {
             // Refused before long work.
-            open(path, bytes)?;
+            if open(path, bytes)?.model.field.decoder().is_none() {
+                let path = path.display();
+                return Err(format!("{path}: bench takes apart models of method hash-grid or frequency, not of the paper's networks; `eval` times their pictures").into());
+            }
         }
         let dataset = self.dataset()?;
         let (name, first) = (dataset.source.clone(), default_camera(&dataset));
         let simd = common.simd();
         say(common, "measuring the machine");
         let machine = Machine::measure(simd, self.quick)?;
+        let network = paper::measure(simd, &machine, self.quick)?;
         say(common, &format!("training on {name}"));
         let (steps, config) = self.training();
         let (trainer, training) = training::measure(dataset, config, steps, simd, &machine)?;
@@ -77,7 +81,7 @@ impl Bench {
         let rendering = rendering::measure(&file.model, &cameras, &options, &machine, self.quick)?;
         let model = path.display().to_string();
         let clock = machine::clock_now(self.quick);
-        let report = Report::new(&machine, (name, training), (model, rendering), clock);
+        let report = Report::new(&machine, network, (name, training), (model, rendering), clock);
         if common.json {
             print_line(serde_json::to_string(&report)?);
         } else {

@@ -88,6 +88,15 @@ pub fn clock_now(quick: bool) -> f64 {
     (0..looks).map(|_| span.one_thread(clock::CYCLES, clock::chain)).fold(0.0, f64::max)
 }
 
+/// Work a second of a kernel, the best of as many looks as the machine's own rates have,
+/// each long enough for a few calls; each call does `work`.
+pub(super) fn forward_rate(quick: bool, work: f64, run: impl Fn() + Sync) -> Rate {
+    let (Span(short), looks) = effort(quick);
+    let span = Span(short * 4);
+    let look = || span.rate(work, |_| run());
+    (1..looks).fold(look(), |best, _| best.best(look()))
+}
+
 #[inline(always)]
 fn lanes<S: Simd>(_: S) -> usize {
     S::f32s::LEN
