@@ -140,3 +140,17 @@ fn unread(nerf: &NerfConfig) -> f64 {
     let positions = (2 * nerf.positions.n_output() * nerf.width) as f64;
     positions + (nerf.n_direction() * nerf.color_width) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn operations_by_hand() {
+        let nerf = NerfConfig { coarse: false, ..NerfConfig::paper() };
+        let trunk = 63 * 256 + 6 * 256 * 256 + (63 + 256) * 256;
+        let heads = 256 + 256 * 256 + 283 * 128 + 128 * 3;
+        assert_eq!(nerf.multiply_adds(), trunk + heads);
+        assert_eq!(unread(&nerf), f64::from(2 * 63 * 256 + 27 * 128));
+    }
+}
