@@ -57,7 +57,8 @@ impl Train {
             let (data, out) = (self.data.clone(), self.out.clone());
             let (step, checkpoint) = (trainer.steps(), saving.path.clone());
             let (precision, reading) = (self.precision, self.reading);
-            Err(Interrupted { step, checkpoint, data, out, precision, reading }.into())
+            let views = self.views;
+            Err(Interrupted { step, checkpoint, data, out, precision, reading, views }.into())
         })?;
         saving.at_end(&trainer, &run, &origin)?;
         if common.json {

@@ -53,7 +53,7 @@ pub(in crate::cli) struct Train {
     /// Where random numbers begin; 0 unless told.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Rays a step; as many as keep the steps even unless told.
+    /// Rays a step; as many as keep the steps even unless told, 4096 with --method nerf.
     #[arg(long, value_name = "N")]
     batch_rays: Option<usize>,
     /// Train on images so many times smaller; 1 unless told.
@@ -78,7 +78,8 @@ pub(in crate::cli) struct Train {
     #[arg(long, value_name = "N")]
     far: Option<f32>,
     /// Learn against one background: white, black or R,G,B. Images with alpha
-    /// are trained on all at once, what random ones give on average, unless told.
+    /// are trained on all at once, what random ones give on average, unless told; on white
+    /// with --sampling paper.
     #[arg(long, value_name = "COLOR", value_parser = parse_color)]
     background: Option<[f32; 3]>,
     /// How the model file holds tables: i8, f16 or f32 (networks: f16 or f32);
@@ -104,7 +105,7 @@ pub(in crate::cli) struct Train {
 pub(super) enum Method {
     /// A multiresolution hash grid and small networks: minutes
     HashGrid,
-    /// The paper's deep network: hours
+    /// The paper's deep network, which is asked for a thousand times the work
     Nerf,
 }
 
@@ -169,9 +170,20 @@ impl Train {
                 format!("--near {near}{far}: expected 0 or more, and far beyond near").into()
             );
         }
-        if let (Some(option), false) = (self.nerf.given(), self.method == Some(Method::Nerf)) {
-            // A checkpoint knows its method.
+        let nerf = self.method == Some(Method::Nerf);
+        let shape = self.method.map(|_| "--method").or_else(|| self.nerf.given());
+        let shape = shape.or(self.no_view_dependence.then_some("--no-view-dependence"));
+        if let (Some(option), Some(_)) = (shape, &self.resume) {
+            return Err(format!("{option}: the checkpoint knows; leave it out").into());
+        }
+        if let (Some(option), false) = (self.nerf.given(), nerf) {
             return Err(format!("{option}: give --method nerf too").into());
+        }
+        if nerf && self.profile == Profile::Fast {
+            return Err("--profile fast: for --method hash-grid alone".into());
+        }
+        if nerf && self.log2_hashmap_size.is_some() {
+            return Err("--log2-hashmap-size: for --method hash-grid alone".into());
         }
         self.nerf.check()?;
         match self.batch_rays {

@@ -94,6 +94,8 @@ pub(in crate::cli) struct Interrupted {
     pub(super) out: PathBuf,
     pub(super) precision: Precision,
     pub(super) reading: Reading,
+    /// Views that are learnt from, where not all are.
+    pub(super) views: Option<u32>,
 }
 
 impl fmt::Display for Interrupted {
@@ -110,6 +112,9 @@ impl fmt::Display for Interrupted {
         // The checkpoint does not say how the dataset is read, nor how the model is to be
         // written.
         f.write_str(&self.reading.given())?;
+        if let Some(views) = self.views {
+            write!(f, " --views {views}")?;
+        }
         match self.precision {
             Precision::I8 => Ok(()),
             Precision::F16 => write!(f, " --precision f16"),
@@ -152,11 +157,13 @@ mod tests {
             out: "m.pnerf".into(),
             precision: Precision::F16,
             reading: Reading { hold_every: 4, spherify: true },
+            views: Some(9),
         };
         assert_eq!(
             interrupted.to_string(),
             "interrupted at step 7, saved; go on with: pocketnerf train 'it'\\''s' \
-             --out m.pnerf --resume 'my scene.ckpt.pnerf' --hold-every 4 --spherify --precision f16"
+             --out m.pnerf --resume 'my scene.ckpt.pnerf' --hold-every 4 --spherify --views 9 \
+             --precision f16"
         );
     }
 }
