@@ -13,6 +13,9 @@ use crate::store::Store;
 /// Samples in a block.
 pub const BLOCK: usize = 32;
 
+/// Half the outputs of a panel.
+const HALF: usize = PANEL / 2;
+
 /// A value of each sample of a block.
 pub type Row = [f32; BLOCK];
 
@@ -61,12 +64,25 @@ pub fn dense_blocks<S: Simd, T: Store>(
                 for (b, y) in y.chunks_exact_mut(n_out).enumerate() {
                     let (rows, y) = ([x[0].block(b), x[1].block(b)], &mut y[first..first + width]);
                     let n = S::f32s::LEN;
-                    if n == 16 {
+                    match n {
                         // With 32 registers, sixteen sums hide the latency of the additions.
-                        multiply::<S, 2>(simd, panels, &bias, rows, y, 0, relu);
-                    } else {
-                        for at in (0..BLOCK).step_by(n) {
-                            multiply::<S, 1>(simd, panels, &bias, rows, y, at, relu);
+                        16 => multiply::<S, 0, PANEL, 2>(simd, panels, &bias, rows, y, 0, relu),
+                        // With 16, eight just do; half a panel at two registers of
+                        // samples loads six values for them, a panel at one nine.
+                        8 => {
+                            for at in (0..BLOCK).step_by(2 * n) {
+                                multiply::<S, 0, HALF, 2>(simd, panels, &bias, rows, y, at, relu);
+                                if width > HALF {
+                                    multiply::<S, HALF, HALF, 2>(
+                                        simd, panels, &bias, rows, y, at, relu,
+                                    );
+                                }
+                            }
+                        }
+                        _ => {
+                            for at in (0..BLOCK).step_by(n) {
+                                multiply::<S, 0, PANEL, 1>(simd, panels, &bias, rows, y, at, relu);
+                            }
                         }
                     }
                 }
@@ -75,9 +91,10 @@ pub fn dense_blocks<S: Simd, T: Store>(
     );
 }
 
-/// A panel's outputs at `V` registers of samples from `at` on.
+/// The `O` outputs from `FROM` on of a panel, as far as there are rows for them, at `V`
+/// registers of samples from `at` on.
 #[inline(always)]
-fn multiply<S: Simd, const V: usize>(
+fn multiply<S: Simd, const FROM: usize, const O: usize, const V: usize>(
     simd: S,
     (first, second): (&[[f32; PANEL]], &[[f32; PANEL]]),
     bias: &[f32; PANEL],
@@ -86,14 +103,14 @@ fn multiply<S: Simd, const V: usize>(
     at: usize,
     relu: bool,
 ) {
-    let mut sums = [[S::f32s::splat(simd, 0.0); V]; PANEL];
-    for (sums, b) in sums.iter_mut().zip(bias) {
+    let mut sums = [[S::f32s::splat(simd, 0.0); V]; O];
+    for (sums, b) in sums.iter_mut().zip(&bias[FROM..]) {
         *sums = [S::f32s::splat(simd, *b); V];
     }
-    add_products(simd, &mut sums, first, x[0], at);
-    add_products(simd, &mut sums, second, x[1], at);
-    let n = S::f32s::LEN;
-    if let Ok(y) = <&mut [Row; PANEL]>::try_from(&mut *y) {
+    add_products::<S, FROM, O, V>(simd, &mut sums, first, x[0], at);
+    add_products::<S, FROM, O, V>(simd, &mut sums, second, x[1], at);
+    let (n, y) = (S::f32s::LEN, y.get_mut(FROM..).unwrap_or_default());
+    if let Some(y) = y.first_chunk_mut::<O>() {
         // Unrolled, so that the sums stay in registers.
         for (sums, y) in sums.iter().zip(y) {
             finish_row(simd, sums, &mut y[at..at + V * n], relu);
@@ -106,9 +123,9 @@ fn multiply<S: Simd, const V: usize>(
 }
 
 #[inline(always)]
-fn add_products<S: Simd, const V: usize>(
+fn add_products<S: Simd, const FROM: usize, const O: usize, const V: usize>(
     simd: S,
-    sums: &mut [[S::f32s; V]; PANEL],
+    sums: &mut [[S::f32s; V]; O],
     panel: &[[f32; PANEL]],
     x: &[Row],
     at: usize,
@@ -119,7 +136,7 @@ fn add_products<S: Simd, const V: usize>(
         for (v, value) in values.iter_mut().enumerate() {
             *value = S::f32s::from_slice(simd, &row[at + v * n..at + (v + 1) * n]);
         }
-        for (sums, weight) in sums.iter_mut().zip(weights) {
+        for (sums, weight) in sums.iter_mut().zip(&weights[FROM..]) {
             let weight = S::f32s::splat(simd, *weight);
             for (sum, value) in sums.iter_mut().zip(values) {
                 *sum = value.mul_add(weight, *sum);
