@@ -138,6 +138,7 @@ impl TrainConfig {
             batch_rays: Some(4096),
             kept: [0.5; 2],
             first_step_scale: 1.0,
+            network_rate: 4e-3,
             orthogonal: true,
             ..config
         }
