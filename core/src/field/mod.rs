@@ -216,6 +216,19 @@ impl AnyField<'_> {
         }
     }
 
+    /// Values that a ray accumulates: K.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        match self {
+            #[cfg(feature = "hash-grid")]
+            Self::HashGrid(field) => field.channels(),
+            #[cfg(feature = "frequency")]
+            Self::Frequency(field) => field.channels(),
+            #[cfg(feature = "nerf")]
+            Self::Nerf(field) => field.channels(),
+        }
+    }
+
     /// How the networks' parameters are stored.
     #[must_use]
     pub fn dtype(&self) -> DType {

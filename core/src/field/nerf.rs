@@ -112,8 +112,8 @@ impl<'a> NerfNetwork<'a> {
         self.linear >> i & 1 == 0
     }
 
-    /// All layers.
-    fn layers(&self) -> impl Iterator<Item = &Dense<'a>> {
+    /// All layers: the trunk's, the density's, the feature's, the colour network's.
+    pub fn layers(&self) -> impl Iterator<Item = &Dense<'a>> {
         let heads = core::iter::once(&self.density).chain(&self.feature);
         self.trunk().iter().chain(heads).chain(self.color.layers())
     }

@@ -1,7 +1,8 @@
 //! What a field has to compute and to read, counted.
 
 use pocketnerf_core::AnyField;
-use pocketnerf_core::network::Mlp;
+use pocketnerf_core::field::Shading;
+use pocketnerf_core::network::{Dense, Mlp};
 
 /// Corners of a cell: entries that a point reads of a grid level.
 const CORNERS: f64 = 8.0;
@@ -27,7 +28,26 @@ pub fn backward_flops(network: &Mlp<'_>) -> f64 {
 }
 
 fn layers(network: &Mlp<'_>) -> impl Iterator<Item = f64> {
-    network.layers().iter().map(|layer| (2 * layer.weight.rows() * layer.weight.cols()) as f64)
+    network.layers().iter().map(dense_flops)
+}
+
+/// Multiplications and additions for the density and the channels of a sample, and for
+/// the colour of a ray where that is made once.
+#[must_use]
+pub fn field_flops(field: &AnyField<'_>) -> [f64; 2] {
+    if let AnyField::Nerf(field) = field {
+        return [field.fine.layers().map(dense_flops).sum(), 0.0];
+    }
+    let Some(decoder) = field.decoder() else { return [0.0; 2] };
+    let [density, color] = [&decoder.density, &decoder.color].map(network_flops);
+    match decoder.shading {
+        Shading::PerSample => [density + color, 0.0],
+        Shading::PerRay => [density, color],
+    }
+}
+
+fn dense_flops(layer: &Dense<'_>) -> f64 {
+    (2 * layer.weight.rows() * layer.weight.cols()) as f64
 }
 
 /// What a point reads of one grid level's table.

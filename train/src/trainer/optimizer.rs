@@ -42,10 +42,10 @@ pub struct Slices<'p, B> {
     pub rounded: &'p mut [B],
 }
 
-impl<'p, B> Slices<'p, B> {
+impl<B> Slices<'_, B> {
     /// The first `n` parameters, which are no longer among these.
-    pub(super) fn split_off(&mut self, n: usize) -> Slices<'p, B> {
-        Slices {
+    pub(super) fn split_off(&mut self, n: usize) -> Self {
+        Self {
             parameters: self.parameters.split_off_mut(..n).unwrap_or_default(),
             gradient: self.gradient.split_off_mut(..n).unwrap_or_default(),
             mean: self.mean.split_off_mut(..n).unwrap_or_default(),

@@ -5,7 +5,6 @@ mod watch;
 
 use std::time::{Duration, Instant};
 
-use pocketnerf_core::field::Shading;
 use pocketnerf_core::{Camera, Model, RenderOptions};
 use rayon::ThreadPoolBuilder;
 use serde::Serialize;
@@ -180,17 +179,14 @@ fn summary(
 /// The stages with what bounds them.
 fn measured(model: &Model<'_>, median: &Round, counts: &Counts) -> Vec<Measured> {
     let (field, samples) = (&model.field, counts.samples);
-    let decoder = field.decoder().expect("a kind that has one");
-    let color = work::network_flops(&decoder.color);
-    let mut density = work::network_flops(&decoder.density);
+    let [density, color] = work::field_flops(field);
     let mut stages = STAGES.to_vec();
-    if decoder.shading == Shading::PerSample {
+    if color == 0.0 {
         // Colours come with the densities.
-        density += color;
         stages.pop();
     }
     // Opacity and channels of every sample, out of a batch of them.
-    let composited = 4.0 * (1 + decoder.channels()) as f64;
+    let composited = 4.0 * (1 + field.channels()) as f64;
     let stage = |(stage, seconds): (stopwatch::Stage, &f64)| {
         use stopwatch::Stage as S;
         let (name, unit, units, demand) = match stage {
