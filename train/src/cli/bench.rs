@@ -11,7 +11,7 @@ use crate::cameras::Orbit;
 use crate::dataset::{self, Dataset, Split};
 use crate::field::EncodingConfig;
 use crate::picture::Settings;
-use crate::trainer::TrainConfig;
+use crate::trainer::{TrainConfig, ndc_of};
 
 /// Views that are rendered.
 const VIEWS: usize = 3;
@@ -53,7 +53,10 @@ impl Bench {
         say(common, "measuring the machine");
         let machine = Machine::measure(simd, self.quick)?;
         say(common, &format!("training on {name}"));
-        let (steps, config) = self.training();
+        let (steps, mut config) = self.training();
+        if dataset.forward_facing {
+            config.ndc = ndc_of(&dataset.views, 1.0);
+        }
         let (trainer, training) = training::measure(dataset, config, steps, simd, &machine)?;
         let (path, bytes) = match (&self.model, given) {
             (Some(path), Some(bytes)) => (path.clone(), bytes),

@@ -7,13 +7,16 @@ use crate::dataset::nearest_to_axes;
 
 /// Cells along an axis when looking for the box.
 const RESOLUTION: u32 = 64;
+/// Half of the side of a scene with its background, in mean distances of the cameras from
+/// what they look at. What lies beyond is seen on the faces.
+const BACKGROUND: f32 = 1.25;
 
-/// The box around everything that the silhouettes allow, or, where they allow
-/// all (opaque images), a box around what the cameras look at.
+/// The box around everything that the silhouettes allow, or, where there are none
+/// (opaque images), one that holds the cameras and what is behind what they look at.
 #[must_use]
 pub fn find_box(cameras: &[Camera], hull: Option<&Hull>) -> Space {
-    let around = cameras_box(cameras);
-    let Some(hull) = hull else { return around };
+    let Some(hull) = hull else { return background_box(cameras) };
+    let around = object_box(cameras);
     let cells = hull.cells(&around, RESOLUTION);
     let ([min, max], map) = (around.bounds(), around.unit_map());
     let side = 1.0 / (RESOLUTION as f32 * map.scale);
@@ -29,16 +32,61 @@ pub fn find_box(cameras: &[Camera], hull: Option<&Hull>) -> Space {
     if cells.is_empty() || found.validate().is_err() { around } else { found }
 }
 
-/// A cube around the point that the cameras look at, as large as half the way
-/// to the nearest camera on every side.
-fn cameras_box(cameras: &[Camera]) -> Space {
+/// The box of an object that the cameras look at, silhouettes unknown: a cube around the
+/// point that they look at, as large as half the way to the nearest camera on every side.
+pub(crate) fn object_box(cameras: &[Camera]) -> Space {
+    let (center, distances) = distances(cameras);
+    cube(center, 0.5 * distances.into_iter().fold(f32::INFINITY, f32::min))
+}
+
+/// Opaque images show a background, wherever a ray ends: a cube that holds most of the
+/// cameras too.
+fn background_box(cameras: &[Camera]) -> Space {
+    let (center, distances) = distances(cameras);
+    cube(center, BACKGROUND * distances.iter().sum::<f32>() / distances.len() as f32)
+}
+
+/// The point that the cameras look at, and how far each is from it.
+fn distances(cameras: &[Camera]) -> ([f32; 3], Vec<f32>) {
     let poses: Vec<[f32; 16]> = cameras.iter().map(|c| c.camera_to_world).collect();
     let center = nearest_to_axes(&poses).map_or([0.0; 3], |p| p.as_vec3().to_array());
     let distance = |c: &Camera| {
         let p = c.position();
         (0..3).map(|a| (p[a] - center[a]).powi(2)).sum::<f32>().sqrt()
     };
-    let nearest = cameras.iter().map(distance).fold(f32::INFINITY, f32::min);
-    let half = if nearest.is_finite() && nearest > 1e-3 { nearest * 0.5 } else { 1.0 };
+    (center, cameras.iter().map(distance).collect())
+}
+
+/// A unit to each side where there is no size.
+fn cube(center: [f32; 3], half: f32) -> Space {
+    let half = if half.is_finite() && half > 5e-4 { half } else { 1.0 };
     Space::Box { min: center.map(|c| c - half), max: center.map(|c| c + half) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_from_cameras_alone() {
+        // Around (1, 2, 3), at distances of 2, 4 and 6.
+        let eyes = [[3.0, 2.0, 3.0], [1.0, 6.0, 3.0], [1.0, 2.0, 9.0]];
+        let cameras = eyes.map(|eye| {
+            let pose = Camera::look_at(eye, [1.0, 2.0, 3.0], [0.1, 0.2, 0.9]);
+            Camera::from_fov_x(8, 8, 1.0, pose)
+        });
+        let is_cube = |space: Space, half: f32| {
+            let [min, max] = space.bounds();
+            let near = |a: f32, b: f32| (a - b).abs() < 1e-4;
+            (0..3).all(|a| {
+                let center = [1.0, 2.0, 3.0][a];
+                near(min[a], center - half) && near(max[a], center + half)
+            })
+        };
+        assert!(is_cube(object_box(&cameras), 1.0));
+        assert!(is_cube(find_box(&cameras, None), 5.0));
+        let nothing = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
+        assert_eq!(find_box(&[], None), nothing);
+        assert_eq!(object_box(&[]), nothing);
+    }
 }

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use pocketnerf_core::{Camera, Ray, Space};
 
 use crate::dataset::listing::Listing;
-use crate::trainer::find_box;
+use crate::trainer::object_box;
 
 fn position(pose: &[f32; 16]) -> DVec3 {
     DVec3::new(pose[3].into(), pose[7].into(), pose[11].into())
@@ -42,7 +42,8 @@ pub(crate) fn nearest_to_axes(poses: &[[f32; 16]]) -> Option<DVec3> {
     (!parallel).then(|| matrix.inverse() * right)
 }
 
-/// The scene's box: the dataset's own, or what is found from the cameras alone.
+/// The box that should be looked at: the dataset's own, or an object's, found from the
+/// cameras alone.
 /// Forward-facing captures have none.
 pub(super) fn scene_box(listing: &Listing) -> Option<[[f32; 3]; 2]> {
     if listing.forward_facing {
@@ -52,8 +53,7 @@ pub(super) fn scene_box(listing: &Listing) -> Option<[[f32; 3]; 2]> {
         // Only poses count.
         let camera = |pose| Camera::from_fov_x(1, 1, 1.0, pose);
         let cameras: Vec<Camera> = listing.frames.iter().map(|f| camera(f.pose)).collect();
-        let Space::Box { min, max } = find_box(&cameras, None) else { return None };
-        Some([min, max])
+        object_box(&cameras).scene_box()
     })
 }
 
