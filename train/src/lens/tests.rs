@@ -133,7 +133,7 @@ fn rectangles_hold_their_balls() {
         Lens::open_cv([-0.2, 0.03, 0.0, 0.0], [0.01, -0.02]),
     ];
     for lens in lenses {
-        let (mut within, mut tight) = (0, 0);
+        let (mut within, mut inside, mut tight) = (0, 0, 0);
         for _ in 0..400 {
             let center = [number(4.0), number(4.0), number(4.0)];
             let radius = 0.01 + number(0.3).abs();
@@ -152,9 +152,14 @@ fn rectangles_hold_their_balls() {
                 "{lens:?}: {center:?} {radius}: {rectangle:?} {seen:?}"
             );
             within += 1;
-            // And they are not much larger than need be.
-            tight += u32::from(x1 - x0 < 3.0 * (seen[2] - seen[0]));
+            // In the picture they are not much larger than need be.
+            let is_inside = lens
+                .project(&camera, center)
+                .is_some_and(|[x, y]| (0.0..61.0).contains(&x) && (0.0..47.0).contains(&y));
+            inside += u32::from(is_inside);
+            tight += u32::from(is_inside && x1 - x0 < 3.0 * (seen[2] - seen[0]));
         }
-        assert!(within > 100 && 2 * tight > within, "{lens:?}: {within} {tight}");
+        assert!(within > 100 && inside > 20, "{lens:?}: {within} {inside}");
+        assert!(4 * tight > 3 * inside, "{lens:?}: {inside} {tight}");
     }
 }
