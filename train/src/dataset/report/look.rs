@@ -38,8 +38,9 @@ pub(crate) fn nearest_to_axes(poses: &[[f32; 16]]) -> Option<DVec3> {
     }
     // The determinant of the mean is 0 for parallel axes, at most 8/27.
     let n = poses.len() as f64;
-    let parallel = (matrix * (1.0 / n)).determinant() < 1e-9;
-    (!parallel).then(|| matrix.inverse() * right)
+    // Without cameras it is not a number.
+    let apart = (matrix * (1.0 / n)).determinant() >= 1e-9;
+    apart.then(|| matrix.inverse() * right)
 }
 
 /// The box that should be looked at: the dataset's own, or an object's, found from the
@@ -81,6 +82,7 @@ mod tests {
         assert!(point.distance(DVec3::new(1.0, 2.0, 3.0)) < 1e-5, "{point}");
         assert_eq!(camera_box(&poses), [[0.0, 0.0, 3.0], [5.0, 9.0, 8.0]]);
         assert_eq!(nearest_to_axes(&poses[..1]), None);
+        assert_eq!(nearest_to_axes(&[]), None);
         // The first comes along x, the second along y, the third from above.
         let beside = [[0.0, 1.9, 2.9], [0.5, 2.1, 3.1]];
         assert_eq!(share_looking_at(&poses[..2], beside), 0.5);
