@@ -166,7 +166,8 @@ fn check_gradient(case: &Case, coarse: bool, gradient: &[f32]) {
         let mut random = Random::new(7, [i as u64; 3]);
         let direction: Vec<f32> = range.indices().map(|_| random.next_f32() - 0.3).collect();
         let length = direction.iter().map(|d| d * d).sum::<f32>().sqrt();
-        // Small enough that hardly a sample passes a corner of ReLU.
+        // Small enough that few samples pass a corner of ReLU, and large enough for
+        // differences of what the reference gives in f32: both are worth a percent.
         let h = 2e-3 / length;
         let at = |h: f32| {
             let mut parameters = case.parameters.clone();
@@ -178,7 +179,7 @@ fn check_gradient(case: &Case, coarse: bool, gradient: &[f32]) {
         let slope = (at(h) - at(-h)) / f64::from(2.0 * h);
         let products = gradient[range.indices()].iter().zip(&direction);
         let found: f64 = products.map(|(g, d)| f64::from(g * d)).sum();
-        let close = (found - slope).abs() <= 1e-2 * slope.abs() + 5e-3 * f64::from(length);
+        let close = (found - slope).abs() <= 2e-2 * (slope.abs() + f64::from(length));
         assert!(close, "{part:?}: {found}, by differences {slope}");
     }
 }
