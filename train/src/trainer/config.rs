@@ -182,6 +182,11 @@ impl TrainConfig {
         }
     }
 
+    /// Whether asking the field takes a thousand times as long as asking a grid.
+    pub(super) fn is_dear(&self) -> bool {
+        self.nerf_field().is_some()
+    }
+
     /// With as much detail as a run of this length can learn: shorter steps, and
     /// for runs of more than a minute and a half a wider colour network. A
     /// second counts as 110 steps.

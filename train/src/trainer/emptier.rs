@@ -15,6 +15,8 @@ use super::trial::Trial;
 /// training. Beyond the last, views that are not tried lose more than those that are
 /// (docs/performance.md).
 const LADDER: [f32; 9] = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0];
+/// Grids that pictures are made with at most: all cells, then halving the ladder.
+pub(super) const MOST_RENDERED: usize = 5;
 /// Loss that is borne, dB of the training views' PSNR.
 const LOSS: f64 = 0.03;
 
@@ -60,7 +62,6 @@ mod tests {
     use crate::builtin;
     use crate::dataset::Split;
     use crate::field::EncodingConfig;
-    use crate::trainer::occupancy_grid::FINER_UPDATES;
     use crate::trainer::{StepSettings, TrainConfig, Trainer};
 
     #[test]
@@ -78,7 +79,7 @@ mod tests {
             trainer.step(&settings);
         }
         let mut all = trainer.grid.finer();
-        (0..FINER_UPDATES).for_each(|_| trainer.look_at_cells(&mut all));
+        trainer.look(&mut all, 8);
         let (model, trial) = (trainer.model(), trainer.trial(TILES));
         // This scene needs them all, so short a time after the start. Were they so many
         // times as dense, the highest thresholds would be little above the usual one.

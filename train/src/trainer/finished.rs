@@ -2,13 +2,14 @@
 
 use std::borrow::Cow;
 
-use pocketnerf_core::{Error, Model, SimdLevel};
+use pocketnerf_core::{Error, Model};
 
 use super::cells::Packed;
-use super::occupancy_grid::{FINER_UPDATES, OccupancyGrid};
-use super::schedule::frugal;
+use super::effort::Effort;
+use super::occupancy_grid::{OccupancyGrid, PERIOD};
 use super::trial::Trial;
 use super::{Trainer, emptier, tolerance};
+use crate::picture::TILE;
 
 /// Cells along an axis at most: the format's limit.
 const MAX_RESOLUTION: u32 = 512;
@@ -16,6 +17,9 @@ const MAX_RESOLUTION: u32 = 512;
 /// Smaller cells may add a byte to so many parameters, which take a byte or two
 /// each.
 const PARAMETERS_A_BYTE: usize = 8;
+
+/// Width and height of a tile of which every pixel is dear.
+const SMALL_TILE: [u32; 2] = [32, 16];
 
 /// The parts of a finished model that training does without.
 #[derive(Debug)]
@@ -33,55 +37,70 @@ impl Trainer {
     ///
     /// # Errors
     /// When the SIMD level is not there.
-    pub fn finished(&self, simd: SimdLevel) -> Result<Finished<'_>, Error> {
-        let [few, some] = [emptier::TILES, tolerance::TILES]
-            .map(|tiles| if frugal(&self.config) { tiles / 6 } else { tiles });
-        let known = self.known_occupancy();
-        let finer = self.finer_occupancy(&known);
-        let grid = finer.as_ref().unwrap_or(&known);
-        let cells = emptier::needed(grid, &self.model(), &self.trial(few), simd)?;
+    pub fn finished(&self, effort: Effort) -> Result<Finished<'_>, Error> {
+        let [few, some] = [emptier::TILES, tolerance::TILES].map(|all| effort.tiles(all));
+        let mut known = self.seen_once();
+        if self.config.paper.is_some() {
+            self.look_again(known.to_mut(), effort);
+        }
+        let mut finer = effort.finer.then(|| self.finer_seen_once(&known)).flatten();
+        if let Some(finer) = &mut finer {
+            self.look_again(finer, effort);
+        }
+        let grid = finer.as_ref().filter(|finer| self.is_worth(finer, &known)).unwrap_or(&known);
+        let cells = emptier::needed(grid, &self.model(), &self.trial(few), self.simd)?;
         let model = Model { occupancy: Some(cells.view()), ..self.model() };
-        let tolerance = tolerance::find(&model, &self.trial(some), simd)?;
+        let tolerance = tolerance::find(&model, &self.trial(some), self.simd)?;
         Ok(Finished { trainer: self, cells, tolerance })
     }
 
     /// So many tiles of the training views.
     pub(super) fn trial(&self, tiles: usize) -> Trial<'_> {
-        Trial { source: &self.source, aim: &self.aim, seed: self.seed, tiles }
-    }
-
-    /// Updates after which a grid is known.
-    fn updates(&self) -> usize {
-        if frugal(&self.config) { FINER_UPDATES / 2 } else { FINER_UPDATES }
+        let size = if self.config.is_dear() { SMALL_TILE } else { TILE };
+        Trial { source: &self.source, aim: &self.aim, seed: self.seed, tiles, size }
     }
 
     /// The occupied cells: those that training knows, or, where it has not asked for
-    /// them, those that the field fills now.
-    fn known_occupancy(&self) -> Cow<'_, OccupancyGrid> {
+    /// them, those that a look at each finds.
+    pub(super) fn seen_once(&self) -> Cow<'_, OccupancyGrid> {
         if self.config.paper.is_none() {
             return Cow::Borrowed(&self.grid);
         }
         let mut grid = self.grid.clone();
-        for _ in 0..self.updates() {
-            self.look_at_cells(&mut grid);
-        }
+        self.look(&mut grid, 1);
         Cow::Owned(grid)
     }
 
-    /// `None` where smaller cells are not to be had, or not worth their bytes.
-    fn finer_occupancy(&self, known: &OccupancyGrid) -> Option<OccupancyGrid> {
+    /// Smaller cells, each looked at once; `None` where they are not to be had, or not
+    /// worth their bytes.
+    pub(super) fn finer_seen_once(&self, known: &OccupancyGrid) -> Option<OccupancyGrid> {
         if 2 * self.config.occupancy_resolution > MAX_RESOLUTION {
             return None;
         }
         let mut finer = known.finer();
-        for _ in 0..self.updates() {
-            self.look_at_cells(&mut finer);
+        self.look(&mut finer, 1);
+        self.is_worth(&finer, known).then_some(finer)
+    }
+
+    /// The looks at each cell that are left after the first.
+    fn look_again(&self, grid: &mut OccupancyGrid, effort: Effort) {
+        self.look(grid, effort.looks() - 1);
+    }
+
+    /// Looks at each cell so many times.
+    pub(super) fn look(&self, grid: &mut OccupancyGrid, times: usize) {
+        for _ in 0..times * PERIOD {
+            self.look_at_cells(grid);
         }
+        grid.settle(self.sampling.step);
+    }
+
+    /// Whether smaller cells are worth their bytes.
+    fn is_worth(&self, finer: &OccupancyGrid, known: &OccupancyGrid) -> bool {
         let bytes = |grid: &OccupancyGrid| {
             grid.view().coarse_bytes().len() + grid.view().fine_bytes().len()
         };
-        let most = bytes(known) + self.parameters.len() / PARAMETERS_A_BYTE;
-        (bytes(&finer) <= most).then_some(finer)
+        bytes(finer) <= bytes(known) + self.parameters.len() / PARAMETERS_A_BYTE
     }
 }
 

@@ -6,6 +6,7 @@ mod attention;
 mod cells;
 pub mod checkpoint;
 mod config;
+mod effort;
 mod emptier;
 mod finished;
 #[cfg(test)]
@@ -34,6 +35,7 @@ use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Sp
 pub use cells::{dilated, pack};
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use config::{Paper, TrainConfig};
+pub use effort::Effort;
 pub use finished::Finished;
 pub use guard::{Diverged, MAX_RESTARTS, Trouble};
 pub use hull::Hull;
@@ -67,6 +69,7 @@ pub const MAX_BATCH_RAYS: usize = 1 << 20;
 #[derive(Debug)]
 pub struct Trainer {
     config: TrainConfig,
+    simd: SimdLevel,
     level: Level,
     source: RaySource,
     aim: Aim,
@@ -115,7 +118,6 @@ impl Trainer {
     /// When the configuration does not make a valid field, or the SIMD level is
     /// not there.
     pub fn new(dataset: Dataset, mut config: TrainConfig, simd: SimdLevel) -> Result<Self, Error> {
-        let level = simd.token()?;
         if let EncodingConfig::HashGrid(grid) = &config.field.encoding {
             grid.validate()?;
         }
@@ -129,7 +131,7 @@ impl Trainer {
         if let Some(ndc) = config.ndc {
             // All that the cameras see lies there, and silhouettes hide little of it.
             config.aabb = None;
-            return Self::in_space(source, None, Space::Ndc(ndc), config, level);
+            return Self::in_space(source, None, Space::Ndc(ndc), config, simd);
         }
         config.aabb = config.aabb.or(dataset.aabb);
         let hull = has_alpha.then(|| Hull::new(&source));
@@ -138,11 +140,11 @@ impl Trainer {
             None => find_box(source.cameras(), hull.as_ref()),
         };
         if let (None, Some(hull)) = (config.aabb, &hull) {
-            (space, source) = scout::tighten(space, source, hull, &config, level)?;
+            (space, source) = scout::tighten(space, source, hull, &config, simd)?;
         }
         // A checkpoint holds it: going on does not look for it again.
         config.aabb = space.scene_box();
-        Self::in_space(source, hull.as_ref(), space, config, level)
+        Self::in_space(source, hull.as_ref(), space, config, simd)
     }
 
     /// Prepares a run in this space.
@@ -151,8 +153,9 @@ impl Trainer {
         hull: Option<&Hull>,
         space: Space,
         mut config: TrainConfig,
-        level: Level,
+        simd: SimdLevel,
     ) -> Result<Self, Error> {
+        let level = simd.token()?;
         space.validate()?;
         let scale = space.unit_map().scale;
         let step = 1.0 / (scale * config.samples_per_side);
@@ -174,7 +177,7 @@ impl Trainer {
             None => all_cells(&space, resolution),
         };
         let (candidates, source) = match (config.nerf_field(), config.paper) {
-            (Some(_), None) => scout::cells(source, hull, space, &config, level, candidates)?,
+            (Some(_), None) => scout::cells(source, hull, space, &config, simd, candidates)?,
             _ => (candidates, source),
         };
         // Coordinates that hold all that the cameras see: every tile sees something.
@@ -184,6 +187,7 @@ impl Trainer {
         let n_network = layout.len() - layout.networks_start();
         let group = || Group::new(n_network);
         let mut trainer = Self {
+            simd,
             level,
             targets: source.targets(&aim),
             source,

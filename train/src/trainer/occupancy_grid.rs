@@ -17,14 +17,10 @@ use crate::pool::Pool;
 use crate::random::Random;
 
 /// A cell is looked at in one of so many updates.
-const PERIOD: usize = 4;
+pub(super) const PERIOD: usize = 4;
 /// What remains of a cell's density when it is looked at again, while the field
 /// changes.
 const DECAY: f32 = 0.8;
-/// Looks at each cell of a finer grid.
-const LOOKS: usize = 8;
-/// Updates after which a finer grid is known.
-pub(crate) const FINER_UPDATES: usize = LOOKS * PERIOD;
 /// Optical thickness of one step above which a cell is occupied.
 const THRESHOLD: f32 = 0.006;
 /// Cells a task.
@@ -92,7 +88,7 @@ impl OccupancyGrid {
     }
 
     /// Cells half as wide, where those of this grid are occupied, for a field that
-    /// no longer changes. [`FINER_UPDATES`] updates find the occupied among them.
+    /// no longer changes: looks find the occupied among them.
     #[must_use]
     pub(crate) fn finer(&self) -> Self {
         let n = self.resolution;
@@ -137,14 +133,13 @@ impl OccupancyGrid {
         true
     }
 
-    /// Looks at a share of the candidates, one random point each, and sets the
-    /// bits anew. `step` is the distance between samples, scene units.
-    pub(crate) fn update<T: Store, F: Field + Sync>(
+    /// Looks at a share of the candidates, one random point each. The bits stay as they
+    /// are.
+    pub(crate) fn look<T: Store, F: Field + Sync>(
         &mut self,
         level: Level,
         field: &F,
         seed: u64,
-        step: f32,
         workers: &Pool<Worker>,
         new: impl Fn() -> Worker + Sync,
     ) {
@@ -175,6 +170,11 @@ impl OccupancyGrid {
             workers.put(worker);
         });
         self.updates += 1;
+    }
+
+    /// Sets the bits anew, once all candidates have been looked at. `step` is the distance
+    /// between samples, scene units.
+    pub(crate) fn settle(&mut self, step: f32) {
         if self.updates >= PERIOD as u32 {
             self.occupied = self.above(step, 1.0);
             self.grow();

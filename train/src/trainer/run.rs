@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use super::guard::{self, Averages, Diverged, MAX_RESTARTS, Trouble};
-use super::schedule::{WARM_UP, adjust, asking, budget, calibrate, settings};
-use super::{Length, Plan, Trainer};
+use super::schedule::{KNOWN, WARM_UP, adjust, budget, calibrate, settings};
+use super::{Effort, Length, Plan, Trainer};
 
 /// Where a run stands.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,11 @@ pub struct Run {
     started: Instant,
     /// When the steps that are being timed began, and how many there were.
     timed: Option<(Instant, u32)>,
-    deadline: Option<Instant>,
+    /// Whether the clock decides when it is over.
+    by_clock: bool,
+    /// With how much effort the model will be tried out in the end, and how long that
+    /// takes, seconds; `None` before it is known.
+    trying: Option<(Effort, f64)>,
 }
 
 impl Run {
@@ -70,15 +74,20 @@ impl Run {
         before: f64,
         started: Instant,
     ) -> Self {
-        let deadline = match (length, plan) {
-            (Length::Seconds(seconds), None) => {
-                let left = (budget(seconds) - before).max(0.0);
-                Some(started + Duration::from_secs_f64(left))
-            }
-            _ => None,
-        };
+        let by_clock = matches!((length, plan), (Length::Seconds(_), None));
         let averages = Averages::default();
-        Self { length, plan, averages, rays: 0, samples: 0, before, started, timed: None, deadline }
+        Self {
+            length,
+            plan,
+            averages,
+            rays: 0,
+            samples: 0,
+            before,
+            started,
+            timed: None,
+            by_clock,
+            trying: None,
+        }
     }
 
     /// Takes a step; `None` where the run is over.
@@ -96,8 +105,9 @@ impl Run {
             trouble = Some(Trouble::NotFinite);
             self.restart(trainer, Trouble::NotFinite)?;
         }
+        self.plan_the_end(trainer);
         let (mut begun, mut steps) = *self.timed.get_or_insert_with(|| (Instant::now(), 0));
-        if let Some(deadline) = self.deadline(trainer) {
+        if let Some(deadline) = self.deadline() {
             let step = trainer.steps();
             let fitted = match self.plan {
                 None => calibrate(begun, deadline, steps, step),
@@ -129,20 +139,39 @@ impl Run {
     /// Whether all steps are taken, or the time is over.
     #[must_use]
     pub fn is_over(&self, trainer: &Trainer) -> bool {
-        self.plan.is_some_and(|plan| trainer.steps() >= plan.end) || self.is_late(trainer)
+        self.plan.is_some_and(|plan| trainer.steps() >= plan.end) || self.is_late()
     }
 
-    fn is_late(&self, trainer: &Trainer) -> bool {
-        self.deadline(trainer).is_some_and(|deadline| Instant::now() >= deadline)
+    fn is_late(&self) -> bool {
+        self.deadline().is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// When the last step must have ended.
-    fn deadline(&self, trainer: &Trainer) -> Option<Instant> {
-        let (Length::Seconds(seconds), Some(deadline)) = (self.length, self.deadline) else {
+    fn deadline(&self) -> Option<Instant> {
+        let (Length::Seconds(seconds), true) = (self.length, self.by_clock) else {
             return None;
         };
-        let asking = Duration::from_secs_f64(asking(trainer.config(), seconds));
-        Some(deadline.checked_sub(asking).unwrap_or(deadline))
+        let budget = budget(seconds, self.trying.map(|(_, trying)| trying));
+        Some(self.started + Duration::from_secs_f64((budget - self.before).max(0.0)))
+    }
+
+    /// Once the scene has taken shape: finds out how long the model's trial will take, so
+    /// that there is time for it.
+    fn plan_the_end(&mut self, trainer: &Trainer) {
+        let (Length::Seconds(seconds), true, None) = (self.length, self.by_clock, self.trying)
+        else {
+            return;
+        };
+        if self.plan.is_some_and(|plan| plan.progress(trainer.steps()) >= KNOWN) {
+            self.trying = trainer.rehearse().ok().map(|costs| costs.effort(seconds));
+            self.timed = None;
+        }
+    }
+
+    /// With how much effort the model is to be tried out.
+    #[must_use]
+    pub fn effort(&self, trainer: &Trainer) -> Effort {
+        self.trying.map_or_else(|| Effort::usual(trainer.config()), |(effort, _)| effort)
     }
 
     /// Begins anew: with all steps where steps were asked for, with what is
@@ -153,7 +182,7 @@ impl Run {
         let mut hopeless = restarts >= MAX_RESTARTS;
         if let Length::Seconds(_) = self.length {
             plan = plan.map(|plan| Plan { first: 0, end: plan.end.saturating_sub(step) });
-            hopeless |= plan.is_some_and(|plan| plan.end < WARM_UP) || self.is_late(trainer);
+            hopeless |= plan.is_some_and(|plan| plan.end < WARM_UP) || self.is_late();
         }
         if hopeless {
             return Err(Diverged { trouble, step, restarts });

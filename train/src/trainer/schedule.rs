@@ -33,11 +33,12 @@ impl Plan {
     }
 }
 
-/// Time kept for finer cells, trying thresholds and tolerances, packing and writing the
-/// model, seconds.
-const WRITING: f64 = 2.2;
-/// The same for networks that take a thousand times as long to ask, beyond that.
-const ASKING: f64 = 16.0;
+/// Time kept for packing and writing the model, seconds.
+const WRITING: f64 = 0.4;
+/// Time kept for trying it out, as long as nobody knows how long that takes, seconds.
+const TRYING: f64 = 1.8;
+/// Progress from which on it can be known.
+pub(super) const KNOWN: f32 = 0.5;
 /// Share of the time that calibrates the number of steps.
 const CALIBRATION: f64 = 0.1;
 /// So many times as long for steps that take long.
@@ -65,19 +66,10 @@ const MOST_LONGER: f32 = 2.0;
 /// Long steps are taken for this first share of the run.
 const COARSE: f32 = 0.6;
 
-/// Seconds that are left for steps of so many in all.
-pub(super) fn budget(seconds: f64) -> f64 {
-    (seconds - WRITING).max(0.5 * seconds)
-}
-
-/// Whether asking the field is so dear that a model is finished with fewer questions.
-pub(super) fn frugal(config: &TrainConfig) -> bool {
-    config.nerf_field().is_some()
-}
-
-/// Seconds of a run of so many that its field takes to be finished, beyond what all do.
-pub(super) fn asking(config: &TrainConfig, seconds: f64) -> f64 {
-    if frugal(config) { ASKING.min(0.25 * seconds) } else { 0.0 }
+/// Seconds of a run of so many that are left for steps, where the model is tried out
+/// for `trying`, if that is known.
+pub(super) fn budget(seconds: f64, trying: Option<f64>) -> f64 {
+    (seconds - WRITING - trying.unwrap_or(TRYING)).max(0.5 * seconds)
 }
 
 /// Fixes the number of steps once enough have been timed: `timed` since `begun`.

@@ -3,9 +3,8 @@
 //! Silhouettes leave room that no camera looks into, below a table that all of
 //! them see from above. The finer the box, the finer the grid that fills it.
 
-use fearless_simd::Level;
 use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
-use pocketnerf_core::{Camera, Error, Ray, Space};
+use pocketnerf_core::{Camera, Error, Ray, SimdLevel, Space};
 use rayon::prelude::*;
 
 use super::hull::Hull;
@@ -35,9 +34,9 @@ pub(super) fn tighten(
     source: RaySource,
     hull: &Hull,
     config: &TrainConfig,
-    level: Level,
+    simd: SimdLevel,
 ) -> Result<(Space, RaySource), Error> {
-    let scout = trained(source, Some(hull), around, config, level, STEPS)?;
+    let scout = trained(source, Some(hull), around, config, simd, STEPS)?;
     let found = occupied(&scout, SIGMA);
     let source = scout.source;
     let Some([min, max]) = found else { return Ok((around, source)) };
@@ -55,10 +54,10 @@ pub(super) fn cells(
     hull: Option<&Hull>,
     space: Space,
     config: &TrainConfig,
-    level: Level,
+    simd: SimdLevel,
     mut candidates: Vec<u32>,
 ) -> Result<(Vec<u32>, RaySource), Error> {
-    let scout = trained(source, hull, space, config, level, LONGER)?;
+    let scout = trained(source, hull, space, config, simd, LONGER)?;
     let (grown, n) = (scout.grid.grown(), config.occupancy_resolution);
     let at = |c: u32| (c as f32 + 0.5) / n as f32;
     candidates.retain(|cell| grown.at([at(cell % n), at(cell / n % n), at(cell / (n * n))]));
@@ -71,10 +70,10 @@ fn trained(
     hull: Option<&Hull>,
     space: Space,
     config: &TrainConfig,
-    level: Level,
+    simd: SimdLevel,
     steps: u32,
 ) -> Result<Trainer, Error> {
-    let mut scout = Trainer::in_space(source, hull, space, small(config), level)?;
+    let mut scout = Trainer::in_space(source, hull, space, small(config), simd)?;
     for step in 0..steps {
         let progress = step as f32 / steps as f32;
         scout.step(&StepSettings {

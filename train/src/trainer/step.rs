@@ -100,10 +100,11 @@ impl Trainer {
     pub(super) fn update_occupancy(&mut self) {
         let mut grid = std::mem::take(&mut self.grid);
         self.look_at_cells(&mut grid);
+        grid.settle(self.sampling.step);
         self.grid = grid;
     }
 
-    /// One update of a grid of cells.
+    /// Looks at a share of a grid's cells.
     pub(super) fn look_at_cells(&self, grid: &mut OccupancyGrid) {
         let Self {
             layout,
@@ -124,16 +125,15 @@ impl Trainer {
         let field = field.expect("checked when training began");
         let sampling = config.paper.map(|paper| paper.sampling);
         let new = || Worker::new(*limits, backward, sampling);
-        let step = self.sampling.step;
         match &field {
             AnyField::HashGrid(field) => {
-                grid.update::<F16, _>(*level, field, *seed, step, workers, new);
+                grid.look::<F16, _>(*level, field, *seed, workers, new);
             }
             AnyField::Frequency(field) => {
-                grid.update::<F16, _>(*level, field, *seed, step, workers, new);
+                grid.look::<F16, _>(*level, field, *seed, workers, new);
             }
             AnyField::Nerf(field) => {
-                grid.update::<F32, _>(*level, field, *seed, step, workers, new);
+                grid.look::<F32, _>(*level, field, *seed, workers, new);
             }
             _ => unreachable!("kinds that this crate lays out"),
         }

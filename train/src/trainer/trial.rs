@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::aim::Aim;
 use super::rays::{Pixel, RaySource};
 use crate::lens::Lens;
-use crate::picture::{TILE, render_through};
+use crate::picture::render_through;
 use crate::random::Random;
 
 /// Distinguishes these random numbers from others of the same seed.
@@ -20,6 +20,8 @@ pub(super) struct Trial<'t> {
     pub(super) seed: u64,
     /// How many.
     pub(super) tiles: usize,
+    /// Width and height of a tile.
+    pub(super) size: [u32; 2],
 }
 
 /// A tile that was rendered.
@@ -63,7 +65,7 @@ impl Trial<'_> {
         let lens = &self.source.lenses()[view as usize];
         let photograph = &self.source.images()[view as usize];
         let mask = self.source.masks()[view as usize].as_deref();
-        let [width, height] = [TILE[0].min(camera.width), TILE[1].min(camera.height)];
+        let [width, height] = [self.size[0].min(camera.width), self.size[1].min(camera.height)];
         let corner = |c: u32, side: u32, all: u32| c.saturating_sub(side / 2).min(all - side);
         let (x, y) = (corner(x, width, camera.width), corner(y, height, camera.height));
         let tile = Tile { x, y, width, height };

@@ -8,7 +8,7 @@ mod saving;
 use std::path::Path;
 use std::time::Duration;
 
-use pocketnerf_core::{Camera, SimdLevel};
+use pocketnerf_core::Camera;
 use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
 use serde_json::{Value, json};
 
@@ -92,7 +92,7 @@ pub(super) fn train(
         after_step(trainer, run)?;
     }
     drop(bar);
-    finish(trainer, run, origin, out, common.simd())
+    finish(trainer, run, origin, out)
 }
 
 /// Writes the model.
@@ -101,10 +101,9 @@ fn finish(
     run: &Run,
     origin: &Origin,
     out: &Path,
-    simd: SimdLevel,
 ) -> Result<Value, Failure> {
     let about = origin.about(trainer, run);
-    let finished = trainer.finished(simd)?;
+    let finished = trainer.finished(run.effort(trainer))?;
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
     output::write_atomic(out, &bytes)?;
     let (summary, seconds) = (run.summary(trainer), run.elapsed());
