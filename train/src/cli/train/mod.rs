@@ -96,12 +96,7 @@ pub(super) fn train(
 }
 
 /// Writes the model.
-fn finish(
-    trainer: &Trainer,
-    run: &Run,
-    origin: &Origin,
-    out: &Path,
-) -> Result<Value, Failure> {
+fn finish(trainer: &Trainer, run: &Run, origin: &Origin, out: &Path) -> Result<Value, Failure> {
     let about = origin.about(trainer, run);
     let finished = trainer.finished(run.effort(trainer))?;
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
