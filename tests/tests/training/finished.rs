@@ -1,10 +1,10 @@
 //! What a finished model has that the one in training lacks.
 
-use pocketnerf_core::{Model, Occupancy, SimdLevel};
+use pocketnerf_core::{Model, Occupancy};
 use pocketnerf_train::evaluate::evaluate;
 use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::picture::Settings;
-use pocketnerf_train::trainer::Length;
+use pocketnerf_train::trainer::{Effort, Length};
 
 use crate::setup::{advance, begin, config, dataset};
 
@@ -26,7 +26,7 @@ fn smaller_cells_hold_all_that_shows() {
     }
     let (mut trainer, mut run) = begin(config, Length::Steps(400));
     advance(&mut trainer, &mut run, 400).unwrap();
-    let finished = trainer.finished(SimdLevel::detect()).unwrap();
+    let finished = trainer.finished(Effort::usual(trainer.config())).unwrap();
     let (rough, fine) = (trainer.model().occupancy.unwrap(), finished.model().occupancy.unwrap());
     assert_eq!(fine.resolution(), 2 * rough.resolution());
     assert!(occupied(fine).into_iter().all(|u| rough.at(u)));
@@ -50,7 +50,7 @@ fn smaller_cells_hold_all_that_shows() {
 fn the_tolerance_costs_the_training_views_next_to_nothing() {
     let (mut trainer, mut run) = begin(config(), Length::Steps(400));
     advance(&mut trainer, &mut run, 400).unwrap();
-    let finished = trainer.finished(SimdLevel::detect()).unwrap();
+    let finished = trainer.finished(Effort::usual(trainer.config())).unwrap();
     let score = |tolerance: f32| {
         let mut model = finished.model();
         model.display.tolerance = tolerance;
