@@ -101,6 +101,13 @@ impl Camera {
         Ray { origin: self.position(), direction: d.normalize_or(-Vec3::Z).to_array() }
     }
 
+    /// Where it looks, a unit vector.
+    #[must_use]
+    pub fn axis(&self) -> [f32; 3] {
+        let m = &self.camera_to_world;
+        Vec3::new(-m[2], -m[6], -m[10]).normalize_or(-Vec3::Z).to_array()
+    }
+
     /// The directions of the rays through a register of image points, each equal
     /// to that of [`Camera::ray`].
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use crate::field::AnyField;
 use crate::render::{Detail, SamplingMode};
-use crate::sampler::Hierarchical;
+use crate::sampler::{Hierarchical, Reach};
 use crate::scratch::Limits;
 use crate::{Error, Occupancy, Sampling, Space};
 
@@ -111,7 +111,7 @@ impl<'a> Model<'a> {
     /// paper's numbers within the space and its occupied cells.
     #[must_use]
     pub fn paper_sampling(&self) -> SamplingMode {
-        let clipped = Hierarchical { clipped: true, ..Hierarchical::PAPER };
+        let clipped = Hierarchical { reach: Reach::Clipped, ..Hierarchical::PAPER };
         SamplingMode::Paper(self.hierarchical.unwrap_or(clipped))
     }
 

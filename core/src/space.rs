@@ -194,6 +194,17 @@ impl Space {
         (0..3).all(|axis| min[axis] <= p[axis] && p[axis] <= max[axis])
     }
 
+    /// In normalised device coordinates: how far a local ray goes until infinity.
+    #[inline(always)]
+    #[must_use]
+    pub fn whole_way(&self, local: &Ray) -> Option<f32> {
+        match self {
+            Self::Box { .. } => None,
+            #[cfg(feature = "ndc")]
+            Self::Ndc(_) => Some((1.0 - local.origin[2]) / local.direction[2]),
+        }
+    }
+
     /// The scene point in the middle of the box.
     #[must_use]
     pub fn center(&self) -> [f32; 3] {

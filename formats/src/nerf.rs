@@ -7,7 +7,7 @@ use pocketnerf_core::{AnyField, TensorView};
 
 use crate::FormatError;
 use crate::directory::{Listed, expect_shape};
-use crate::metadata::nerf::{FourierV1, NerfV1, NetworkV1};
+use crate::metadata::nerf::{FeatureV1, FourierV1, NerfV1, NetworkV1};
 use crate::tensors::{LayerName, Network, TensorName};
 
 /// The field that FIELD describes.
@@ -71,7 +71,7 @@ fn network<'a>(
     }
     let width = config.trunk.as_slice()[depth];
     let density = layer(LayerName::Density, [width, 1])?;
-    let feature = match config.feature {
+    let feature = match config.feature.width() {
         Some(n) => Some(layer(LayerName::Feature, [width, n])?),
         None => None,
     };
@@ -82,7 +82,9 @@ fn network<'a>(
     }
     let bits = [config.skips, config.linear];
     let color = Mlp::new(&color[..n_color])?;
-    Ok(NerfNetwork::new(&trunk[..depth], bits, density, feature, color)?)
+    let mut network = NerfNetwork::new(&trunk[..depth], bits, density, feature, color)?;
+    network.feature_bends = matches!(config.feature, FeatureV1::Bent(_));
+    Ok(network)
 }
 
 /// The weights of a field of this kind with their names, in the order of the file.

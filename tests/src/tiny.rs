@@ -7,7 +7,7 @@ use pocketnerf_core::field::{
     Activation, Decoder, FrequencyField, HashGridField, NerfField, NerfNetwork, Shading,
 };
 use pocketnerf_core::network::{Dense, Mlp};
-use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::sampler::{Hierarchical, Reach};
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{
     AnyField, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,
@@ -173,7 +173,7 @@ impl Tiny {
             space: Space::Box { min: [-1.0; 3], max: [1.0; 3] },
             occupancy: None,
             sampling: Sampling { step: 0.0625, near: 1.0, far: 5.0, min_transmittance: 0.0 },
-            hierarchical: Some(Hierarchical { n_coarse: 16, n_fine: 24, clipped: true }),
+            hierarchical: Some(Hierarchical { n_coarse: 16, n_fine: 24, reach: Reach::Clipped }),
             display: Display {
                 background: [1.0; 3],
                 color_space: ColorSpace::Srgb,

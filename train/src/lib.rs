@@ -52,6 +52,7 @@ pub mod output;
 pub mod picture;
 mod pool;
 pub mod pose;
+mod probe;
 pub mod progressive;
 pub mod random;
 mod stopwatch;

@@ -39,8 +39,10 @@ pub struct NerfNetwork<'a> {
     pub linear: u16,
     /// `[width, 1]`: the density before its activation.
     pub density: Dense<'a>,
-    /// `[width, n]`, without activation; `None`: the colour network reads the trunk.
+    /// `[width, n]`; `None`: the colour network reads the trunk.
     pub feature: Option<Dense<'a>>,
+    /// Whether ReLU follows the feature. Not in the paper.
+    pub feature_bends: bool,
     /// Feature and encoded direction to colour before the logistic. ReLU between layers.
     pub color: Mlp<'a>,
 }
@@ -91,7 +93,9 @@ impl<'a> NerfNetwork<'a> {
         }
         let mut all = [Dense::EMPTY; MAX_LAYERS];
         all[..trunk.len()].copy_from_slice(trunk);
-        Ok(Self { trunk: all, depth: trunk.len(), skips, linear, density, feature, color })
+        let depth = trunk.len();
+        let feature_bends = false;
+        Ok(Self { trunk: all, depth, skips, linear, density, feature, feature_bends, color })
     }
 
     /// The trunk, first layer to last.
@@ -381,7 +385,8 @@ impl NerfNetwork<'_> {
         if let Some(feature) = &self.feature {
             width = feature.weight.cols();
             let y = &mut to[..rows(width)];
-            dense_blocks::<S, T>(simd, feature, [hidden, Blocks::NONE], y, false, panel);
+            let bends = self.feature_bends;
+            dense_blocks::<S, T>(simd, feature, [hidden, Blocks::NONE], y, bends, panel);
             core::mem::swap(&mut from, &mut to);
         }
         let last = self.color.layers().len() - 1;

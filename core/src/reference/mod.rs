@@ -102,7 +102,8 @@ pub fn render_ray(model: &Model<'_>, ray: &Ray) -> Result<RayResult, Error> {
     Ok(ray::march(model, ray))
 }
 
-/// Renders one ray as the paper does: [`Hierarchical`] samples.
+/// Renders one ray as the paper does: [`Hierarchical`] samples. `axis` is where the camera
+/// that it comes from looks, if there is one.
 ///
 /// # Errors
 /// As [`query`].
@@ -110,11 +111,12 @@ pub fn render_ray(model: &Model<'_>, ray: &Ray) -> Result<RayResult, Error> {
 pub fn render_ray_hierarchically(
     model: &Model<'_>,
     ray: &Ray,
+    axis: Option<[f32; 3]>,
     hierarchical: &Hierarchical,
 ) -> Result<RayResult, Error> {
     field::check(model)?;
     hierarchical.validate()?;
-    Ok(paper::march(model, ray, hierarchical))
+    Ok(paper::march(model, ray, axis, hierarchical))
 }
 
 /// Renders the ray through the centre of pixel (`x`, `y`): `camera.ray(x + 0.5, y + 0.5)`.

@@ -24,7 +24,7 @@ pub(super) fn ask(field: &NerfField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f
     }
     let raw = one(&network.density, &x, false)[0];
     if let Some(feature) = &network.feature {
-        x = one(feature, &x, false);
+        x = one(feature, &x, network.feature_bends);
         width = feature.weight.cols();
     }
     if let Some(directions) = &field.directions {

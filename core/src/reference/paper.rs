@@ -4,6 +4,8 @@
 //! ```text
 //! t_i = near (1 − i / (n − 1)) + far i / (n − 1)        n_coarse of them, f32
 //! δ_i = t_(i+1) − t_i, the last 1e10, clipped 0          f32
+//! near and far divided by the cosine between ray and axis where they are depths; 0 and
+//! the length of the way in normalised device coordinates, unless clipped
 //! w_i = T_i (1 − exp(−σ_i δ_i)),   T_0 = 1,   T_(i+1) = T_i exp(−σ_i δ_i)
 //! ```
 //!
@@ -17,15 +19,21 @@ use super::math::exp;
 use super::ray::{RayResult, point};
 use super::space;
 use crate::field::{AnyField, MAX_CHANNELS};
-use crate::sampler::{Hierarchical, MAX_SAMPLES};
-use crate::{Model, Ray};
+use crate::sampler::{Hierarchical, MAX_SAMPLES, Reach};
+use crate::{Model, Ray, Space};
 
 /// Samples of a ray at most.
 const MOST: usize = 2 * MAX_SAMPLES as usize;
 
 /// Follows `ray` through a checked model.
-pub(super) fn march(model: &Model<'_>, ray: &Ray, hierarchical: &Hierarchical) -> RayResult {
-    let Hierarchical { n_coarse, n_fine, clipped } = *hierarchical;
+pub(super) fn march(
+    model: &Model<'_>,
+    ray: &Ray,
+    axis: Option<[f32; 3]>,
+    hierarchical: &Hierarchical,
+) -> RayResult {
+    let Hierarchical { n_coarse, n_fine, reach } = *hierarchical;
+    let clipped = reach == Reach::Clipped;
     let (mut near, mut far) = (model.sampling.near, model.sampling.far);
     let Some(local) = space::local(&model.space, ray) else { return RayResult::EMPTY };
     // What the last sample stands for: all behind it, or nothing where the ray leaves the
@@ -35,6 +43,13 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray, hierarchical: &Hierarchical) -
         let reach = model.space.intersect(&local, near, far);
         let Some(reach) = reach else { return RayResult::EMPTY };
         [near, far] = reach;
+    } else if let Space::Ndc(_) = model.space {
+        (near, far) = (0.0, (1.0 - local.origin[2]) / local.direction[2]);
+    } else if let (Reach::Depth, Some(axis)) = (reach, axis) {
+        let cosine: f32 = (0..3).map(|a| axis[a] * ray.direction[a]).sum();
+        if cosine > 1e-3 {
+            (near, far) = (near * (1.0 / cosine), far * (1.0 / cosine));
+        }
     }
     let (mut t, mut n) = ([0.0; MOST], n_coarse as usize);
     for (i, t) in t[..n].iter_mut().enumerate() {

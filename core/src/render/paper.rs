@@ -15,7 +15,7 @@ use crate::render::observe::Stage;
 use crate::render::source::Source;
 use crate::render::target::Target;
 use crate::sampler::hierarchical::{ENDLESS, evenly, inverse_cdf, merge, weights};
-use crate::sampler::{Bundle, Hierarchical, LANES, Walk};
+use crate::sampler::{Bundle, Hierarchical, LANES, Reach, Walk};
 use crate::scratch::{Scratch, sums_len};
 use crate::space::UnitMap;
 use crate::store::{F16, F32, Store};
@@ -117,6 +117,8 @@ enum Round {
 struct Rays<'m> {
     hierarchical: Hierarchical,
     clipped: bool,
+    /// Direction along which `near` and `far` are measured, if not along rays.
+    axis: Option<[f32; 3]>,
     space: Space,
     map: UnitMap,
     occupancy: Option<Occupancy<'m>>,
@@ -138,7 +140,8 @@ impl<'m> Rays<'m> {
         let (model, limits) = (group.model, job.options.limits);
         Self {
             hierarchical: *hierarchical,
-            clipped: hierarchical.clipped,
+            clipped: hierarchical.reach == Reach::Clipped,
+            axis: job.source.axis().filter(|_| hierarchical.reach == Reach::Depth),
             space: model.space,
             map: model.space.unit_map(),
             occupancy: model.occupancy,
@@ -157,10 +160,14 @@ impl<'m> Rays<'m> {
             [&bundle.origin, &bundle.direction].map(|rows| [0, 1, 2].map(|a| rows[a][lane]));
         let local = self.space.local(&Ray { origin, direction })?;
         bundle.set(lane, &local, 0.5);
-        if !self.clipped {
-            return Some([near, far]);
+        if self.clipped {
+            return self.space.intersect(&local, near, far);
         }
-        self.space.intersect(&local, near, far)
+        if let Some(length) = self.space.whole_way(&local) {
+            return Some([0.0, length]);
+        }
+        let stretch = self.axis.map_or(1.0, |axis| stretch(axis, direction));
+        Some([near, far].map(|depth| depth * stretch))
     }
 
     /// Spreads the samples of the next ray evenly.
@@ -307,6 +314,13 @@ impl<'m> Rays<'m> {
         }
         group.ended(Stage::Composite, n);
     }
+}
+
+/// How much farther along a ray than along the camera's axis.
+fn stretch(axis: [f32; 3], direction: [f32; 3]) -> f32 {
+    let cosine = axis[0] * direction[0] + axis[1] * direction[1] + axis[2] * direction[2];
+    // Cameras that see behind themselves measure along rays there.
+    if cosine > 1e-3 { 1.0 / cosine } else { 1.0 }
 }
 
 /// Turns densities into opacities in place, each standing for its part of the ray.

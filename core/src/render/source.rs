@@ -20,6 +20,9 @@ pub(super) trait Source {
     /// The ray of a number.
     fn ray(&self, number: u32) -> Ray;
 
+    /// Where the camera that they come from looks, a unit vector.
+    fn axis(&self) -> Option<[f32; 3]>;
+
     /// What the rays see, every `spacing`-th along both axes; `depths` is its memory.
     fn foreground<'s>(
         &self,
@@ -48,6 +51,11 @@ impl Source for [Ray] {
 
     fn ray(&self, number: u32) -> Ray {
         self[number as usize]
+    }
+
+    /// They need not come from a camera.
+    fn axis(&self) -> Option<[f32; 3]> {
+        None
     }
 
     /// Nothing is known of where they go.
@@ -104,6 +112,10 @@ impl Source for Pixels<'_> {
         let Tile { x, y, width, .. } = self.tile;
         let at = |first: u32, more: u32| first.saturating_add(more) as f32 + 0.5;
         self.camera.ray(at(x, number % width), at(y, number / width))
+    }
+
+    fn axis(&self) -> Option<[f32; 3]> {
+        Some(self.camera.axis())
     }
 
     fn foreground<'s>(

@@ -70,15 +70,27 @@ pub struct Hierarchical {
     pub n_coarse: u32,
     /// Samples that are drawn from the weights of the first; 0: none.
     pub n_fine: u32,
-    /// Whether samples lie between where the ray enters the space and where it leaves
-    /// it, in occupied cells alone, or anywhere between `near` and `far`: the field was
-    /// trained everywhere.
-    pub clipped: bool,
+    /// Which part of a ray has samples.
+    pub reach: Reach,
+}
+
+/// Which part of a ray has the samples of the paper's sampling.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// From where it enters the space to where it leaves it, and occupied cells alone; the
+    /// last sample stands for nothing.
+    Clipped,
+    /// From `near` to `far`, distances along the ray, wherever that is; the last sample
+    /// stands for all behind it. In normalised device coordinates: all of the ray.
+    Distance,
+    /// The same, `near` and `far` being depths along the axis of the picture's camera, as
+    /// in the authors' program. For rays without a camera, distances.
+    Depth,
 }
 
 impl Hierarchical {
     /// The paper's numbers.
-    pub const PAPER: Self = Self { n_coarse: 64, n_fine: 128, clipped: false };
+    pub const PAPER: Self = Self { n_coarse: 64, n_fine: 128, reach: Reach::Distance };
 
     /// Checks the numbers.
     ///

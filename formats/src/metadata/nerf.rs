@@ -45,8 +45,27 @@ pub(crate) struct NetworkV1 {
     pub(crate) skips: u16,
     /// Bit i: no ReLU after layer i of the trunk.
     pub(crate) linear: u16,
-    pub(crate) feature: Option<u32>,
+    pub(crate) feature: FeatureV1,
     pub(crate) color: Widths,
+}
+
+/// What stands between trunk and colour network in [`NetworkV1`]: how wide it is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) enum FeatureV1 {
+    Nothing,
+    Linear(u32),
+    /// ReLU follows.
+    Bent(u32),
+}
+
+impl FeatureV1 {
+    /// Its width, where there is one.
+    pub(crate) const fn width(self) -> Option<u32> {
+        match self {
+            Self::Nothing => None,
+            Self::Linear(width) | Self::Bent(width) => Some(width),
+        }
+    }
 }
 
 impl NerfV1 {
@@ -125,7 +144,11 @@ mod writing {
                 trunk: Widths::of(trunk)?,
                 skips: network.skips,
                 linear: network.linear,
-                feature: network.feature.as_ref().map(|layer| layer.weight.shape()[1]),
+                feature: match network.feature.as_ref().map(|layer| layer.weight.shape()[1]) {
+                    None => FeatureV1::Nothing,
+                    Some(width) if network.feature_bends => FeatureV1::Bent(width),
+                    Some(width) => FeatureV1::Linear(width),
+                },
                 color: Widths::of(network.color.layers())?,
             })
         }
@@ -156,7 +179,7 @@ mod tests {
             trunk: widths(&[63, 24, 24, 16]),
             skips: 4,
             linear: 2,
-            feature: Some(300),
+            feature: FeatureV1::Linear(300),
             color: widths(&[340, 3]),
         };
         let nerf = NerfV1 {
@@ -167,7 +190,11 @@ mod tests {
             activation: 1,
             density_scale: 4.0,
             fine: network,
-            coarse: Some(NetworkV1 { feature: None, color: widths(&[56, 3]), ..network }),
+            coarse: Some(NetworkV1 {
+                feature: FeatureV1::Nothing,
+                color: widths(&[56, 3]),
+                ..network
+            }),
         };
         #[rustfmt::skip]
         let golden = [
@@ -185,6 +212,8 @@ mod tests {
         assert_eq!(bytes, golden);
         assert_eq!(read(&bytes), Ok(nerf));
         assert_eq!(nerf.activation(), Activation::Softplus);
+        let bent = crate::metadata::encode(&FeatureV1::Bent(300));
+        assert_eq!(bent, [2, 0xac, 0x02]);
         assert!(!nerf.positions.is_gaussian() && nerf.directions.unwrap().is_gaussian());
         let section = SectionId::first(kind::FIELD);
         for end in 0..bytes.len() {

@@ -1,6 +1,6 @@
 //! SPACE, SAMPLING, HIERARCHICAL and OCCUPANCY: the geometry of a ray's way.
 
-use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::sampler::{Hierarchical, Reach};
 #[cfg(feature = "ndc")]
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Sampling, Space};
@@ -96,24 +96,29 @@ pub(crate) fn write_sampling(sampling: &Sampling) -> alloc::vec::Vec<u8> {
     super::encode(&SamplingV1 { step, near, far, min_transmittance })
 }
 
+/// Codes of [`Reach`].
+const REACHES: [Reach; 3] = [Reach::Distance, Reach::Clipped, Reach::Depth];
+
 /// HIERARCHICAL; the fields are those of [`Hierarchical`].
 #[derive(Serialize, Deserialize)]
 struct HierarchicalV1 {
-    clipped: bool,
+    reach: u8,
     n_coarse: u32,
     n_fine: u32,
 }
 
 pub(crate) fn read_hierarchical(mut fields: Fields<'_>) -> Result<Hierarchical, FormatError> {
-    let HierarchicalV1 { clipped, n_coarse, n_fine } = fields.take()?;
+    let HierarchicalV1 { reach: code, n_coarse, n_fine } = fields.take()?;
+    let reach = REACHES.get(usize::from(code)).ok_or_else(|| fields.unknown("reach", code))?;
     fields.finish()?;
-    Ok(Hierarchical { n_coarse, n_fine, clipped })
+    Ok(Hierarchical { n_coarse, n_fine, reach: *reach })
 }
 
 #[cfg(feature = "alloc")]
 pub(crate) fn write_hierarchical(hierarchical: &Hierarchical) -> alloc::vec::Vec<u8> {
-    let Hierarchical { n_coarse, n_fine, clipped } = *hierarchical;
-    super::encode(&HierarchicalV1 { clipped, n_coarse, n_fine })
+    let Hierarchical { n_coarse, n_fine, reach } = *hierarchical;
+    let reach = REACHES.iter().position(|known| *known == reach).unwrap_or_default() as u8;
+    super::encode(&HierarchicalV1 { reach, n_coarse, n_fine })
 }
 
 /// OCCUPANCY.
@@ -210,13 +215,20 @@ mod tests {
 
     #[test]
     fn bytes_of_hierarchical_v1() {
-        let hierarchical = Hierarchical { clipped: true, ..Hierarchical::PAPER };
+        let hierarchical = Hierarchical { reach: Reach::Clipped, ..Hierarchical::PAPER };
         let bytes = write_hierarchical(&hierarchical);
         assert_eq!(bytes, [1, 64, 0x80, 1]);
         let read = |bytes: &[u8]| read_hierarchical(fields(kind::HIERARCHICAL, bytes));
         assert_eq!(read(&bytes), Ok(hierarchical));
         let error = FormatError::Metadata(SectionId::first(kind::HIERARCHICAL));
-        assert_eq!(read(&[2, 64, 64]), Err(error));
+        for (code, reach) in [(0, Reach::Distance), (2, Reach::Depth)] {
+            let hierarchical = Hierarchical { reach, ..hierarchical };
+            assert_eq!(write_hierarchical(&hierarchical), [code, 64, 0x80, 1]);
+            assert_eq!(read(&[code, 64, 0x80, 1]), Ok(hierarchical));
+        }
+        let section = SectionId::first(kind::HIERARCHICAL);
+        let unknown = FormatError::UnknownCode { section, field: "reach", found: 3 };
+        assert_eq!(read(&[3, 64, 64]), Err(unknown));
         assert_eq!(read(&[1, 64]), Err(error));
     }
 

@@ -4,7 +4,7 @@
 use pocketnerf_core::field::{AnyField, NerfNetwork, Shading};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::reference;
-use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::sampler::{Hierarchical, Reach};
 use pocketnerf_core::{DType, Layout, Model, Ray, SamplingMode, TensorView, Tuning};
 
 use crate::models::{Encoding, Random, Recipe, camera, in_ndc};
@@ -42,8 +42,8 @@ fn rays_of_every_kind_of_number() {
         let model = recipe.build();
         for level in levels() {
             let usual = options(&model, level, Tuning::FAST);
-            for clipped in [false, true] {
-                let paper = SamplingMode::Paper(Hierarchical { n_coarse: 5, n_fine: 6, clipped });
+            for reach in [Reach::Distance, Reach::Clipped, Reach::Depth] {
+                let paper = SamplingMode::Paper(Hierarchical { n_coarse: 5, n_fine: 6, reach });
                 let found = picture::rays(&model, &rays, &usual.with_sampling(paper));
                 assert_finite(&found, "strange rays in the paper's sampling");
             }
@@ -156,7 +156,7 @@ fn weights_of_the_papers_network_that_are_no_numbers() {
                     let options = options(&model, level, Tuning::SMALL);
                     let found = picture::tile(&model, &camera, whole(&camera), &options);
                     assert_finite(&found, &what);
-                    let h = Hierarchical { n_coarse: 8, n_fine: 8, clipped: false };
+                    let h = Hierarchical { n_coarse: 8, n_fine: 8, reach: Reach::Distance };
                     let options = options.with_sampling(SamplingMode::Paper(h));
                     let found = picture::tile(&model, &camera, whole(&camera), &options);
                     assert_finite(&found, &what);
@@ -264,9 +264,10 @@ fn densities_of_the_papers_network_beyond_measure() {
             }
             for level in levels() {
                 let options = options(&model, level, Tuning::FAST);
-                for h in
-                    [Hierarchical { n_coarse: 9, n_fine: 9, clipped: true }, Hierarchical::PAPER]
-                {
+                for h in [
+                    Hierarchical { n_coarse: 9, n_fine: 9, reach: Reach::Clipped },
+                    Hierarchical::PAPER,
+                ] {
                     let options = options.with_sampling(SamplingMode::Paper(h));
                     let found = picture::tile(&model, &camera, whole(&camera), &options);
                     assert_finite(&found, &format!("{recipe:?} {density_scale} {level}"));

@@ -17,6 +17,8 @@ pub(crate) struct Nerf {
     pub skips: u16,
     pub linear: u16,
     pub feature: Option<usize>,
+    /// ReLU after the feature.
+    pub bends: bool,
     pub coarse: bool,
     pub activation: Activation,
 }
@@ -37,6 +39,7 @@ impl Nerf {
         skips: 0,
         linear: 0,
         feature: None,
+        bends: false,
         coarse: false,
         activation: Activation::Relu,
     };
@@ -94,6 +97,7 @@ impl Nerf {
             linear: 1,
             coarse: true,
             feature: Some(24),
+            bends: true,
             activation: Activation::Exp,
         },
         Self {
@@ -147,7 +151,10 @@ impl Nerf {
         let color =
             [tensors.dense(width + n_direction, 16, 1.0, true), tensors.dense(16, 3, 2.0, false)];
         let color = Mlp::new(&color).unwrap();
-        NerfNetwork::new(&trunk, [self.skips, self.linear], density, feature, color).unwrap()
+        let bits = [self.skips, self.linear];
+        let mut network = NerfNetwork::new(&trunk, bits, density, feature, color).unwrap();
+        network.feature_bends = self.bends;
+        network
     }
 }
 

@@ -2,7 +2,7 @@
 
 use pocketnerf_core::reference::{self, RayResult};
 use pocketnerf_core::render::{Refinements, refine_tile};
-use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::sampler::{Hierarchical, Reach};
 use pocketnerf_core::{
     Camera, DType, Error, Model, RenderOptions, Sampling, SamplingMode, SimdLevel, Tile, Tuning,
     render_tile,
@@ -19,8 +19,9 @@ fn options(model: &Model<'_>, level: SimdLevel, tuning: Tuning, h: Hierarchical)
 
 fn expected(model: &Model<'_>, camera: &Camera, h: &Hierarchical) -> Vec<RayResult> {
     let (width, n) = (camera.width, camera.width * camera.height);
+    let axis = Some(camera.axis());
     let ray = |i: u32| camera.ray((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
-    (0..n).map(|i| reference::render_ray_hierarchically(model, &ray(i), h).unwrap()).collect()
+    (0..n).map(|i| reference::render_ray_hierarchically(model, &ray(i), axis, h).unwrap()).collect()
 }
 
 /// Every third of the other kinds, and all of the paper's.
@@ -29,10 +30,11 @@ fn models() -> impl Iterator<Item = (String, Model<'static>)> {
     others.chain(Recipe::nerfs()).map(|recipe| (format!("{recipe:?}"), recipe.build()))
 }
 
-const SAMPLINGS: [Hierarchical; 3] = [
-    Hierarchical { n_coarse: 24, n_fine: 40, clipped: true },
-    Hierarchical { n_coarse: 19, n_fine: 33, clipped: false },
-    Hierarchical { n_coarse: 32, n_fine: 0, clipped: true },
+const SAMPLINGS: [Hierarchical; 4] = [
+    Hierarchical { n_coarse: 24, n_fine: 40, reach: Reach::Clipped },
+    Hierarchical { n_coarse: 19, n_fine: 33, reach: Reach::Distance },
+    Hierarchical { n_coarse: 32, n_fine: 0, reach: Reach::Clipped },
+    Hierarchical { n_coarse: 17, n_fine: 20, reach: Reach::Depth },
 ];
 
 #[test]
@@ -61,7 +63,7 @@ fn every_kind_of_model_at_every_level() {
 #[test]
 fn the_papers_own_network() {
     let camera = camera(4, 3);
-    let h = Hierarchical { n_coarse: 8, n_fine: 12, clipped: false };
+    let h = Hierarchical { n_coarse: 8, n_fine: 12, reach: Reach::Distance };
     for dtype in [DType::F32, DType::F16] {
         let nerf = Nerf { coarse: dtype == DType::F16, ..Nerf::PAPER };
         let recipe = Recipe { encoding: Encoding::Nerf(nerf), dtype, ..Recipe::PLAIN };
@@ -86,7 +88,7 @@ fn the_papers_own_network() {
 #[test]
 fn every_sample_of_every_ray_is_asked_for() {
     let camera = camera(11, 7);
-    let h = Hierarchical { n_coarse: 16, n_fine: 20, clipped: false };
+    let h = Hierarchical { n_coarse: 16, n_fine: 20, reach: Reach::Distance };
     for recipe in Recipe::nerfs() {
         let model = recipe.build();
         for level in levels() {
@@ -97,7 +99,7 @@ fn every_sample_of_every_ray_is_asked_for() {
     }
     // Within the space, rays that meet nothing ask for nothing.
     let model = Recipe::PLAIN.build();
-    let h = Hierarchical { clipped: true, ..h };
+    let h = Hierarchical { reach: Reach::Clipped, ..h };
     let options = options(&model, SimdLevel::detect(), Tuning::FAST, h);
     let stats = picture::tile(&model, &camera, whole(&camera), &options).stats;
     let expected = expected(&model, &camera, &h);
@@ -160,6 +162,8 @@ fn colours_stay_below_alpha_and_nothing_is_exactly_nothing() {
                         assert_eq!((rgba, *depth), (&[0.0; 4], f32::INFINITY));
                     } else {
                         let Sampling { near, far, .. } = model.sampling;
+                        // Of a corner's ray, the axis is half as long.
+                        let far = if h.reach == Reach::Depth { 2.0 * far } else { far };
                         assert!(near * 0.999 <= *depth && *depth <= far * 1.001, "{depth}");
                     }
                 }
@@ -171,7 +175,7 @@ fn colours_stay_below_alpha_and_nothing_is_exactly_nothing() {
 #[test]
 fn more_samples_than_the_scratch_was_made_for() {
     let model = Recipe::PLAIN.build();
-    let few = Hierarchical { n_coarse: 8, n_fine: 8, clipped: true };
+    let few = Hierarchical { n_coarse: 8, n_fine: 8, reach: Reach::Clipped };
     let mut options = options(&model, SimdLevel::Portable, Tuning::SMALL, few);
     let (mut scratch, mut rgba) = (vec![0.0; options.scratch_len()], [0.0; 4]);
     let tile = Tile { x: 0, y: 0, width: 1, height: 1 };

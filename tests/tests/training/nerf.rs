@@ -1,7 +1,7 @@
 //! The paper's field, small: trained in occupied cells, and as in the paper.
 
 use pocketnerf_core::AnyField;
-use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::sampler::{Hierarchical, Reach};
 use pocketnerf_formats::open_verified;
 use pocketnerf_train::field::{EncodingConfig, FourierConfig, NerfConfig, WavesConfig};
 use pocketnerf_train::trainer::{Length, Paper, TrainConfig};
@@ -32,7 +32,7 @@ fn occupancy() -> TrainConfig {
 /// The same with a coarse network beside it, and random frequencies.
 fn paper() -> TrainConfig {
     let mut paper = TrainConfig::paper(Paper {
-        sampling: Hierarchical { n_coarse: 16, n_fine: 16, clipped: true },
+        sampling: Hierarchical { n_coarse: 16, n_fine: 16, reach: Reach::Clipped },
         noise: 0.1,
         crop_steps: 4,
     });

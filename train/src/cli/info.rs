@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use pocketnerf_core::encoding::{Fourier, Waves};
 use pocketnerf_core::field::NerfNetwork;
 use pocketnerf_core::network::Dense;
+use pocketnerf_core::sampler::Reach;
 use pocketnerf_core::{AnyField, Space, TensorView};
 use pocketnerf_formats::{ModelFile, SectionId, TensorName};
 use serde_json::{Value, json};
@@ -61,7 +62,7 @@ impl Info {
             "parameters": parameters,
             "networks": networks(&file.model.field),
             "paper_sampling": file.model.hierarchical.map(|h| {
-                json!({"n_coarse": h.n_coarse, "n_fine": h.n_fine, "clipped": h.clipped})
+                json!({"n_coarse": h.n_coarse, "n_fine": h.n_fine, "clipped": h.reach == Reach::Clipped})
             }),
             "precision": precision(&file),
             "sections": sections,

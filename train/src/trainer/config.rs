@@ -2,7 +2,7 @@
 
 use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
 use pocketnerf_core::field::{Activation, Shading};
-use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::sampler::{Hierarchical, Reach};
 use pocketnerf_core::space::Ndc;
 
 use super::{Adam, Length};
@@ -76,7 +76,7 @@ pub struct Paper {
 impl Paper {
     /// 64 + 128 samples, no noise, no crop.
     pub const PLAIN: Self = Self {
-        sampling: Hierarchical { clipped: true, ..Hierarchical::PAPER },
+        sampling: Hierarchical { reach: Reach::Clipped, ..Hierarchical::PAPER },
         noise: 0.0,
         crop_steps: 0,
     };

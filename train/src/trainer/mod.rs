@@ -53,6 +53,7 @@ use crate::aligned::Aligned;
 use crate::dataset::Dataset;
 use crate::field::{Backward, EncodingConfig, Layout, Rounded, initialize};
 use crate::pool::Pool;
+use crate::probe::Probe;
 use crate::stopwatch::Stopwatch;
 use aim::Aim;
 use attention::Attention;
@@ -86,6 +87,8 @@ pub struct Trainer {
     level_gradients: Pool<Aligned<f32>>,
     /// Workers, as many as there are threads.
     workers: Pool<Worker>,
+    /// What asks for densities, as many as there are threads.
+    probes: Pool<Probe>,
     mean: Vec<f32>,
     square: Aligned<f32>,
     /// What the forward pass reads.
@@ -198,6 +201,7 @@ impl Trainer {
             gradient: vec![0.0; n_network],
             level_gradients: Pool::default(),
             workers: Pool::default(),
+            probes: Pool::default(),
             mean: vec![0.0; n_network],
             square: Aligned::new(layout.len()),
             rounded: Rounded::new(&layout),

@@ -5,15 +5,15 @@
 //! where a step through it would absorb more than a little; the threshold is
 //! held below the mean, so that a field that is thin everywhere is not lost.
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use pocketnerf_core::Occupancy;
-use pocketnerf_core::field::{Field, Samples};
+use pocketnerf_core::field::Field;
 use pocketnerf_core::store::Store;
 use rayon::prelude::*;
 
 use super::cells::{Grown, Packed};
-use super::group::{STRIDE, Worker};
 use crate::pool::Pool;
+use crate::probe::{BATCH, Probe};
 use crate::random::Random;
 
 /// A cell is looked at in one of so many updates.
@@ -140,8 +140,8 @@ impl OccupancyGrid {
         level: Level,
         field: &F,
         seed: u64,
-        workers: &Pool<Worker>,
-        new: impl Fn() -> Worker + Sync,
+        probes: &Pool<Probe>,
+        new: impl Fn() -> Probe + Sync,
     ) {
         let n = self.resolution as usize;
         let phase = self.updates as usize % PERIOD;
@@ -149,25 +149,25 @@ impl OccupancyGrid {
         let first_look = self.updates < PERIOD as u32;
         let (candidates, decay) = (&self.candidates, self.decay);
         self.density.par_chunks_mut(TASK * PERIOD).enumerate().for_each(|(task, densities)| {
-            let mut worker = workers.take(&new);
+            let mut probe = probes.take(&new);
             let first = task * TASK * PERIOD;
             let mut random = Random::new(seed, [2, update, task as u64]);
             let mut count = 0;
             for i in (phase..densities.len()).step_by(PERIOD) {
                 let cell = candidates[first + i] as usize;
                 let corner = [cell % n, cell / n % n, cell / (n * n)];
-                for (row, c) in worker.points().iter_mut().zip(corner) {
+                for (row, c) in probe.points().iter_mut().zip(corner) {
                     row[count] = (c as f32 + random.next_f32()) / n as f32;
                 }
                 count += 1;
             }
-            let sigmas = worker.densities::<T, F>(level, field, count);
+            let sigmas = probe.densities::<T, F>(level, field, count);
             let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
             for (density, sigma) in looked_at.zip(sigmas) {
                 let before = if first_look { 0.0 } else { *density * decay };
                 *density = before.max(*sigma);
             }
-            workers.put(worker);
+            probes.put(probe);
         });
         self.updates += 1;
     }
@@ -203,26 +203,7 @@ impl OccupancyGrid {
     }
 }
 
-impl Worker {
-    /// Sigma at the first `count` points.
-    fn densities<T: Store, F: Field>(&mut self, level: Level, field: &F, count: usize) -> &[f32] {
-        let padded = count.next_multiple_of(32);
-        for row in self.points() {
-            row[count..padded].fill(0.0);
-        }
-        dispatch!(level, simd => {
-            let (points, directions, mut work) = self.parts();
-            let samples = Samples {
-                points: [0, 1, 2].map(|a| &points[a][..padded]),
-                directions: [0, 1, 2].map(|a| &directions[a][..padded]),
-            };
-            field.densities::<_, T>(simd, samples, &mut work);
-        });
-        &self.output()[..count]
-    }
-}
-
-const _: () = assert!(TASK <= STRIDE);
+const _: () = assert!(TASK <= BATCH);
 
 #[cfg(test)]
 mod tests {

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use super::group::{Group, GroupStats, Job, Worker};
 use super::occupancy_grid::OccupancyGrid;
 use super::{GROUPS, Trainer};
+use crate::probe::Probe;
 use crate::random::Random;
 use crate::stopwatch::{Laps, Stage};
 
@@ -106,34 +107,22 @@ impl Trainer {
 
     /// Looks at a share of a grid's cells.
     pub(super) fn look_at_cells(&self, grid: &mut OccupancyGrid) {
-        let Self {
-            layout,
-            config,
-            parameters,
-            rounded,
-            level,
-            backward,
-            limits,
-            workers,
-            seed,
-            ..
-        } = self;
+        let Self { layout, config, parameters, rounded, level, limits, probes, seed, .. } = self;
         let field = match config.nerf_field() {
             Some(_) => layout.view(&config.field, parameters),
             None => layout.view_rounded(&config.field, rounded),
         };
         let field = field.expect("checked when training began");
-        let sampling = config.paper.map(|paper| paper.sampling);
-        let new = || Worker::new(*limits, backward, sampling);
+        let new = || Probe::new(*limits);
         match &field {
             AnyField::HashGrid(field) => {
-                grid.look::<F16, _>(*level, field, *seed, workers, new);
+                grid.look::<F16, _>(*level, field, *seed, probes, new);
             }
             AnyField::Frequency(field) => {
-                grid.look::<F16, _>(*level, field, *seed, workers, new);
+                grid.look::<F16, _>(*level, field, *seed, probes, new);
             }
             AnyField::Nerf(field) => {
-                grid.look::<F32, _>(*level, field, *seed, workers, new);
+                grid.look::<F32, _>(*level, field, *seed, probes, new);
             }
             _ => unreachable!("kinds that this crate lays out"),
         }

@@ -2,7 +2,7 @@
 //!
 //! postcard is positional: the structs here never change.
 
-use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::sampler::{Hierarchical, Reach};
 use serde::{Deserialize, Serialize};
 
 use crate::field::WavesConfig;
@@ -38,7 +38,8 @@ impl NerfV1 {
             _ => 0.0,
         };
         let paper = config.paper.map(|Paper { sampling, noise, crop_steps }| {
-            let Hierarchical { n_coarse, n_fine, clipped } = sampling;
+            let Hierarchical { n_coarse, n_fine, reach } = sampling;
+            let clipped = reach == Reach::Clipped;
             PaperV1 { n_coarse, n_fine, clipped, noise, crop_steps }
         });
         let waves = [Some(nerf.positions.waves), nerf.directions.map(|d| d.waves)];
@@ -47,7 +48,11 @@ impl NerfV1 {
 
     pub(super) fn paper(&self) -> Option<Paper> {
         self.paper.map(|PaperV1 { n_coarse, n_fine, clipped, noise, crop_steps }| Paper {
-            sampling: Hierarchical { n_coarse, n_fine, clipped },
+            sampling: Hierarchical {
+                n_coarse,
+                n_fine,
+                reach: if clipped { Reach::Clipped } else { Reach::Distance },
+            },
             noise,
             crop_steps,
         })

@@ -8,10 +8,10 @@ use fearless_simd::{Simd, SimdBase};
 use pocketnerf_core::Space;
 use pocketnerf_core::field::NerfField;
 use pocketnerf_core::network::blocks::BLOCK;
-use pocketnerf_core::sampler::LANES;
 use pocketnerf_core::sampler::hierarchical::{
     ENDLESS, evenly, inverse_cdf, jitter, merge, opacities,
 };
+use pocketnerf_core::sampler::{LANES, Reach};
 use pocketnerf_core::store::Store;
 
 use super::worker::NerfWorker;
@@ -240,12 +240,13 @@ impl Group {
         let public = self.rays[ray].ray;
         let local = job.space.local(&public)?;
         let [near, far] = job.reach;
-        let (reach, end) = match paper.sampling.clipped {
-            true => {
+        let (reach, end) = match (paper.sampling.reach, job.space.whole_way(&local)) {
+            (Reach::Clipped, _) => {
                 let [near, far] = job.space.intersect(&local, near, far)?;
                 ([near, far], far)
             }
-            false => ([near, far], ENDLESS),
+            (_, Some(length)) => ([0.0, length], ENDLESS),
+            (_, None) => ([near, far], ENDLESS),
         };
         let (origin, direction, view) = (local.origin, local.direction, public.direction);
         let line = Line { ray, origin, direction, view, reach, end };

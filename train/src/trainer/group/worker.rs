@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 use pocketnerf_core::field::Decoder;
-use pocketnerf_core::scratch::{Limits, Workspace};
+use pocketnerf_core::scratch::Limits;
 use pocketnerf_core::store::Store;
 
 use pocketnerf_core::network::blocks::BLOCK;
@@ -82,22 +82,6 @@ impl Worker {
             d_values: Aligned::new(BATCH * (1 + limits.channels).next_multiple_of(LANES)),
             nerf: backward.nerf().map(|gradients| NerfWorker::new(gradients, sampling)),
         }
-    }
-
-    /// Unit coordinates of a batch.
-    pub(crate) fn points(&mut self) -> &mut [Aligned<f32>; 3] {
-        &mut self.points
-    }
-
-    /// What the field gave.
-    pub(crate) fn output(&self) -> &[f32] {
-        &self.output
-    }
-
-    /// Points, directions and the field's workspace.
-    pub(crate) fn parts(&mut self) -> (&[Aligned<f32>; 3], &[Aligned<f32>; 3], Workspace<'_>) {
-        let Self { a, b, output, panel, points, directions, .. } = self;
-        (points, directions, Workspace { a, b, output, panel, stride: STRIDE })
     }
 
     /// From the features in the first rows of `color_input` and the directions
