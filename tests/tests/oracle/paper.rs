@@ -34,7 +34,7 @@ const SAMPLINGS: [Hierarchical; 4] = [
     Hierarchical { n_coarse: 24, n_fine: 40, reach: Reach::Clipped },
     Hierarchical { n_coarse: 19, n_fine: 33, reach: Reach::Distance },
     Hierarchical { n_coarse: 32, n_fine: 0, reach: Reach::Clipped },
-    Hierarchical { n_coarse: 17, n_fine: 20, reach: Reach::Depth },
+    Hierarchical { n_coarse: 32, n_fine: 48, reach: Reach::Depth },
 ];
 
 #[test]
