@@ -14,6 +14,7 @@
 //! * `ndc` (default): the space of forward-facing captures, beside boxes.
 //! * `hash-grid`, `frequency`, `nerf` (default): kinds of field. A file of a kind that is
 //!   left out is refused by name; at least one is needed.
+//! * `import`: [`import`], the checkpoints that other programs wrote.
 //!
 //! # Example
 #![cfg_attr(all(feature = "alloc", feature = "frequency"), doc = "```")]
@@ -59,6 +60,10 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(feature = "std"), allow(rustdoc::broken_intra_doc_links, reason = "the writer"))]
+#![cfg_attr(
+    not(feature = "import"),
+    allow(rustdoc::broken_intra_doc_links, reason = "checkpoints")
+)]
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
@@ -80,6 +85,8 @@ mod error;
 mod f16;
 mod field;
 mod header;
+#[cfg(feature = "import")]
+pub mod import;
 mod metadata;
 #[cfg(feature = "alloc")]
 mod model_writer;
