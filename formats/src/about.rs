@@ -15,6 +15,20 @@ pub struct About<'a> {
     pub camera: Option<DefaultCamera>,
     /// How the model was made.
     pub provenance: Option<Provenance<'a>>,
+    /// Where in a pixel the rays went through that the model learnt from.
+    pub pixel_origin: PixelOrigin,
+}
+
+/// Where in a pixel its ray goes through. Pictures of a model that learnt from corners are
+/// half a pixel off in those that have centres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PixelOrigin {
+    /// Its centre, as with everything here.
+    #[default]
+    Center,
+    /// Its upper left corner, as with the original NeRF and most programs that descend
+    /// from it.
+    Corner,
 }
 
 /// The similarity transform from the model's coordinates (scene units) to the

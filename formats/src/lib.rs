@@ -98,7 +98,7 @@ mod tensors;
 #[cfg(feature = "alloc")]
 mod writer;
 
-pub use about::{About, DefaultCamera, MAX_PICTURE_SIDE, Provenance, Scene};
+pub use about::{About, DefaultCamera, MAX_PICTURE_SIDE, PixelOrigin, Provenance, Scene};
 #[cfg(feature = "std")]
 pub use atomic::write_atomically;
 pub use container::Container;

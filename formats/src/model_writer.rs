@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use pocketnerf_core::field::Decoder;
 use pocketnerf_core::{AnyField, DType, Display, Layout, Model, TensorView};
 
-use crate::about::About;
+use crate::about::{About, PixelOrigin};
 use crate::directory::write_directory;
 #[cfg(any(feature = "hash-grid", feature = "frequency"))]
 use crate::metadata::decoder::DecoderConfig;
@@ -77,6 +77,10 @@ impl<'a> ContainerWriter<'a> {
         if model.display.tolerance != Display::TOLERANCE {
             let bytes = about::write_detail(model.display.tolerance);
             self.add(SectionId::first(kind::DETAIL), V1, false, bytes);
+        }
+        if about.pixel_origin != PixelOrigin::Center {
+            let bytes = about::write_pixels(about.pixel_origin);
+            self.add(SectionId::first(kind::PIXELS), V1, false, bytes);
         }
         if let Some(hierarchical) = &model.hierarchical {
             let id = SectionId::first(kind::HIERARCHICAL);

@@ -78,6 +78,10 @@ impl<'a> ModelFile<'a> {
             provenance: optional(&container, kind::PROVENANCE)?
                 .map(about::read_provenance)
                 .transpose()?,
+            pixel_origin: optional(&container, kind::PIXELS)?
+                .map(about::read_pixels)
+                .transpose()?
+                .unwrap_or_default(),
         };
         Ok(Self { model, about, container })
     }

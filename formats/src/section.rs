@@ -30,6 +30,8 @@ pub mod kind {
     pub const DETAIL: u32 = 9;
     /// Metadata: the paper's sampling.
     pub const HIERARCHICAL: u32 = 10;
+    /// Where in a pixel the rays of its pictures go through, metadata.
+    pub const PIXELS: u32 = 11;
     /// Raw: the table of one hash grid level; the index is the level.
     pub const GRID: u32 = 16;
     /// Raw: one weight or bias; numbered in the order of the directory.
@@ -55,6 +57,7 @@ pub mod kind {
             TENSORS => "TENSORS",
             DETAIL => "DETAIL",
             HIERARCHICAL => "HIERARCHICAL",
+            PIXELS => "PIXELS",
             GRID => "GRID",
             NETWORK => "NETWORK",
             OCC_COARSE => "OCC_COARSE",

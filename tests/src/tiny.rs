@@ -214,5 +214,6 @@ pub fn about() -> About<'static> {
             dataset: "nothing",
             train_psnr: Some(30.5),
         }),
+        ..About::default()
     }
 }

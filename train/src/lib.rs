@@ -2,6 +2,7 @@
 //!
 //! [`dataset`] reads images and cameras, [`trainer`] learns a field from them,
 //! `pocketnerf-formats` writes it down; [`evaluate`] and [`picture`] look at it.
+//! [`convert`] makes models of what other programs learnt.
 //! The command line is in [`cli`].
 //!
 //! # Example
@@ -41,6 +42,7 @@ pub mod bench;
 pub mod builtin;
 pub mod cameras;
 pub mod cli;
+pub mod convert;
 pub mod dataset;
 pub mod evaluate;
 pub mod field;

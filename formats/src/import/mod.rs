@@ -33,6 +33,8 @@
 mod budget;
 mod element;
 mod error;
+#[cfg(feature = "nerf")]
+pub mod nerf;
 mod npy;
 mod pickle;
 mod safetensors;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Fields;
 use crate::FormatError;
-use crate::about::{DefaultCamera, MAX_PICTURE_SIDE, Provenance, Scene};
+use crate::about::{DefaultCamera, MAX_PICTURE_SIDE, PixelOrigin, Provenance, Scene};
 
 /// SCENE; the fields are those of [`Scene`].
 #[derive(Serialize, Deserialize)]
@@ -109,6 +109,29 @@ pub(crate) fn write_display(
         height,
     });
     Some(super::encode(&DisplayV1 { background: display.background, color_space, camera }))
+}
+
+/// Codes of [`PixelOrigin`].
+const PIXEL_ORIGINS: [PixelOrigin; 2] = [PixelOrigin::Center, PixelOrigin::Corner];
+
+/// PIXELS.
+#[derive(Serialize, Deserialize)]
+struct PixelsV1 {
+    origin: u8,
+}
+
+pub(crate) fn read_pixels(mut fields: Fields<'_>) -> Result<PixelOrigin, FormatError> {
+    let PixelsV1 { origin: code } = fields.take()?;
+    let origin = PIXEL_ORIGINS.get(usize::from(code));
+    let origin = origin.ok_or_else(|| fields.unknown("origin", code))?;
+    fields.finish()?;
+    Ok(*origin)
+}
+
+#[cfg(feature = "alloc")]
+pub(crate) fn write_pixels(origin: PixelOrigin) -> alloc::vec::Vec<u8> {
+    let origin = PIXEL_ORIGINS.iter().position(|known| *known == origin).unwrap_or_default();
+    super::encode(&PixelsV1 { origin: origin as u8 })
 }
 
 /// DETAIL; the field is that of [`Display`].
@@ -239,6 +262,19 @@ mod tests {
             read_display(fields(kind::DISPLAY, &bytes)),
             bad(kind::DISPLAY, "width and height")
         );
+    }
+
+    #[test]
+    fn bytes_of_pixels_v1() {
+        for (code, origin) in [(0, PixelOrigin::Center), (1, PixelOrigin::Corner)] {
+            assert_eq!(write_pixels(origin), [code]);
+            assert_eq!(read_pixels(fields(kind::PIXELS, &[code])), Ok(origin));
+        }
+        let section = SectionId::first(kind::PIXELS);
+        let unknown = FormatError::UnknownCode { section, field: "origin", found: 2 };
+        assert_eq!(read_pixels(fields(kind::PIXELS, &[2])), Err(unknown));
+        assert!(read_pixels(fields(kind::PIXELS, &[])).is_err());
+        assert!(read_pixels(fields(kind::PIXELS, &[1, 0])).is_err());
     }
 
     #[test]

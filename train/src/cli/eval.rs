@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
+use pocketnerf_core::Camera;
+use pocketnerf_formats::PixelOrigin;
+
 use crate::dataset::Split;
 use crate::evaluate::evaluate;
 use crate::image_file;
@@ -25,6 +28,10 @@ pub(super) struct Eval {
     /// Compare with images so many times smaller.
     #[arg(long, value_name = "K", default_value_t = 1)]
     downscale_factor: u32,
+    /// Where in a pixel its ray goes through: center or corner; as the model learnt it
+    /// unless told.
+    #[arg(long, value_name = "WHERE", value_parser = super::parse_pixel_origin)]
+    pixel_origin: Option<PixelOrigin>,
     #[command(flatten)]
     reading: Reading,
     /// Where along a ray the field is asked.
@@ -40,7 +47,10 @@ impl Eval {
         let bytes = read_model(&self.model)?;
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
-        let dataset = self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
+        let mut dataset =
+            self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
+        let origin = self.pixel_origin.unwrap_or(file.about.pixel_origin);
+        dataset.views.iter_mut().for_each(|view| shift(&mut view.camera, origin));
         let background = self.background.unwrap_or(file.model.display.background);
         let folder = self.out.as_deref().map(make_folder).transpose()?;
         let mut failure = None;
@@ -84,5 +94,12 @@ impl Eval {
             ));
         }
         Ok(())
+    }
+}
+
+/// Sends every pixel's ray through there.
+pub(super) fn shift(camera: &mut Camera, origin: PixelOrigin) {
+    if origin == PixelOrigin::Corner {
+        camera.center = camera.center.map(|c| c + 0.5);
     }
 }

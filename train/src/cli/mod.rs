@@ -1,6 +1,7 @@
 //! The command line: a thin layer over the library. One file a command.
 
 mod bench;
+mod convert;
 mod demo;
 mod eval;
 mod info;
@@ -15,6 +16,7 @@ use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use pocketnerf_core::SimdLevel;
+use pocketnerf_formats::{PixelOrigin, Precision};
 
 use crate::picture;
 use reading::Reading;
@@ -41,6 +43,11 @@ enum Action {
     Train(train::Train),
     /// Compare a model's pictures with a dataset's.
     Eval(eval::Eval),
+    /// Make a model file of what another program trained, or of a model in f32.
+    ///
+    /// Reads checkpoints of nerf-pytorch (yenchenlin, krrish94), nerf_pl and the original
+    /// program (torch, numpy or safetensors). No pickle is ever executed.
+    Convert(Box<convert::Convert>),
     /// Render pictures of a model.
     Render(render::Render),
     /// Tell what is in a model file, a checkpoint or a dataset.
@@ -117,6 +124,41 @@ fn parse_quality(text: &str) -> Result<f32, String> {
     quality.ok_or_else(|| "expected a number from 0 to 1".to_owned())
 }
 
+fn parse_pixel_origin(text: &str) -> Result<PixelOrigin, String> {
+    match text {
+        "center" => Ok(PixelOrigin::Center),
+        "corner" => Ok(PixelOrigin::Corner),
+        _ => Err("expected center or corner".to_owned()),
+    }
+}
+
+fn parse_precision(text: &str) -> Result<Precision, String> {
+    match text {
+        "i8" => Ok(Precision::I8),
+        "f16" => Ok(Precision::F16),
+        "f32" => Ok(Precision::F32),
+        _ => Err("expected i8, f16 or f32".to_owned()),
+    }
+}
+
+/// A box by its corners.
+fn parse_box(text: &str) -> Result<[[f32; 3]; 2], String> {
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok([a, b, c, d, e, f])
+            if [[a, d], [b, e], [c, f]]
+                .iter()
+                .all(|[low, high]| (1e-6..1e6).contains(&(*high - *low))) =>
+        {
+            Ok([[*a, *b, *c], [*d, *e, *f]])
+        }
+        _ => {
+            Err("expected six numbers X0,Y0,Z0,X1,Y1,Z1, the first three below the others"
+                .to_owned())
+        }
+    }
+}
+
 fn parse_simd(name: &str) -> Result<SimdLevel, String> {
     let level: SimdLevel = name.parse().map_err(str::to_owned)?;
     level.token().map(|_| level).map_err(|e| e.to_string())
@@ -162,6 +204,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Demo(action) => action.run(common),
         Action::Train(action) => action.run(common),
         Action::Eval(action) => action.run(common),
+        Action::Convert(action) => action.run(common),
         Action::Render(action) => action.run(common),
         Action::Info(action) => action.run(common),
         Action::Bench(action) => action.run(common),

@@ -40,6 +40,7 @@ pub use finished::Finished;
 pub use guard::{Diverged, MAX_RESTARTS, Trouble};
 pub use hull::Hull;
 pub use occupancy_grid::OccupancyGrid;
+pub(crate) use occupancy_grid::PERIOD as OCCUPANCY_PERIOD;
 pub use optimizer::{Adam, Slices};
 pub use rays::{Backdrop, RaySource, Targets, TrainingRay};
 pub use run::{Progress, Run, Summary, run};
@@ -307,7 +308,7 @@ impl Trainer {
 }
 
 /// Every cell of the cube that lies in the box of the space.
-fn all_cells(space: &Space, resolution: u32) -> Vec<u32> {
+pub(crate) fn all_cells(space: &Space, resolution: u32) -> Vec<u32> {
     let n = resolution;
     let map = space.unit_map();
     let [_, max] = space.bounds();

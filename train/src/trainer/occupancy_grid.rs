@@ -17,7 +17,7 @@ use crate::probe::{BATCH, Probe};
 use crate::random::Random;
 
 /// A cell is looked at in one of so many updates.
-pub(super) const PERIOD: usize = 4;
+pub(crate) const PERIOD: usize = 4;
 /// What remains of a cell's density when it is looked at again, while the field
 /// changes.
 const DECAY: f32 = 0.8;
@@ -92,14 +92,26 @@ impl OccupancyGrid {
     #[must_use]
     pub(crate) fn finer(&self) -> Self {
         let n = self.resolution;
-        let (view, mut candidates) = (self.view(), Vec::new());
-        let at = |c: u32| (c as f32 + 0.5) / n as f32;
-        for cell in &self.candidates {
+        let view = self.view();
+        let at = |cell: &&u32| view.cell(*cell % n, *cell / n % n, *cell / (n * n));
+        self.halved(self.candidates.iter().filter(at).copied())
+    }
+
+    /// The same, where the occupied cells of this grid and their neighbours are.
+    #[must_use]
+    pub(crate) fn finer_and_around(&self) -> Self {
+        let n = self.resolution;
+        let view = self.grown();
+        let at = |cell: &u32| view.cell(*cell % n, *cell / n % n, *cell / (n * n));
+        self.halved((0..n * n * n).filter(at))
+    }
+
+    fn halved(&self, cells: impl Iterator<Item = u32>) -> Self {
+        let (n, mut candidates) = (self.resolution, Vec::new());
+        for cell in cells {
             let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
-            if view.at([at(x), at(y), at(z)]) {
-                for (k, j, i) in (0..8).map(|c| (c >> 2, c >> 1 & 1, c & 1)) {
-                    candidates.push(((2 * z + k) * 2 * n + 2 * y + j) * 2 * n + 2 * x + i);
-                }
+            for (k, j, i) in (0..8).map(|c| (c >> 2, c >> 1 & 1, c & 1)) {
+                candidates.push(((2 * z + k) * 2 * n + 2 * y + j) * 2 * n + 2 * x + i);
             }
         }
         candidates.sort_unstable();

@@ -63,7 +63,7 @@ pub(in crate::cli) struct Train {
     pub(super) reading: Reading,
     /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; the dataset's own unless told,
     /// or found from cameras, silhouettes and a small field.
-    #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
+    #[arg(long, value_name = "BOX", value_parser = crate::cli::parse_box, allow_hyphen_values = true)]
     aabb: Option<[[f32; 3]; 2]>,
     /// Where the scene lies: in a box, or, where all cameras look along -z, in
     /// normalised device coordinates, which reach to infinity; ndc for forward-facing
@@ -85,7 +85,7 @@ pub(in crate::cli) struct Train {
     /// How the model file holds tables: i8, f16 or f32 (networks: f16 or f32);
     /// i8 unless told, which costs about 0.01 dB.
     #[arg(long, value_name = "TYPE", default_value = "i8", hide_default_value = true,
-        value_parser = parse_precision)]
+        value_parser = crate::cli::parse_precision)]
     pub(super) precision: Precision,
     /// Base-two logarithm of the most entries of a grid level.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
@@ -126,32 +126,6 @@ enum Profile {
     Fine,
     /// Pictures in half the time, at about 1 dB less
     Fast,
-}
-
-fn parse_precision(text: &str) -> Result<Precision, String> {
-    match text {
-        "i8" => Ok(Precision::I8),
-        "f16" => Ok(Precision::F16),
-        "f32" => Ok(Precision::F32),
-        _ => Err("expected i8, f16 or f32".to_owned()),
-    }
-}
-
-fn parse_box(text: &str) -> Result<[[f32; 3]; 2], String> {
-    let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok([a, b, c, d, e, f])
-            if [[a, d], [b, e], [c, f]]
-                .iter()
-                .all(|[low, high]| (1e-6..1e6).contains(&(*high - *low))) =>
-        {
-            Ok([[*a, *b, *c], [*d, *e, *f]])
-        }
-        _ => {
-            Err("expected six numbers X0,Y0,Z0,X1,Y1,Z1, the first three below the others"
-                .to_owned())
-        }
-    }
 }
 
 impl Train {

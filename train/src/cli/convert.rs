@@ -1,0 +1,304 @@
+//! `pocketnerf convert`.
+
+use std::f32::consts::FRAC_PI_4;
+use std::path::{Path, PathBuf};
+
+use pocketnerf_core::{Camera, Model};
+use pocketnerf_formats::import::Checkpoint;
+use pocketnerf_formats::import::nerf::Nerf;
+use pocketnerf_formats::{About, DefaultCamera, PixelOrigin, Precision, Provenance};
+use serde_json::{Value, json};
+
+use super::train::default_camera;
+use super::{Common, Failure, Reading, eval, print_line, read_model};
+use crate::cameras::Orbit;
+use crate::convert::{Conversion, ConvertError, Place, Settings, compare, config, refuse_others};
+use crate::dataset::{Dataset, Split};
+use crate::picture::{self, Sampling};
+use crate::{output, trainer};
+
+/// Views of an orbit that are compared where no dataset is given.
+const VIEWS: usize = 4;
+/// Their size.
+const SIZE: [u32; 2] = [100, 100];
+/// The near plane of normalised device coordinates: every program has it there.
+const NDC_NEAR: f32 = 1.0;
+
+/// Make a model file of what another program trained, or of a model in f32.
+#[derive(Debug, clap::Args)]
+pub(super) struct Convert {
+    /// Checkpoint of another program, or a .pnerf model or checkpoint.
+    input: PathBuf,
+    /// Model file to write.
+    out: PathBuf,
+    /// Depth where samples begin, scene units; from the config beside the checkpoint
+    /// unless told.
+    #[arg(long, value_name = "N")]
+    near: Option<f32>,
+    /// Depth where samples end.
+    #[arg(long, value_name = "F")]
+    far: Option<f32>,
+    /// Evenly spaced samples, and samples drawn from their weights.
+    #[arg(long, value_name = "C,F", value_parser = parse_samples)]
+    samples: Option<[u32; 2]>,
+    /// Colour behind the scene: white, black or R,G,B.
+    #[arg(long, value_name = "COLOR", value_parser = super::parse_color)]
+    background: Option<[f32; 3]>,
+    /// Rays are those of normalised device coordinates (needs --data).
+    #[arg(long)]
+    ndc: bool,
+    /// Near and far are distances along rays, not depths along the camera's axis.
+    #[arg(long)]
+    along_rays: bool,
+    /// Where in a pixel rays went through: center or corner; corner unless told, as in
+    /// the original program.
+    #[arg(long, value_name = "WHERE", value_parser = super::parse_pixel_origin)]
+    pixel_origin: Option<PixelOrigin>,
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; found unless told.
+    #[arg(long, value_name = "BOX", value_parser = super::parse_box,
+        allow_hyphen_values = true)]
+    aabb: Option<[[f32; 3]; 2]>,
+    /// Dataset that it was trained on: for normalised device coordinates, a camera to
+    /// begin with, and views to verify.
+    #[arg(long, value_name = "DATA")]
+    data: Option<PathBuf>,
+    /// Its images so many times smaller.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    downscale_factor: u32,
+    #[command(flatten)]
+    reading: Reading,
+    /// The fine network of a .npy checkpoint that holds the coarse one: model_fine_* beside
+    /// it unless told.
+    #[arg(long, value_name = "FILE")]
+    fine: Option<PathBuf>,
+    /// Leave the coarse network out: half the bytes, and other pictures with
+    /// --sampling paper.
+    #[arg(long)]
+    fine_only: bool,
+    /// How the model file holds weights: f16 or f32 (i8: tables).
+    #[arg(long, value_name = "TYPE", default_value = "f16",
+        value_parser = super::parse_precision)]
+    precision: Precision,
+    /// Render source and result on the same rays and tell how far they are apart.
+    #[arg(long)]
+    verify: bool,
+}
+
+impl Convert {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        output::check_output(&self.out)?;
+        let bytes = read_model(&self.input)?;
+        let result = if bytes.starts_with(&pocketnerf_formats::MAGIC) {
+            self.own(&bytes, common)?
+        } else {
+            self.other(&bytes, common)?
+        };
+        if common.json {
+            print_line(result);
+        } else {
+            print_line(format_args!(
+                "{}: {} bytes, {}, occupied cells {:.1} %",
+                self.out.display(),
+                result["bytes"],
+                result["program"].as_str().unwrap_or_default(),
+                100.0 * result["occupancy_fraction"].as_f64().unwrap_or(1.0),
+            ));
+            for (what, key) in
+                [("the source's sampling", "verify_paper"), ("occupied cells", "verify_occupancy")]
+            {
+                let Some(difference) = result.get(key).filter(|d| !d.is_null()) else { continue };
+                let number = |of: &Value| of.as_f64().unwrap_or(f64::INFINITY);
+                print_line(format_args!(
+                    "with {what}: {:.2} dB to the source, largest error {:.5}, {:.1} evaluations \
+                     a pixel ({:.1} in the source)",
+                    number(&difference["psnr"]),
+                    number(&difference["max_error"]),
+                    number(&difference["evaluations"][1]),
+                    number(&difference["evaluations"][0]),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// A model of ours in another precision.
+    fn own(&self, bytes: &[u8], common: &Common) -> Result<Value, Failure> {
+        let file = super::open(&self.input, bytes)?;
+        let written = pocketnerf_formats::write(&file.model, &file.about, self.precision)?;
+        output::write_atomic(&self.out, &written)?;
+        let [mut paper, mut occupancy] = [Value::Null, Value::Null];
+        if self.verify {
+            let sampling = match file.model.hierarchical {
+                Some(_) => Sampling::Paper,
+                None => Sampling::Occupancy,
+            };
+            [paper, occupancy] = self.verify(&file.model, sampling, &written, &[], common)?;
+        }
+        let fraction = file.model.occupancy.map_or(1.0, |cells| cells.fraction());
+        Ok(self.report("pocketnerf", written.len(), fraction, [paper, occupancy]))
+    }
+
+    fn other(&self, bytes: &[u8], common: &Common) -> Result<Value, Failure> {
+        let named = |error: ConvertError| format!("{}: {error}", self.input.display());
+        refuse_others(bytes).map_err(named)?;
+        let mut nerf = self.networks(bytes)?;
+        if self.fine_only {
+            nerf.drop_coarse();
+        }
+        let beside = config::beside(&self.input).map_err(|error| error.to_string())?;
+        if let (Some((file, _)), false) = (&beside, common.quiet) {
+            eprintln!("note: near, far and the like as in {}", file.display());
+        }
+        let settings = self.given().or(beside.map(|(_, found)| found).unwrap_or_default());
+        let load = |folder: &PathBuf| -> Result<Dataset, Failure> {
+            Ok(self.reading.load(folder, Split::Test, self.downscale_factor, common)?)
+        };
+        let dataset = self.data.as_ref().map(load).transpose()?;
+        let place = |ndc| place(ndc, self.aabb, dataset.as_ref());
+        let conversion = Conversion::new(nerf, settings, place, common.simd()).map_err(named)?;
+        let model = conversion.model().map_err(named)?;
+        let mut views: Vec<Camera> =
+            dataset.iter().flat_map(|dataset| &dataset.views).map(|view| view.camera).collect();
+        let camera = views.first().map_or_else(
+            || default_camera(&orbit(&model, conversion.distance())[0]),
+            default_camera,
+        );
+        let written =
+            pocketnerf_formats::write(&model, &self.about(camera, &conversion), self.precision)?;
+        output::write_atomic(&self.out, &written)?;
+        let mut verified = [Value::Null, Value::Null];
+        if self.verify {
+            let origin = conversion.pixel_origin();
+            views.iter_mut().for_each(|camera| eval::shift(camera, origin));
+            if views.is_empty() {
+                views = orbit(&model, conversion.distance());
+            }
+            let source = Model { occupancy: None, ..model };
+            verified = self.verify(&source, Sampling::Paper, &written, &views, common)?;
+        }
+        let fraction = model.occupancy.map_or(1.0, |cells| cells.fraction());
+        Ok(self.report(conversion.nerf().program(), written.len(), fraction, verified))
+    }
+
+    /// The networks of one checkpoint, or of two.
+    fn networks(&self, bytes: &[u8]) -> Result<Nerf, Failure> {
+        fn read<'b>(path: &Path, bytes: &'b [u8]) -> Result<Checkpoint<'b>, Failure> {
+            Checkpoint::read(bytes).map_err(|e| format!("{}: {e}", path.display()).into())
+        }
+        let checkpoint = read(&self.input, bytes)?;
+        let named = |error| -> Failure { format!("{}: {error}", self.input.display()).into() };
+        let beside = self.fine.clone().or_else(|| fine_beside(&self.input));
+        let Some(path) = beside else { return Nerf::read(&checkpoint).map_err(named) };
+        let bytes = read_model(&path)?;
+        Nerf::read_both(&checkpoint, &read(&path, &bytes)?).map_err(named)
+    }
+
+    fn given(&self) -> Settings {
+        let [coarse, fine] = self.samples.map_or([None; 2], |samples| samples.map(Some));
+        Settings {
+            near: self.near,
+            far: self.far,
+            samples: [coarse, fine],
+            background: self.background,
+            ndc: self.ndc.then_some(true),
+            pixel_origin: self.pixel_origin,
+            along_rays: self.along_rays.then_some(true),
+        }
+    }
+
+    fn about(&self, camera: DefaultCamera, conversion: &Conversion) -> About<'_> {
+        About {
+            camera: Some(camera),
+            provenance: Some(Provenance {
+                program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
+                method: conversion.nerf().program(),
+                ..Provenance::default()
+            }),
+            pixel_origin: conversion.pixel_origin(),
+            ..About::default()
+        }
+    }
+
+    /// Compares the written file with its source, in the source's sampling and in occupied
+    /// cells.
+    fn verify(
+        &self,
+        source: &Model<'_>,
+        sampling: Sampling,
+        written: &[u8],
+        views: &[Camera],
+        common: &Common,
+    ) -> Result<[Value; 2], Failure> {
+        let mut table = Vec::new();
+        let file = super::open_to_render(&self.out, written, &mut table)?;
+        let own;
+        let views = if views.is_empty() {
+            let fov_x = Orbit::fov_x(None);
+            own = Orbit { size: SIZE, ..Orbit::around(&source.space, None, VIEWS, fov_x) };
+            &own.cameras()[..]
+        } else {
+            views
+        };
+        // The source has no interpolated pixels.
+        let settings = picture::Settings { quality: 1.0, ..common.picture() };
+        let mut compared = [Value::Null, Value::Null];
+        let samplings = [Sampling::Paper, Sampling::Occupancy];
+        for (to, with) in compared.iter_mut().zip(samplings) {
+            if sampling == Sampling::Paper || with == Sampling::Occupancy {
+                let models = [(source, sampling), (&file.model, with)];
+                *to = serde_json::to_value(compare(models, views, &settings)?)?;
+            }
+        }
+        Ok(compared)
+    }
+
+    fn report(&self, program: &str, bytes: usize, fraction: f32, verified: [Value; 2]) -> Value {
+        let [paper, occupancy] = verified;
+        json!({
+            "bytes": bytes,
+            "program": program,
+            "occupancy_fraction": fraction,
+            "verify_paper": paper,
+            "verify_occupancy": occupancy,
+            "out": self.out.display().to_string(),
+        })
+    }
+}
+
+/// Where the scene is.
+fn place(
+    ndc: bool,
+    aabb: Option<[[f32; 3]; 2]>,
+    dataset: Option<&Dataset>,
+) -> Result<Option<Place>, ConvertError> {
+    if !ndc {
+        return Ok(aabb.map(Place::Box));
+    }
+    let dataset = dataset.ok_or(ConvertError::NoCameras(""))?;
+    let ndc = trainer::ndc_of(&dataset.views, NDC_NEAR);
+    let ndc =
+        ndc.ok_or(ConvertError::NoCameras(": the cameras of this one do not look forwards"))?;
+    Ok(Some(Place::Ndc(ndc)))
+}
+
+/// Views all around, from as far away as the source's.
+fn orbit(model: &Model<'_>, distance: f32) -> Vec<Camera> {
+    let around = Orbit::around(&model.space, None, VIEWS, FRAC_PI_4);
+    Orbit { size: SIZE, radius: distance, ..around }.cameras()
+}
+
+/// bmild/nerf writes `model_fine_200000.npy` beside `model_200000.npy`.
+fn fine_beside(coarse: &Path) -> Option<PathBuf> {
+    let number = coarse.file_name()?.to_str()?.strip_prefix("model_")?;
+    let is_coarse = number.ends_with(".npy") && !number.starts_with("fine_");
+    let fine = coarse.with_file_name(format!("model_fine_{number}"));
+    (is_coarse && fine.is_file()).then_some(fine)
+}
+
+fn parse_samples(text: &str) -> Result<[u32; 2], String> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok([coarse, fine]) => Ok([*coarse, *fine]),
+        _ => Err("expected two numbers: C,F".to_owned()),
+    }
+}
