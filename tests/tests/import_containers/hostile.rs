@@ -2,6 +2,7 @@
 
 use pocketnerf_formats::import::{Checkpoint, ImportError};
 
+use crate::counting::most_held;
 use crate::fixture;
 use crate::numpy::npy;
 
@@ -12,7 +13,11 @@ fn file(pickle: &[u8]) -> Vec<u8> {
 
 #[track_caller]
 fn refused(pickle: &[u8]) -> String {
-    Checkpoint::read(&file(pickle)).unwrap_err().to_string()
+    let file = file(pickle);
+    let mut message = String::new();
+    let held = most_held(|| message = Checkpoint::read(&file).unwrap_err().to_string());
+    assert!(held <= (64 << 20) + 4 * file.len(), "{held} bytes held");
+    message
 }
 
 fn accepted(pickle: &[u8]) {
@@ -132,6 +137,23 @@ fn copies_are_counted() {
         pickle.extend(b"c__builtin__\nlist\nh\x00\x85R");
     }
     pickle.push(b'.');
+    assert!(refused(&pickle).contains("bytes of memory"));
+}
+
+/// Short instructions that make large things, and a large thing with many names.
+#[test]
+fn memory_is_bounded() {
+    for made in [&b"}"[..], b"]", b")", b"(", b"N", b"\x940", b"cargparse\nNamespace\n)\x81"] {
+        let pickle = [&b"\x80\x04N"[..], &made.repeat(2_000_000), b"."].concat();
+        refused(&pickle);
+    }
+    let array: &[u8] =
+        b"\x80\x04cnumpy.core.numeric\n_frombuffer\n(C\x01\x07cnumpy\ndtype\n\x8c\x02u1\x85R(";
+    let mut pickle = array.to_vec();
+    pickle.extend(b"K\x01".repeat(64));
+    pickle.extend(b"t\x8c\x01CtRq\x000(");
+    pickle.extend(b"h\x00".repeat(900_000));
+    pickle.extend(b"l.");
     assert!(refused(&pickle).contains("bytes of memory"));
 }
 
