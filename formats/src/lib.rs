@@ -59,10 +59,9 @@
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]
-#![cfg_attr(not(feature = "std"), allow(rustdoc::broken_intra_doc_links, reason = "the writer"))]
 #![cfg_attr(
     not(feature = "import"),
-    allow(rustdoc::broken_intra_doc_links, reason = "checkpoints")
+    allow(rustdoc::broken_intra_doc_links, reason = "the writer, the checkpoints")
 )]
 
 #[cfg(feature = "alloc")]

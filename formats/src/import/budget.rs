@@ -26,8 +26,9 @@ impl Budget {
         Ok(())
     }
 
-    /// Room for `n` more in a vector that doubles.
+    /// Room for `n` more in a vector that doubles, beside which its old self lies while
+    /// it grows.
     pub(super) fn spend_on<T>(&mut self, n: usize) -> Result<(), ImportError> {
-        self.spend(n.saturating_mul(2 * size_of::<T>()))
+        self.spend(n.saturating_mul(3 * size_of::<T>()))
     }
 }

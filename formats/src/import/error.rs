@@ -35,6 +35,15 @@ pub enum ImportError {
         /// The entry.
         entry: String,
     },
+    /// An entry of the zip archive is damaged.
+    Checksum {
+        /// The entry.
+        entry: String,
+        /// CRC-32 in the archive.
+        expected: u32,
+        /// CRC-32 of the bytes.
+        found: u32,
+    },
     /// An entry that the checkpoint needs is not in the file.
     MissingEntry(String),
     /// An entry, a storage or a path occurs twice.
@@ -115,6 +124,11 @@ impl fmt::Display for ImportError {
             Self::Packed { entry } => write!(
                 f,
                 "the entry {entry} is compressed or encrypted, where torch.save stores: refused"
+            ),
+            Self::Checksum { entry, expected, found } => write!(
+                f,
+                "the entry {entry}: checksum {found:#010x} where {expected:#010x} was expected: \
+                 the file is damaged"
             ),
             Self::MissingEntry(entry) => write!(f, "{entry}: not in the file"),
             Self::Duplicate(name) => write!(f, "{name}: occurs twice"),

@@ -84,8 +84,8 @@ impl fmt::Display for Container {
 }
 
 impl<'a> Checkpoint<'a> {
-    /// Reads a file that lies in memory: its structure, and that every tensor lies
-    /// inside it. The tensors' numbers are not touched.
+    /// Reads a file that lies in memory: its structure, that every tensor lies inside
+    /// it, and the checksums that a zip archive has. No tensor is decoded.
     ///
     /// # Errors
     /// What was found and what was expected; see [`ImportError`].

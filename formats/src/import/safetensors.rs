@@ -25,7 +25,7 @@ const MAX_HEADER: usize = 8 << 20;
 pub(super) fn is_safetensors(bytes: &[u8]) -> bool {
     let header =
         bytes.split_first_chunk().map(|(length, rest)| (u64::from_le_bytes(*length), rest));
-    // A length of a header that was not cut off is far below that of any text in place of it.
+    // Text in place of the length would make it far longer.
     header.is_some_and(|(length, rest)| length < 1 << 32 && rest.starts_with(b"{"))
 }
 

@@ -87,7 +87,7 @@ impl<'a> Machine<'a, '_> {
     }
 
     /// What torch keeps outside the pickle, from the tuple that names it.
-    pub(super) fn storage(&self, id: Value<'a>) -> Result<TorchStorage<'a>, ImportError> {
+    pub(super) fn storage(&mut self, id: Value<'a>) -> Result<TorchStorage<'a>, ImportError> {
         let expected = || self.expected("the name of a torch storage");
         let Some(Object::Sequence(id)) = self.object(id) else { return Err(expected()) };
         let &[Value::Text("storage"), class, Value::Text(key), _, len, ref rest @ ..] = &id[..]
@@ -106,7 +106,10 @@ impl<'a> Machine<'a, '_> {
             },
             _ => None,
         };
-        Ok(TorchStorage { key, element, len: self.index(len)?, view })
+        let storage = TorchStorage { key, element, len: self.index(len)?, view };
+        // Looking a long key up takes time, whenever it is mentioned.
+        self.budget.spend(key.len())?;
+        Ok(storage)
     }
 
     fn tensor(

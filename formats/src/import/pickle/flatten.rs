@@ -42,9 +42,9 @@ impl<'a> Pickle<'a> {
         let mut visit = Some(self.root);
         loop {
             if let Some(value) = visit.take() {
-                // What is passed over takes time as well.
-                budget.spend_on::<(String, Leaf<'_>)>(1)?;
-                budget.spend(path.len())?;
+                // What is passed over takes time as well, and so does looking up a key.
+                budget.spend_on::<(String, Leaf<'_>, usize)>(1)?;
+                budget.spend(path.len() + self.key_bytes(value))?;
                 match value {
                     Value::Object(object) if self.is_container(object) => {
                         if levels.len() == MAX_DEPTH {
@@ -54,9 +54,11 @@ impl<'a> Pickle<'a> {
                         levels.push(Level { object, next: 0, path_bytes: path.len() });
                     }
                     value => {
-                        if let Some(leaf) = self.leaf(value, &path, big_endian, &find)? {
-                            leaves.push((path.clone(), leaf));
+                        let leaf = self.leaf(value, &path, big_endian, &find)?;
+                        if let Some(Leaf::Tensor(tensor)) = &leaf {
+                            budget.spend_on::<[usize; 2]>(tensor.shape().len())?;
                         }
+                        leaves.extend(leaf.map(|leaf| (path.clone(), leaf)));
                     }
                 }
                 if leaves.len() > MAX_NAMES {
@@ -75,6 +77,16 @@ impl<'a> Pickle<'a> {
                     levels.pop();
                 }
             }
+        }
+    }
+
+    /// The length of the key that a tensor's storage is looked up by.
+    fn key_bytes(&self, value: Value<'a>) -> usize {
+        let Value::Object(index) = value else { return 0 };
+        let Object::Tensor(tensor) = &self.objects[index] else { return 0 };
+        match &self.objects[tensor.storage] {
+            Object::Storage(storage) => storage.key.len(),
+            _ => 0,
         }
     }
 

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::vec::Vec;
 
+use super::literals::literal;
 use super::opcodes as op;
 use super::source::Source;
 use super::value::{Object, Value};
@@ -118,58 +119,11 @@ impl<'a, 'b> Machine<'a, 'b> {
                 let (_, _, callee) = (self.pop()?, self.pop()?, self.pop()?);
                 Err(self.refuse_call(callee))
             }
-            _ => match self.literal(opcode)? {
+            _ => match literal(opcode, &mut self.source)? {
                 Some(value) => self.push(value),
                 None => Err(ImportError::Opcode { found: opcode, at: self.source.at() - 1 }),
             },
         }
-    }
-
-    /// The instructions that push a value of their own.
-    fn literal(&mut self, opcode: u8) -> Result<Option<Value<'a>>, ImportError> {
-        let source = &mut self.source;
-        Ok(Some(match opcode {
-            op::NONE => Value::None,
-            op::NEWTRUE => Value::Bool(true),
-            op::NEWFALSE => Value::Bool(false),
-            op::BININT => Value::Int(i32::from_le_bytes(source.array()?).into()),
-            op::BININT1 => Value::Int(source.byte()?.into()),
-            op::BININT2 => Value::Int(u16::from_le_bytes(source.array()?).into()),
-            op::LONG1 => long(source.counted_by_u8()?),
-            op::LONG4 => long(source.counted_by_u32()?),
-            op::BINFLOAT => Value::Float(f64::from_be_bytes(source.array()?)),
-            op::INT | op::LONG => {
-                let line = source.line()?;
-                decimal(line).ok_or_else(|| source.expected("a decimal number"))?
-            }
-            op::FLOAT => {
-                let number = source.line()?.parse();
-                Value::Float(number.map_err(|_| source.expected("a decimal number"))?)
-            }
-            op::BINUNICODE => Value::Text(source.counted_by_u32().and_then(|b| source.text(b))?),
-            op::SHORT_BINUNICODE => {
-                Value::Text(source.counted_by_u8().and_then(|b| source.text(b))?)
-            }
-            op::BINUNICODE8 => Value::Text(source.counted_by_u64().and_then(|b| source.text(b))?),
-            op::UNICODE => {
-                let line = source.line()?;
-                plain(line).ok_or_else(|| source.expected("a text without escapes"))?
-            }
-            op::STRING => {
-                let line = source.line()?;
-                let inside = ['\'', '"']
-                    .iter()
-                    .find_map(|&quote| line.strip_prefix(quote)?.strip_suffix(quote));
-                let expected = || source.expected("a quoted text without escapes");
-                inside.and_then(plain).ok_or_else(expected)?
-            }
-            op::BINSTRING => string(source.counted_by_u32()?),
-            op::SHORT_BINSTRING => string(source.counted_by_u8()?),
-            op::BINBYTES => Value::Bytes(source.counted_by_u32()?),
-            op::SHORT_BINBYTES => Value::Bytes(source.counted_by_u8()?),
-            op::BINBYTES8 | op::BYTEARRAY8 => Value::Bytes(source.counted_by_u64()?),
-            _ => return Ok(None),
-        }))
     }
 
     fn protocol(&mut self) -> Result<(), ImportError> {
@@ -313,36 +267,4 @@ impl<'a, 'b> Machine<'a, 'b> {
             _ => self.expected("something to call"),
         }
     }
-}
-
-/// A two's complement number of any length; beyond 64 bits the nearest float or so.
-fn long(bytes: &[u8]) -> Value<'static> {
-    let is_negative = bytes.last().is_some_and(|byte| byte & 0x80 != 0);
-    if bytes.len() <= 8 {
-        let mut padded = [if is_negative { 0xff } else { 0 }; 8];
-        padded[..bytes.len()].copy_from_slice(bytes);
-        return Value::Int(i64::from_le_bytes(padded));
-    }
-    let start = if is_negative { -1.0 } else { 0.0 };
-    Value::Float(bytes.iter().rev().fold(start, |sum, byte| sum * 256.0 + f64::from(*byte)))
-}
-
-/// `12`, `12L`, and the truth values `00` and `01` of old.
-fn decimal(line: &str) -> Option<Value<'static>> {
-    match line {
-        "00" => return Some(Value::Bool(false)),
-        "01" => return Some(Value::Bool(true)),
-        _ => {}
-    }
-    let digits = line.strip_suffix('L').unwrap_or(line);
-    digits.parse().map(Value::Int).or_else(|_| digits.parse().map(Value::Float)).ok()
-}
-
-fn plain(text: &str) -> Option<Value<'_>> {
-    (!text.contains('\\')).then_some(Value::Text(text))
-}
-
-/// Python 2 knew one type for texts and for bytes.
-fn string(bytes: &[u8]) -> Value<'_> {
-    core::str::from_utf8(bytes).map_or(Value::Bytes(bytes), Value::Text)
 }

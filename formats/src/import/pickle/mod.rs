@@ -8,6 +8,7 @@
 mod calls;
 mod flatten;
 mod globals;
+mod literals;
 mod machine;
 mod numpy;
 mod opcodes;

@@ -1,0 +1,136 @@
+//! Damaged files: whatever the bytes, reading ends soon, without a panic and without
+//! taking much memory, and a tensor that is found can be decoded.
+
+use std::time::{Duration, Instant};
+
+use pocketnerf_formats::import::{Checkpoint, ImportError};
+use pocketnerf_train::random::Random;
+
+use crate::counting::most_held;
+use crate::fixture;
+
+const FIXTURES: [&str; 15] = [
+    "big_endian.npy",
+    "big_endian.pt",
+    "compressed.pt",
+    "eval.pt",
+    "fortran.npy",
+    "legacy.pt",
+    "legacy_protocol_4.pt",
+    "lightning.ckpt",
+    "little_endian.pt",
+    "tensor.pt",
+    "tiny.safetensors",
+    "weights.npy",
+    "weights_protocol_2.npy",
+    "weights_protocol_5.npy",
+    "zip.pt",
+];
+
+/// A fixture; an archive without the checksums that would hide all other damage.
+fn without_checksums(name: &str) -> Vec<u8> {
+    let mut bytes = fixture(name);
+    for at in 0..bytes.len().saturating_sub(20) {
+        if bytes[at..].starts_with(b"PK\x01\x02") {
+            bytes[at + 16..at + 20].fill(0);
+        }
+    }
+    bytes
+}
+
+/// Reads a file and every tensor in it.
+fn use_everything(bytes: &[u8]) -> Result<usize, ImportError> {
+    let started = Instant::now();
+    let mut read = Ok(0);
+    let held = most_held(|| {
+        read = Checkpoint::read(bytes).map(|checkpoint| {
+            for name in checkpoint.names() {
+                let tensor = checkpoint.tensor(name).unwrap();
+                // Decoding has a limit of its own, of which these would take long to fill.
+                if tensor.len() < 1 << 20 {
+                    assert_eq!(tensor.to_f32().unwrap().len(), tensor.len());
+                }
+            }
+            checkpoint.names().count()
+        });
+        if let Err(error) = &read {
+            let message = error.to_string();
+            assert!(message.len() < 2000 && !message.contains('\n'), "{message}");
+        }
+    });
+    assert!(held <= (64 << 20) + 4 * bytes.len(), "{held} bytes held");
+    assert!(started.elapsed() < Duration::from_secs(5));
+    read
+}
+
+/// Changes a file in one of the ways that files are damaged.
+fn mutate(random: &mut Random, bytes: &mut Vec<u8>) {
+    if bytes.is_empty() {
+        return;
+    }
+    let at = random.below(bytes.len());
+    match random.below(8) {
+        0..=2 => bytes[at] ^= 1 << random.below(8),
+        3 | 4 => bytes[at] = random.next_u64() as u8,
+        5 => bytes.truncate(at),
+        spliced => {
+            let from = random.below(bytes.len());
+            let n = 1 + random.below(64);
+            let piece: Vec<u8> = bytes[from..].iter().take(n).copied().collect();
+            let stop = if spliced == 6 { at } else { (at + piece.len()).min(bytes.len()) };
+            bytes.splice(at..stop, piece);
+        }
+    }
+}
+
+#[test]
+fn damage_is_survived() {
+    for (index, name) in FIXTURES.iter().enumerate() {
+        let sound = without_checksums(name);
+        let mut readable = 0;
+        for version in 0..10_000 {
+            let mut random = Random::new(7, [index as u64, version, 0]);
+            let mut bytes = sound.clone();
+            for _ in 0..=random.below(3) {
+                mutate(&mut random, &mut bytes);
+            }
+            readable += u32::from(use_everything(&bytes).is_ok());
+        }
+        println!("{name}: {readable} of 10000 damaged versions can be read");
+    }
+}
+
+/// Legacy files, arrays and safetensors say how long they are; an archive ends with
+/// its table.
+#[test]
+fn every_truncation_is_refused() {
+    for name in FIXTURES {
+        let bytes = fixture(name);
+        for end in 0..bytes.len() {
+            let read = use_everything(&bytes[..end]);
+            assert!(read.is_err(), "{name}: {end} of {} bytes", bytes.len());
+        }
+    }
+}
+
+#[test]
+fn every_byte_can_be_any_other() {
+    for name in ["legacy.pt", "weights.npy", "tiny.safetensors"] {
+        let sound = fixture(name);
+        for at in 0..sound.len() {
+            for value in [0, 1, 0x7f, 0x80, 0xff, b'.', b'(', b'0', sound[at].wrapping_add(1)] {
+                let mut bytes = sound.clone();
+                bytes[at] = value;
+                let _ = use_everything(&bytes);
+            }
+        }
+    }
+}
+
+#[test]
+fn bytes_after_the_end_are_refused() {
+    for name in ["legacy.pt", "weights.npy", "fortran.npy", "tiny.safetensors"] {
+        let bytes = [fixture(name), vec![0; 3]].concat();
+        assert_eq!(use_everything(&bytes), Err(ImportError::Trailing { bytes: 3 }), "{name}");
+    }
+}
