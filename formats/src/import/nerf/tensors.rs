@@ -62,8 +62,15 @@ impl<'c, 'a> Tensors<'c, 'a> {
 
     /// Checks that all have been used.
     pub(super) fn finish(self) -> Result<(), NerfError> {
+        let full = |name: &str| format!("{}{name}", self.prefix);
+        // A bias alone: its layer was not counted.
+        let weight = |name: &&str| Some(format!("{}.weight", name.strip_suffix(".bias")?));
+        let alone = self.unused.iter().filter_map(weight).find(|weight| !self.has(weight));
+        if let Some(weight) = alone {
+            return Err(NerfError::Missing(full(&weight)));
+        }
         match self.unused.first() {
-            Some(name) => Err(NerfError::Extra(format!("{}{name}", self.prefix))),
+            Some(name) => Err(NerfError::Extra(full(name))),
             None => Ok(()),
         }
     }
