@@ -15,7 +15,8 @@ pub struct About<'a> {
     pub camera: Option<DefaultCamera>,
     /// How the model was made.
     pub provenance: Option<Provenance<'a>>,
-    /// Where in a pixel the rays went through that the model learnt from.
+    /// Where in a pixel the rays went through that the model learnt from. Not read without
+    /// the feature `alloc`.
     pub pixel_origin: PixelOrigin,
 }
 

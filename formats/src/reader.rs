@@ -3,7 +3,7 @@
 use pocketnerf_core::sampler::Hierarchical;
 use pocketnerf_core::{Model, Occupancy, TensorView};
 
-use crate::about::About;
+use crate::about::{About, PixelOrigin};
 use crate::container::Container;
 use crate::directory::Listed;
 use crate::metadata::field::read_field;
@@ -78,10 +78,7 @@ impl<'a> ModelFile<'a> {
             provenance: optional(&container, kind::PROVENANCE)?
                 .map(about::read_provenance)
                 .transpose()?,
-            pixel_origin: optional(&container, kind::PIXELS)?
-                .map(about::read_pixels)
-                .transpose()?
-                .unwrap_or_default(),
+            pixel_origin: pixel_origin(&container)?,
         };
         Ok(Self { model, about, container })
     }
@@ -166,6 +163,15 @@ fn occupancy<'a>(container: &Container<'a>) -> Result<Option<Occupancy<'a>>, For
 }
 
 /// Builds without the paper's sampling overlook its section, as older builds do.
+/// Two hundred bytes that no embedded program needs, which has no photographs.
+fn pixel_origin(container: &Container<'_>) -> Result<PixelOrigin, FormatError> {
+    let fields = match cfg!(feature = "alloc") {
+        true => optional(container, kind::PIXELS)?,
+        false => None,
+    };
+    Ok(fields.map(about::read_pixels).transpose()?.unwrap_or_default())
+}
+
 fn hierarchical(container: &Container<'_>) -> Result<Option<Hierarchical>, FormatError> {
     match cfg!(feature = "nerf") {
         true => optional(container, kind::HIERARCHICAL)?.map(space::read_hierarchical).transpose(),

@@ -111,27 +111,20 @@ pub(crate) fn write_display(
     Some(super::encode(&DisplayV1 { background: display.background, color_space, camera }))
 }
 
-/// Codes of [`PixelOrigin`].
-const PIXEL_ORIGINS: [PixelOrigin; 2] = [PixelOrigin::Center, PixelOrigin::Corner];
-
-/// PIXELS.
-#[derive(Serialize, Deserialize)]
-struct PixelsV1 {
-    origin: u8,
-}
-
+/// PIXELS: a code.
 pub(crate) fn read_pixels(mut fields: Fields<'_>) -> Result<PixelOrigin, FormatError> {
-    let PixelsV1 { origin: code } = fields.take()?;
-    let origin = PIXEL_ORIGINS.get(usize::from(code));
-    let origin = origin.ok_or_else(|| fields.unknown("origin", code))?;
+    let origin = match fields.take()? {
+        0u8 => PixelOrigin::Center,
+        1 => PixelOrigin::Corner,
+        code => return Err(fields.unknown("origin", code)),
+    };
     fields.finish()?;
-    Ok(*origin)
+    Ok(origin)
 }
 
 #[cfg(feature = "alloc")]
 pub(crate) fn write_pixels(origin: PixelOrigin) -> alloc::vec::Vec<u8> {
-    let origin = PIXEL_ORIGINS.iter().position(|known| *known == origin).unwrap_or_default();
-    super::encode(&PixelsV1 { origin: origin as u8 })
+    super::encode(&u8::from(origin == PixelOrigin::Corner))
 }
 
 /// DETAIL; the field is that of [`Display`].

@@ -96,9 +96,6 @@ pub(crate) fn write_sampling(sampling: &Sampling) -> alloc::vec::Vec<u8> {
     super::encode(&SamplingV1 { step, near, far, min_transmittance })
 }
 
-/// Codes of [`Reach`].
-const REACHES: [Reach; 3] = [Reach::Distance, Reach::Clipped, Reach::Depth];
-
 /// HIERARCHICAL; the fields are those of [`Hierarchical`].
 #[derive(Serialize, Deserialize)]
 struct HierarchicalV1 {
@@ -109,15 +106,24 @@ struct HierarchicalV1 {
 
 pub(crate) fn read_hierarchical(mut fields: Fields<'_>) -> Result<Hierarchical, FormatError> {
     let HierarchicalV1 { reach: code, n_coarse, n_fine } = fields.take()?;
-    let reach = REACHES.get(usize::from(code)).ok_or_else(|| fields.unknown("reach", code))?;
+    let reach = match code {
+        0 => Reach::Distance,
+        1 => Reach::Clipped,
+        2 => Reach::Depth,
+        _ => return Err(fields.unknown("reach", code)),
+    };
     fields.finish()?;
-    Ok(Hierarchical { n_coarse, n_fine, reach: *reach })
+    Ok(Hierarchical { n_coarse, n_fine, reach })
 }
 
 #[cfg(feature = "alloc")]
 pub(crate) fn write_hierarchical(hierarchical: &Hierarchical) -> alloc::vec::Vec<u8> {
     let Hierarchical { n_coarse, n_fine, reach } = *hierarchical;
-    let reach = REACHES.iter().position(|known| *known == reach).unwrap_or_default() as u8;
+    let reach = match reach {
+        Reach::Distance => 0,
+        Reach::Clipped => 1,
+        Reach::Depth => 2,
+    };
     super::encode(&HierarchicalV1 { reach, n_coarse, n_fine })
 }
 
