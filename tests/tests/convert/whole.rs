@@ -4,9 +4,12 @@ use pocketnerf_core::sampler::Reach;
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::{About, PixelOrigin, Precision};
 use pocketnerf_train::convert::{
-    Conversion, ConvertError, Place, Settings, compare, config, refuse_others,
+    Conversion, ConvertError, Place, Settings, compare, config, distill, refuse_others,
 };
+use pocketnerf_train::field::EncodingConfig;
+use pocketnerf_train::metrics;
 use pocketnerf_train::picture::{self, Sampling};
+use pocketnerf_train::trainer::Length;
 
 use crate::{bytes, nerf, path};
 
@@ -61,6 +64,41 @@ fn cells_cost_next_to_nothing() {
     );
     let whole = whole.unwrap();
     assert!(whole.psnr > 45.0 && whole.evaluations[1] < 0.8 * whole.evaluations[0], "{whole:?}");
+}
+
+/// What a distilled model learns from, and how large it may become.
+#[test]
+fn views_to_learn_from() {
+    let nerf = nerf(&bytes("first_paper.ckpt")).unwrap();
+    let place = |_| Ok(Some(Place::Box([[-1.0; 3], [1.0; 3]])));
+    let conversion = Conversion::new(nerf, SETTINGS, place, SimdLevel::detect()).unwrap();
+    let model = conversion.model().unwrap();
+    let settings = picture::Settings { quality: 1.0, ..picture::Settings::default() };
+    let mut rendered = 0;
+    let dataset = distill::views(&model, &cameras(), &settings, |_| rendered += 1).unwrap();
+    assert!(dataset.has_alpha && rendered == 2);
+    for (view, camera) in dataset.views.iter().zip(cameras()) {
+        assert_eq!(view.camera, camera);
+        let picture = picture::render(&model, &camera, &settings).unwrap();
+        for background in [[0.0; 3], [1.0; 3]] {
+            let pairs = metrics::composite_on(&view.rgba, background);
+            let apart = pairs.iter().zip(picture.over(background)).map(|(a, b)| (a - b).abs());
+            assert!(apart.fold(0.0, f32::max) < 1.5 / 255.0);
+        }
+    }
+    let length = Length::Seconds(60.0);
+    let log2 = |bytes| {
+        let config = distill::config(&model, bytes, length)?;
+        assert_eq!(config.aabb, Some([[-1.0; 3], [1.0; 3]]));
+        match config.field.encoding {
+            EncodingConfig::HashGrid(grid) => Some(grid.log2_hashmap_size),
+            _ => None,
+        }
+    };
+    assert_eq!(log2(100_000_000), Some(17));
+    assert_eq!(log2(100_000), None);
+    let [some, fewer] = [2_500_000, 1_000_000].map(|bytes| log2(bytes).unwrap());
+    assert!(10 <= fewer && fewer < some && some < 17, "{fewer} {some}");
 }
 
 #[test]

@@ -2,23 +2,29 @@
 
 use std::f32::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use pocketnerf_core::{Camera, Model};
+use pocketnerf_core::{Camera, Display, Model, Space};
 use pocketnerf_formats::import::Checkpoint;
 use pocketnerf_formats::import::nerf::Nerf;
 use pocketnerf_formats::{About, DefaultCamera, PixelOrigin, Precision, Provenance};
 use serde_json::{Value, json};
 
-use super::train::default_camera;
+use super::train::{Bar, default_camera};
 use super::{Common, Failure, Reading, eval, print_line, read_model};
 use crate::cameras::Orbit;
-use crate::convert::{Conversion, ConvertError, Place, Settings, compare, config, refuse_others};
-use crate::dataset::{Dataset, Split};
+use crate::convert::{
+    Conversion, ConvertError, Place, Settings, compare, config, distill, refuse_others,
+};
+use crate::dataset::{self, Dataset, Split};
+use crate::output;
 use crate::picture::{self, Sampling};
-use crate::{output, trainer};
+use crate::trainer::{self, Length, Run, Trainer};
 
 /// Views of an orbit that are compared where no dataset is given.
 const VIEWS: usize = 4;
+/// Views from which a distilled model and its source are compared.
+const OTHERS: usize = 7;
 /// Their size.
 const SIZE: [u32; 2] = [100, 100];
 /// The near plane of normalised device coordinates: every program has it there.
@@ -75,10 +81,19 @@ pub(super) struct Convert {
     /// --sampling paper.
     #[arg(long)]
     fine_only: bool,
-    /// How the model file holds weights: f16 or f32 (i8: tables).
-    #[arg(long, value_name = "TYPE", default_value = "f16",
-        value_parser = super::parse_precision)]
-    precision: Precision,
+    /// How the model file holds weights: i8 (tables, networks in f16), f16 or f32; i8 for
+    /// a distilled model unless told, else f16.
+    #[arg(long, value_name = "TYPE", value_parser = super::parse_precision)]
+    precision: Option<Precision>,
+    /// Train a hash grid from views of the source, whose file has at most so many bytes:
+    /// pictures in a fraction of the time. With --data from where its training views were
+    /// taken, else from all around.
+    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1..))]
+    distill_to: Option<u64>,
+    /// Seconds that distilling trains.
+    #[arg(long, value_name = "S", default_value_t = 60.0, requires = "distill_to",
+        value_parser = super::parse_seconds)]
+    distill_seconds: f64,
     /// Render source and result on the same rays and tell how far they are apart.
     #[arg(long)]
     verify: bool,
@@ -122,9 +137,19 @@ impl Convert {
     }
 
     /// A model of ours in another precision.
-    fn own(&self, bytes: &[u8], common: &Common) -> Result<Value, Failure> {
-        let file = super::open(&self.input, bytes)?;
-        let written = pocketnerf_formats::write(&file.model, &file.about, self.precision)?;
+    fn own(&self, bytes_of: &[u8], common: &Common) -> Result<Value, Failure> {
+        let file = super::open(&self.input, bytes_of)?;
+        if let Some(bytes) = self.distill_to {
+            let mut table = Vec::new();
+            let file = super::open_to_render(&self.input, bytes_of, &mut table)?;
+            let own = file.about.camera.map(|camera| camera.camera());
+            let distance = own.map_or(0.0, |camera| {
+                Orbit::around(&file.model.space, Some(&camera), 1, 1.0).radius
+            });
+            return self.distill((&file.model, &file.about), bytes, distance, common);
+        }
+        let precision = self.precision.unwrap_or_default();
+        let written = pocketnerf_formats::write(&file.model, &file.about, precision)?;
         output::write_atomic(&self.out, &written)?;
         let [mut paper, mut occupancy] = [Value::Null, Value::Null];
         if self.verify {
@@ -163,8 +188,14 @@ impl Convert {
             || default_camera(&orbit(&model, conversion.distance())[0]),
             default_camera,
         );
-        let written =
-            pocketnerf_formats::write(&model, &self.about(camera, &conversion), self.precision)?;
+        let about = self.about(camera, &conversion);
+        if let Some(bytes) = self.distill_to {
+            let mut table = vec![0; model.table_len()];
+            let model = model.with_table(&mut table)?;
+            return self.distill((&model, &about), bytes, conversion.distance(), common);
+        }
+        let precision = self.precision.unwrap_or_default();
+        let written = pocketnerf_formats::write(&model, &about, precision)?;
         output::write_atomic(&self.out, &written)?;
         let mut verified = [Value::Null, Value::Null];
         if self.verify {
@@ -250,6 +281,79 @@ impl Convert {
             }
         }
         Ok(compared)
+    }
+
+    /// Trains a hash grid from what the source shows, and compares both from elsewhere.
+    fn distill(
+        &self,
+        (source, about): (&Model<'_>, &About<'_>),
+        bytes: u64,
+        distance: f32,
+        common: &Common,
+    ) -> Result<Value, Failure> {
+        let length = Length::Seconds(self.distill_seconds);
+        let most = usize::try_from(bytes).unwrap_or(usize::MAX);
+        let config = distill::config(source, most, length).ok_or_else(|| {
+            format!("--distill-to {bytes}: no model is so small, give at least 600000")
+        })?;
+        let [cameras, others] = self.cameras(&source.space, distance)?;
+        let settings = common.picture();
+        let say = |line: String| {
+            if !common.quiet {
+                eprintln!("{line}");
+            }
+        };
+        say(format!("rendering {} views of the source", cameras.len()));
+        let dataset = distill::views(source, &cameras, &settings, |done| {
+            if done % 20 == 0 {
+                say(format!("{done} of {} views", cameras.len()));
+            }
+        })?;
+        let mut trainer = Trainer::new(dataset, config, common.simd())?;
+        let mut run = Run::new(length, Instant::now());
+        let mut bar = Bar::new(common.quiet);
+        while let Some(progress) = run.step(&mut trainer)? {
+            bar.show(&progress);
+        }
+        drop(bar);
+        let finished = trainer.finished(run.effort(&trainer))?;
+        let model = finished.model();
+        let display = Display { background: source.display.background, ..model.display };
+        let model = Model { display, ..model };
+        let precision = self.precision.unwrap_or(Precision::I8);
+        let written = pocketnerf_formats::write(&model, about, precision)?;
+        if written.len() > most {
+            return Err(format!(
+                "the distilled model has {} bytes in {precision:?}, more than --distill-to {bytes}: \
+                 nothing was written; leave --precision out",
+                written.len()
+            )
+            .into());
+        }
+        output::write_atomic(&self.out, &written)?;
+        let finest = picture::Settings { quality: 1.0, ..settings };
+        let models = [(source, Sampling::Occupancy), (&model, Sampling::Occupancy)];
+        let difference = serde_json::to_value(compare(models, &others, &finest)?)?;
+        let fraction = model.occupancy.map_or(1.0, |cells| cells.fraction());
+        let program = about.provenance.map_or("", |provenance| provenance.method);
+        Ok(self.report(program, written.len(), fraction, [Value::Null, difference]))
+    }
+
+    /// Cameras to learn from, and others to compare from.
+    fn cameras(&self, space: &Space, distance: f32) -> Result<[Vec<Camera>; 2], Failure> {
+        let Some(folder) = &self.data else {
+            let around = |count| distill::all_around(space, distance, count);
+            return match (around(distill::VIEWS), around(OTHERS)) {
+                (Some(cameras), Some(others)) => Ok([cameras, others]),
+                _ => Err("--distill-to: views of a forward-facing scene are those of its \
+                          capture, give --data"
+                    .into()),
+            };
+        };
+        let factor = self.downscale_factor;
+        let load = |split| dataset::load_with(folder, split, &self.reading.options(factor));
+        let of = |dataset: Dataset| dataset.views.iter().map(|view| view.camera).collect();
+        Ok([of(load(Split::Train)?), of(load(Split::Test)?)])
     }
 
     fn report(&self, program: &str, bytes: usize, fraction: f32, verified: [Value; 2]) -> Value {

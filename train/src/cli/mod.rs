@@ -141,6 +141,12 @@ fn parse_precision(text: &str) -> Result<Precision, String> {
     }
 }
 
+/// More than no time, less than a year.
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|s| *s > 0.0 && *s < 3e7);
+    seconds.ok_or_else(|| "expected a number above 0".to_owned())
+}
+
 /// A box by its corners.
 fn parse_box(text: &str) -> Result<[[f32; 3]; 2], String> {
     let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();

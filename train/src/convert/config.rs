@@ -214,7 +214,7 @@ mod tests {
             ("models: {fine: {log_sampling_dir: False}}", "log_sampling_dir is false"),
             ("dataset: {near: two}", "near is two, expected a number"),
             ("dataset: {no_ndc: perhaps}", "expected true or false"),
-            ("a: [", "line 1"),
+            ("a: [", "line 2"),
         ] {
             let error = of_yaml(text).unwrap_err();
             assert!(error.contains(problem), "{error}");

@@ -8,6 +8,7 @@
 
 mod bake;
 pub mod config;
+pub mod distill;
 mod error;
 mod kind;
 mod settings;

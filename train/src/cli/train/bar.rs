@@ -11,14 +11,14 @@ use crate::trainer::{MAX_RESTARTS, Progress};
 const LINE_EVERY: u64 = 10;
 
 /// What people see of a run.
-pub(super) struct Bar {
+pub(in crate::cli) struct Bar {
     bar: Option<ProgressBar>,
     quiet: bool,
     last: Instant,
 }
 
 impl Bar {
-    pub(super) fn new(quiet: bool) -> Self {
+    pub(in crate::cli) fn new(quiet: bool) -> Self {
         let terminal = !quiet && std::io::stderr().is_terminal();
         let style = "training {wide_bar} {pos}/{len} steps, {msg}, {eta} left";
         let bar = terminal.then(|| {
@@ -28,7 +28,7 @@ impl Bar {
         Self { bar, quiet, last: Instant::now() }
     }
 
-    pub(super) fn show(&mut self, progress: &Progress) {
+    pub(in crate::cli) fn show(&mut self, progress: &Progress) {
         if let Some(trouble) = progress.trouble {
             let n = progress.restarts;
             self.say(&format!("{trouble}: beginning anew ({n} of at most {MAX_RESTARTS} times)"));

@@ -17,7 +17,7 @@ use crate::dataset::{Dataset, Split};
 use crate::output;
 use crate::trainer::checkpoint::TrainedOn;
 use crate::trainer::{Checkpoint, Run, Trainer};
-use bar::Bar;
+pub(super) use bar::Bar;
 pub(super) use options::Train;
 pub(super) use saving::{INTERRUPTED, Interrupted};
 use saving::{Saving, checkpoint_path};

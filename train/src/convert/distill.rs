@@ -1,0 +1,134 @@
+//! Views of a model, to train another one from: no photographs needed.
+
+use pocketnerf_core::{Camera, Error, Model, Space, math};
+
+use crate::dataset::{Dataset, Split, View};
+use crate::field::{EncodingConfig, Layout};
+use crate::metrics::quantize;
+use crate::picture::{Renderer, Sampling, Settings};
+use crate::trainer::{Length, TrainConfig};
+
+/// Bytes of the cells and of what surrounds tables and networks, at most.
+const CELLS: usize = 400_000;
+/// Base-two logarithm of the entries that a level has at least.
+const LEAST_TABLE: u32 = 10;
+/// Views that are learnt from where no cameras are given.
+pub const VIEWS: usize = 100;
+/// Their width and height.
+const SIDE: u32 = 256;
+/// Their horizontal field of view, radians, where the scene is looked at from outside.
+const FOV_X: f32 = 0.7;
+/// Azimuth between one view and the next: the golden angle spreads them evenly.
+const TURN: f32 = 2.399_963_2;
+
+/// So many cameras evenly all around a box, as far as `distance` from its middle, or as
+/// far as it takes to see all of it; `None` for other spaces: their cameras are known.
+#[must_use]
+pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Camera>> {
+    let [min, max] = space.scene_box()?;
+    let center = space.center();
+    let radius = 0.5 * (0..3).map(|a| (max[a] - min[a]).powi(2)).sum::<f32>().sqrt();
+    let distance = distance.max(radius / (0.5 * FOV_X).sin());
+    let camera = |i: usize| {
+        let z = 1.0 - (2 * i + 1) as f32 / count as f32;
+        let ring = (1.0 - z * z).sqrt();
+        let (sin, cos) = math::sin_cos(i as f32 * TURN);
+        let away = [ring * cos, ring * sin, z];
+        let eye = [0, 1, 2].map(|a| center[a] + distance * away[a]);
+        let pose = Camera::look_at(eye, center, [0.0, 0.0, 1.0]);
+        Camera::from_fov_x(SIDE, SIDE, FOV_X, pose)
+    };
+    Some((0..count).map(camera).collect())
+}
+
+/// What the model shows these cameras in occupied cells, to be learnt from. Transparent
+/// where the space is a box; over the model's background elsewhere.
+///
+/// # Errors
+/// Whatever rendering reports.
+pub fn views(
+    model: &Model<'_>,
+    cameras: &[Camera],
+    settings: &Settings,
+    mut rendered: impl FnMut(usize),
+) -> Result<Dataset, Error> {
+    let settings = Settings { sampling: Sampling::Occupancy, quality: 1.0, ..*settings };
+    let transparent = model.space.scene_box().is_some();
+    let mut renderer = Renderer::new(model, &settings);
+    let mut views = Vec::new();
+    for (i, camera) in cameras.iter().enumerate() {
+        let picture = renderer.render(camera)?;
+        let rgba = match transparent {
+            true => straight(&picture.rgba),
+            false => opaque(&picture.over(model.display.background)),
+        };
+        views.push(View::new(format!("view {i}"), *camera, rgba));
+        rendered(i + 1);
+    }
+    let dataset = Dataset::new("distilled", "rendered", Split::Train, views);
+    Ok(Dataset { background: Some(model.display.background), ..dataset })
+}
+
+/// Settings to learn a hash grid from such views, whose file has at most so many bytes;
+/// `None` where that is not to be had.
+#[must_use]
+pub fn config(model: &Model<'_>, bytes: usize, length: Length) -> Option<TrainConfig> {
+    let mut config = TrainConfig::hash_grid().for_length(length);
+    match model.space {
+        Space::Ndc(ndc) => config.ndc = Some(ndc),
+        ref space => config.aabb = space.scene_box(),
+    }
+    loop {
+        let layout = Layout::new(&config.field);
+        let [tables, all] = [layout.networks_start(), layout.len()];
+        // Smaller cells take an eighth of the parameters at most.
+        if all + all / 8 + (all - tables) + CELLS <= bytes {
+            return Some(config);
+        }
+        let EncodingConfig::HashGrid(grid) = &mut config.field.encoding else { return None };
+        if grid.log2_hashmap_size <= LEAST_TABLE {
+            return None;
+        }
+        grid.log2_hashmap_size -= 1;
+    }
+}
+
+/// RGBA, not premultiplied.
+fn straight(rgba: &[f32]) -> Vec<u8> {
+    let pixels = rgba.as_chunks::<4>().0.iter();
+    let pixel = |[r, g, b, a]: &[f32; 4]| {
+        let color = |c: f32| if *a > 0.0 { c / a } else { 0.0 };
+        [color(*r), color(*g), color(*b), *a].map(quantize)
+    };
+    pixels.flat_map(pixel).collect()
+}
+
+/// RGBA without transparency.
+fn opaque(rgb: &[f32]) -> Vec<u8> {
+    let pixels = rgb.as_chunks::<3>().0.iter();
+    pixels.flat_map(|[r, g, b]| [*r, *g, *b, 1.0].map(quantize)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_all_around() {
+        let space = Space::Box { min: [1.0, -1.0, -1.0], max: [3.0, 1.0, 1.0] };
+        let cameras = all_around(&space, 0.0, 50).unwrap();
+        // Half the diagonal fills the view: √3 / sin 0.35.
+        let far = 3.0f32.sqrt() / 0.35f32.sin();
+        let mut mean = [0.0; 3];
+        for camera in &cameras {
+            let p = camera.position();
+            let distance = ((p[0] - 2.0).powi(2) + p[1].powi(2) + p[2].powi(2)).sqrt();
+            assert!((distance - far).abs() < 1e-3);
+            let axis = camera.axis();
+            assert!((p[0] + far * axis[0] - 2.0).abs() < 1e-3);
+            (0..3).for_each(|a| mean[a] += p[a] / 50.0);
+        }
+        assert!((mean[0] - 2.0).abs() < 0.1 && mean[1].abs() < 0.1 && mean[2].abs() < 0.1);
+        assert_eq!(all_around(&space, 9.0, 1).unwrap().len(), 1);
+    }
+}
