@@ -97,6 +97,7 @@ fn views_to_learn_from() {
     };
     assert_eq!(log2(100_000_000), Some(17));
     assert_eq!(log2(100_000), None);
+    assert!(log2(600_000).is_some());
     let [some, fewer] = [2_500_000, 1_000_000].map(|bytes| log2(bytes).unwrap());
     assert!(10 <= fewer && fewer < some && some < 17, "{fewer} {some}");
 }

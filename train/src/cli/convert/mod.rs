@@ -1,30 +1,27 @@
 //! `pocketnerf convert`.
 
+mod distill;
+
 use std::f32::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
-use pocketnerf_core::{Camera, Display, Model, Space};
+use pocketnerf_core::{Camera, Model};
 use pocketnerf_formats::import::Checkpoint;
 use pocketnerf_formats::import::nerf::Nerf;
 use pocketnerf_formats::{About, DefaultCamera, PixelOrigin, Precision, Provenance};
 use serde_json::{Value, json};
 
-use super::train::{Bar, default_camera};
+use super::train::default_camera;
 use super::{Common, Failure, Reading, eval, print_line, read_model};
 use crate::cameras::Orbit;
-use crate::convert::{
-    Conversion, ConvertError, Place, Settings, compare, config, distill, refuse_others,
-};
-use crate::dataset::{self, Dataset, Split};
+use crate::convert::{Conversion, ConvertError, Place, Settings, compare, config, refuse_others};
+use crate::dataset::{Dataset, Split};
 use crate::output;
 use crate::picture::{self, Sampling};
-use crate::trainer::{self, Length, Run, Trainer};
+use crate::trainer;
 
 /// Views of an orbit that are compared where no dataset is given.
 const VIEWS: usize = 4;
-/// Views from which a distilled model and its source are compared.
-const OTHERS: usize = 7;
 /// Their size.
 const SIZE: [u32; 2] = [100, 100];
 /// The near plane of normalised device coordinates: every program has it there.
@@ -281,79 +278,6 @@ impl Convert {
             }
         }
         Ok(compared)
-    }
-
-    /// Trains a hash grid from what the source shows, and compares both from elsewhere.
-    fn distill(
-        &self,
-        (source, about): (&Model<'_>, &About<'_>),
-        bytes: u64,
-        distance: f32,
-        common: &Common,
-    ) -> Result<Value, Failure> {
-        let length = Length::Seconds(self.distill_seconds);
-        let most = usize::try_from(bytes).unwrap_or(usize::MAX);
-        let config = distill::config(source, most, length).ok_or_else(|| {
-            format!("--distill-to {bytes}: no model is so small, give at least 600000")
-        })?;
-        let [cameras, others] = self.cameras(&source.space, distance)?;
-        let settings = common.picture();
-        let say = |line: String| {
-            if !common.quiet {
-                eprintln!("{line}");
-            }
-        };
-        say(format!("rendering {} views of the source", cameras.len()));
-        let dataset = distill::views(source, &cameras, &settings, |done| {
-            if done % 20 == 0 {
-                say(format!("{done} of {} views", cameras.len()));
-            }
-        })?;
-        let mut trainer = Trainer::new(dataset, config, common.simd())?;
-        let mut run = Run::new(length, Instant::now());
-        let mut bar = Bar::new(common.quiet);
-        while let Some(progress) = run.step(&mut trainer)? {
-            bar.show(&progress);
-        }
-        drop(bar);
-        let finished = trainer.finished(run.effort(&trainer))?;
-        let model = finished.model();
-        let display = Display { background: source.display.background, ..model.display };
-        let model = Model { display, ..model };
-        let precision = self.precision.unwrap_or(Precision::I8);
-        let written = pocketnerf_formats::write(&model, about, precision)?;
-        if written.len() > most {
-            return Err(format!(
-                "the distilled model has {} bytes in {precision:?}, more than --distill-to {bytes}: \
-                 nothing was written; leave --precision out",
-                written.len()
-            )
-            .into());
-        }
-        output::write_atomic(&self.out, &written)?;
-        let finest = picture::Settings { quality: 1.0, ..settings };
-        let models = [(source, Sampling::Occupancy), (&model, Sampling::Occupancy)];
-        let difference = serde_json::to_value(compare(models, &others, &finest)?)?;
-        let fraction = model.occupancy.map_or(1.0, |cells| cells.fraction());
-        let program = about.provenance.map_or("", |provenance| provenance.method);
-        Ok(self.report(program, written.len(), fraction, [Value::Null, difference]))
-    }
-
-    /// Cameras to learn from, and others to compare from.
-    fn cameras(&self, space: &Space, distance: f32) -> Result<[Vec<Camera>; 2], Failure> {
-        let Some(folder) = &self.data else {
-            let around = |count| distill::all_around(space, distance, count);
-            return match (around(distill::VIEWS), around(OTHERS)) {
-                (Some(cameras), Some(others)) => Ok([cameras, others]),
-                _ => Err("--distill-to: views of a forward-facing scene are those of its \
-                          capture, give --data"
-                    .into()),
-            };
-        };
-        let factor = self.downscale_factor;
-        let load = |split| dataset::load_with(folder, split, &self.reading.options(factor));
-        let of = |dataset: Dataset| dataset.views.iter().map(|view| view.camera).collect();
-        Ok([of(load(Split::Train)?), of(load(Split::Test)?)])
     }
 
     fn report(&self, program: &str, bytes: usize, fraction: f32, verified: [Value; 2]) -> Value {
