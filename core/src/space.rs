@@ -198,10 +198,10 @@ impl Space {
     #[inline(always)]
     #[must_use]
     pub fn whole_way(&self, local: &Ray) -> Option<f32> {
-        match self {
-            Self::Box { .. } => None,
+        match (self, local) {
+            (Self::Box { .. }, _) => None,
             #[cfg(feature = "ndc")]
-            Self::Ndc(_) => Some((1.0 - local.origin[2]) / local.direction[2]),
+            (Self::Ndc(_), local) => Some((1.0 - local.origin[2]) / local.direction[2]),
         }
     }
 
