@@ -43,7 +43,7 @@ pub(super) fn march(
         let reach = model.space.intersect(&local, near, far);
         let Some(reach) = reach else { return RayResult::EMPTY };
         [near, far] = reach;
-    } else if let Space::Ndc(_) = model.space {
+    } else if !matches!(model.space, Space::Box { .. }) {
         (near, far) = (0.0, (1.0 - local.origin[2]) / local.direction[2]);
     } else if let (Reach::Depth, Some(axis)) = (reach, axis) {
         let cosine: f32 = (0..3).map(|a| axis[a] * ray.direction[a]).sum();
