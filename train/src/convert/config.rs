@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use yaml_rust2::parser::{Event, EventReceiver, Parser};
+use yaml_rust2::parser::{Event, Parser};
 
 use super::{ConvertError, Settings};
 
 /// Names to look for, the most telling first.
 const NAMES: [&str; 3] = ["config.yml", "args.txt", "config.txt"];
 /// Bytes of a config at most.
-const MOST: u64 = 1 << 20;
+const MOST: u64 = 1 << 16;
 
 /// What the config in the checkpoint's folder says, and which file that is.
 ///
@@ -46,8 +46,14 @@ fn lines(text: &str) -> BTreeMap<String, String> {
 fn of_yaml(text: &str) -> Result<Settings, String> {
     let mut scalars = Scalars::default();
     let mut parser = Parser::new_from_str(text);
-    parser.load(&mut EachEvent(&mut scalars), true).map_err(|error| error.to_string())?;
-    Values(scalars.found).of_tree()
+    // One by one: the parser's own loop calls itself for every level of nesting.
+    loop {
+        let (event, _) = parser.next_token().map_err(|error| error.to_string())?;
+        if event == Event::StreamEnd {
+            return Values(scalars.found).of_tree();
+        }
+        scalars.take(event);
+    }
 }
 
 /// Values by their keys, those of nested mappings joined by dots. Lists are left out, and
@@ -64,25 +70,21 @@ enum Open {
     List,
 }
 
-struct EachEvent<'s>(&'s mut Scalars);
-
-impl EventReceiver for EachEvent<'_> {
-    fn on_event(&mut self, event: Event) {
+impl Scalars {
+    fn take(&mut self, event: Event) {
         match event {
-            Event::Scalar(text, ..) => self.0.scalar(text),
-            Event::Alias(_) => self.0.end_value(),
-            Event::MappingStart(..) => self.0.open.push(Open::Mapping(None)),
-            Event::SequenceStart(..) => self.0.open.push(Open::List),
+            Event::Scalar(text, ..) => self.scalar(text),
+            Event::Alias(_) => self.end_value(),
+            Event::MappingStart(..) => self.open.push(Open::Mapping(None)),
+            Event::SequenceStart(..) => self.open.push(Open::List),
             Event::MappingEnd | Event::SequenceEnd => {
-                self.0.open.pop();
-                self.0.end_value();
+                self.open.pop();
+                self.end_value();
             }
             _ => {}
         }
     }
-}
 
-impl Scalars {
     fn scalar(&mut self, text: String) {
         match self.open.last_mut() {
             Some(Open::Mapping(key @ None)) => *key = Some(text),
@@ -219,6 +221,17 @@ mod tests {
             let error = of_yaml(text).unwrap_err();
             assert!(error.contains(problem), "{error}");
         }
+    }
+
+    /// As deep as a config may be long: an answer, and soon.
+    #[test]
+    fn nesting_without_end() {
+        let most = MOST as usize;
+        for text in ["- ".repeat(most / 2), "[".repeat(most), "{a: ".repeat(most / 4)] {
+            let _ = of_yaml(&text);
+        }
+        let indented: String = (0..300).map(|i| " ".repeat(i) + "a:\n").collect();
+        assert_eq!(of_yaml(&indented), Ok(Settings::default()));
     }
 
     #[test]

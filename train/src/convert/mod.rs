@@ -40,8 +40,6 @@ const MIN_TRANSMITTANCE: f32 = 1e-4;
 pub enum Place {
     /// In this box, smallest and largest corner.
     Box([[f32; 3]; 2]),
-    /// Within so far of the origin, along each axis; the box around what is there is found.
-    Around(f32),
     /// In these coordinates.
     Ndc(Ndc),
 }
@@ -79,7 +77,6 @@ impl Conversion {
         let space = match place {
             Some(Place::Ndc(ndc)) => Space::Ndc(ndc),
             Some(Place::Box([min, max])) => Space::Box { min, max },
-            Some(Place::Around(side)) => found(&nerf, side, level)?,
             None => found(&nerf, 0.5 * (complete.far - complete.near), level)?,
         };
         space.validate()?;
