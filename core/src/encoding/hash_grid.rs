@@ -7,6 +7,8 @@
 
 mod shape;
 
+#[cfg(feature = "corner-index")]
+pub use shape::{CornerLevel, CornerLevels};
 pub use shape::{
     GridIndex, HASH_PRIMES, HashGrid, HashGridConfig, Level, MAX_FEATURES_PER_LEVEL, MAX_LEVELS,
 };
@@ -115,9 +117,14 @@ impl Corners {
     ) {
         let n = S::f32s::LEN;
         let one = S::f32s::splat(simd, 1.0);
-        let multipliers = match level.dense_blocks {
+        let by_corner = level.is_by_corner();
+        let multipliers = match level.dense_side {
             0 => HASH_PRIMES,
-            blocks => [1, blocks, blocks * blocks],
+            side => [1, side, side * side],
+        };
+        let term = |corner: S::u32s, axis: usize| {
+            let corners = corner * multipliers[axis];
+            if by_corner { corners } else { in_blocks(corner, multipliers[axis], axis as u32) }
         };
         for lane in (0..GROUP).step_by(n) {
             let lanes = lane..lane + n;
@@ -128,12 +135,15 @@ impl Corners {
                 let u = S::f32s::from_slice(simd, &points[axis][lanes.clone()]);
                 // max first: NaN becomes 0.
                 let u = u.max_precise(0.0).min(one);
-                let p = u.mul_add(S::f32s::splat(simd, level.scale), S::f32s::splat(simd, 0.5));
+                let p = u.mul_add(
+                    S::f32s::splat(simd, level.scale),
+                    S::f32s::splat(simd, level.shift()),
+                );
                 let floor = p.floor();
                 let fraction = p - floor;
                 let corner: S::u32s = floor.to_int::<S::i32s>().bitcast();
-                low[axis] = term(corner, multipliers[axis], axis as u32);
-                high[axis] = term(corner + 1, multipliers[axis], axis as u32);
+                low[axis] = term(corner, axis);
+                high[axis] = term(corner + 1, axis);
                 weight[axis] = [one - fraction, fraction];
             }
             for w in &mut weight[0] {
@@ -141,8 +151,11 @@ impl Corners {
             }
             for c in 0..8 {
                 let pick = |axis: usize| if c >> axis & 1 == 0 { low[axis] } else { high[axis] };
-                let entry = if level.dense_blocks > 0 {
-                    pick(0) + pick(1) + pick(2)
+                let entry = if level.dense_side > 0 {
+                    let entry = pick(0) + pick(1) + pick(2);
+                    // The corner behind the last of a row is the first of the next one,
+                    // and behind the last of all come the first: less than zero is huge.
+                    if by_corner { entry.min(entry - level.entries) } else { entry }
                 } else {
                     (pick(0) ^ pick(1) ^ pick(2)) & (level.entries - 1)
                 };
@@ -158,7 +171,7 @@ impl Corners {
 /// the three low bits, the coordinate's lowest bit in place `axis`. Parts are
 /// joined by + on dense levels and by xor on hashed ones.
 #[inline(always)]
-fn term<V: SimdInt<S, Element = u32>, S: Simd>(corner: V, multiplier: u32, axis: u32) -> V {
+fn in_blocks<V: SimdInt<S, Element = u32>, S: Simd>(corner: V, multiplier: u32, axis: u32) -> V {
     (((corner >> 1) * multiplier) << 3) | ((corner & 1) << axis)
 }
 

@@ -9,4 +9,6 @@ pub mod spherical_harmonics;
 #[cfg(feature = "nerf")]
 pub use fourier::{Affine, Fourier, Waves};
 pub use frequency::FrequencyConfig;
+#[cfg(feature = "corner-index")]
+pub use hash_grid::{CornerLevel, CornerLevels};
 pub use hash_grid::{GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};

@@ -1,7 +1,9 @@
 //! The hash grid, corner by corner, from the text of [`crate::encoding::hash_grid`].
 
 use super::network::{MAX_WIDTH, Values};
-use crate::encoding::hash_grid::{GridIndex, HASH_PRIMES, HashGrid, HashGridConfig};
+#[cfg(any(feature = "corner-index", test))]
+use crate::encoding::hash_grid::GridIndex;
+use crate::encoding::hash_grid::{HASH_PRIMES, HashGrid, HashGridConfig};
 
 /// Encodes unit point `u`: F features of level 0, then of level 1, ...
 pub(super) fn encode(grid: &HashGrid<'_>, u: [f32; 3]) -> Values {
@@ -10,7 +12,7 @@ pub(super) fn encode(grid: &HashGrid<'_>, u: [f32; 3]) -> Values {
     for level in 0..grid.config.n_levels as usize {
         let table = &grid.levels[level];
         let shape = LevelShape::new(&grid.config, level);
-        let position = u.map(|v| f64::from(v).clamp(0.0, 1.0) * shape.scale + 0.5);
+        let position = u.map(|v| f64::from(v).clamp(0.0, 1.0) * shape.scale + shape.shift);
         let cell = position.map(|v| v as u32);
         for corner in 0..8u32 {
             let mut weight = 1.0;
@@ -21,7 +23,7 @@ pub(super) fn encode(grid: &HashGrid<'_>, u: [f32; 3]) -> Values {
                 c[axis] += far_side;
                 weight *= if far_side == 1 { fraction } else { 1.0 - fraction };
             }
-            let entry = shape.entry(grid.config.index, c);
+            let entry = shape.entry(c);
             for f in 0..n_features {
                 out[level * n_features + f] +=
                     weight * f64::from(table.get(entry * n_features + f));
@@ -35,6 +37,8 @@ pub(super) fn encode(grid: &HashGrid<'_>, u: [f32; 3]) -> Values {
 struct LevelShape {
     /// Cells along a unit length: an f32, as renderers have it.
     scale: f64,
+    /// Where u = 0 lies, in cells.
+    shift: f64,
     numbering: Numbering,
 }
 
@@ -43,10 +47,25 @@ enum Numbering {
     Dense(u32),
     /// Blocks share this many places, a power of two.
     Hashed(u32),
+    /// Corner by corner, so many along an axis, going around so many entries.
+    #[cfg(feature = "corner-index")]
+    DenseCorners(u32, u32),
+    /// Corners share this many entries, a power of two.
+    #[cfg(feature = "corner-index")]
+    HashedCorners(u32),
 }
 
 impl LevelShape {
     fn new(config: &HashGridConfig, level: usize) -> Self {
+        #[cfg(feature = "corner-index")]
+        if let GridIndex::Corners(corners) = config.index {
+            let crate::encoding::CornerLevel { scale, side, entries } = corners.levels[level];
+            let numbering = match side {
+                0 => Numbering::HashedCorners(entries),
+                _ => Numbering::DenseCorners(side, entries),
+            };
+            return Self { scale: scale.into(), shift: corners.shift.into(), numbering };
+        }
         let growth = f64::from(config.per_level_scale);
         let side = (0..level).fold(f64::from(config.base_resolution), |side, _| side * growth);
         let scale = f64::from((side - 1.0) as f32);
@@ -61,19 +80,25 @@ impl LevelShape {
         } else {
             Numbering::Hashed(1 << (config.log2_hashmap_size - 3))
         };
-        Self { scale, numbering }
+        Self { scale, shift: 0.5, numbering }
     }
 
     /// The number of the entry of corner `c`.
-    fn entry(&self, index: GridIndex, c: [u32; 3]) -> usize {
-        let GridIndex::Blocked = index;
+    fn entry(&self, c: [u32; 3]) -> usize {
+        let hash = |c: [u32; 3]| {
+            let [x, y, z] = [0, 1, 2].map(|axis| c[axis].wrapping_mul(HASH_PRIMES[axis]));
+            x ^ y ^ z
+        };
         let [x, y, z] = c.map(|v| v / 2);
         let block = match self.numbering {
             Numbering::Dense(n) => x + n * y + n * n * z,
-            Numbering::Hashed(places) => {
-                let [px, py, pz] = HASH_PRIMES;
-                (x.wrapping_mul(px) ^ y.wrapping_mul(py) ^ z.wrapping_mul(pz)) % places
+            Numbering::Hashed(places) => hash([x, y, z]) % places,
+            #[cfg(feature = "corner-index")]
+            Numbering::DenseCorners(n, entries) => {
+                return ((c[0] + n * (c[1] + n * c[2])) % entries) as usize;
             }
+            #[cfg(feature = "corner-index")]
+            Numbering::HashedCorners(entries) => return (hash(c) % entries) as usize,
         };
         (8 * block + c[0] % 2 + 2 * (c[1] % 2) + 4 * (c[2] % 2)) as usize
     }
@@ -153,11 +178,11 @@ mod tests {
         // entries holds 128 blocks: only the low 7 bits count. 2654435761 = 0x9e3779b1
         // ends in 0x31 of 7 bits, 805459861 = 0x30025795 in 0x15:
         // 2 ^ 0x31 ^ 0x15 = 0x26 = 38, entry 8 * 38 + 5 = 309.
-        let shape = LevelShape { scale: 31.0, numbering: Numbering::Hashed(128) };
-        assert_eq!(shape.entry(GridIndex::Blocked, [5, 2, 3]), 309);
+        let shape = LevelShape { scale: 31.0, shift: 0.5, numbering: Numbering::Hashed(128) };
+        assert_eq!(shape.entry([5, 2, 3]), 309);
         // Corner (1, 64, 6): block (0, 32, 3), low bits 1. The low 7 bits of
         // 32 * 0x31 are 0x20, of 3 * 0x15 = 63 are 0x3f: 0x1f = 31, entry 249.
-        assert_eq!(shape.entry(GridIndex::Blocked, [1, 64, 6]), 249);
+        assert_eq!(shape.entry([1, 64, 6]), 249);
     }
 
     #[test]
@@ -194,14 +219,89 @@ mod tests {
                         let (entries, blocks) = match own.numbering {
                             Numbering::Dense(n) => (8 * n * n * n, n),
                             Numbering::Hashed(places) => (8 * places, 0),
+                            #[cfg(feature = "corner-index")]
+                            _ => panic!("corners one by one"),
                         };
-                        assert_eq!((entries, blocks), (stated.entries, stated.dense_blocks));
+                        assert_eq!((entries, blocks), (stated.entries, stated.dense_side));
                         // The last corner that u = 1 reaches is in the table.
                         let last = (own.scale + 0.5) as u32 + 1;
-                        assert!(own.entry(config.index, [last; 3]) < entries as usize);
+                        assert!(own.entry([last; 3]) < entries as usize);
                     }
                 }
             }
+        }
+    }
+
+    #[cfg(feature = "corner-index")]
+    mod corners {
+        use super::*;
+        use crate::Error;
+        use crate::encoding::{CornerLevel, CornerLevels};
+
+        fn grid(level: CornerLevel, shift: f32, values: &[f32]) -> HashGrid<'static> {
+            let mut tables = [TensorView::EMPTY; MAX_LEVELS];
+            tables[0] = tensor(values.len(), 1, values);
+            let mut levels = [CornerLevel::default(); MAX_LEVELS];
+            levels[0] = level;
+            let index = GridIndex::Corners(CornerLevels { shift, levels });
+            HashGrid { config: HashGridConfig { index, ..config(1, 1) }, levels: tables }
+        }
+
+        #[test]
+        fn one_after_the_other_by_hand() {
+            // Three cells, four corners along an axis: u = 2 / 3 with shift 0 is corner 2.
+            // (2, 1, 0) is entry 2 + 4 = 6, (2, 1, 3) entry 2 + 4 + 48 = 54.
+            let level = CornerLevel { scale: 3.0, side: 4, entries: 64 };
+            let mut values = [0.0; 64];
+            (values[6], values[54], values[0]) = (8.0, 16.0, 32.0);
+            let first = grid(level, 0.0, &values);
+            first.validate().unwrap();
+            let at = |grid: &HashGrid<'_>, u| encode(grid, u)[0];
+            let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-5);
+            close(at(&first, [2.0 / 3.0, 1.0 / 3.0, 0.0]), 8.0);
+            close(at(&first, [2.0 / 3.0, 1.0 / 3.0, 1.0]), 16.0);
+            close(at(&first, [0.5, 1.0 / 3.0, 0.0]), 4.0);
+            // Shifted by half a cell, u = 1 lies between corners 3 and 4. Corner (4, 4, 4),
+            // 84, is entry 20; (4, 3, 3) is 64: entry 0. Others are not among the three.
+            let mut values = [0.0; 64];
+            (values[0], values[20]) = (32.0, 64.0);
+            let shifted = grid(level, 0.5, &values);
+            shifted.validate().unwrap();
+            close(at(&shifted, [1.0; 3]), (32.0 + 64.0) / 8.0);
+        }
+
+        #[test]
+        fn a_hashed_corner_by_hand() {
+            // The low 6 bits of the primes are 0x31 and 0x15: (5, 2, 3) is
+            // 5 ^ 0x62 ^ 0x3f = 0x58, of which 0x18 = 24 are left.
+            let level = CornerLevel { scale: 32.0, side: 0, entries: 64 };
+            let mut values = [0.0; 64];
+            values[24] = 8.0;
+            let hashed = grid(level, 0.0, &values);
+            hashed.validate().unwrap();
+            let u = [5.0, 2.0, 3.0].map(|c| c / 32.0);
+            assert_eq!(encode(&hashed, u)[0], 8.0);
+        }
+
+        #[test]
+        fn levels_that_reach_beyond_their_table_are_refused() {
+            let sound = CornerLevel { scale: 3.0, side: 4, entries: 64 };
+            let refused = [
+                CornerLevel { side: 5, ..sound },
+                CornerLevel { side: 3, entries: 27, ..sound },
+                CornerLevel { side: 1, scale: 0.0, entries: 1 },
+                CornerLevel { side: 0, entries: 63, ..sound },
+                CornerLevel { side: 0, entries: 128, ..sound },
+                CornerLevel { scale: f32::NAN, ..sound },
+                CornerLevel { scale: -1.0, ..sound },
+                CornerLevel { scale: 2_000_000.0, side: 0, ..sound },
+            ];
+            for level in refused {
+                let found = grid(level, 0.5, &[0.0; 64]).config.validate();
+                assert!(matches!(found, Err(Error::Range(_))), "{level:?}");
+            }
+            assert!(grid(sound, 1.5, &[0.0; 64]).config.validate().is_err());
+            assert_eq!(grid(sound, 0.5, &[0.0; 64]).config.validate(), Ok(()));
         }
     }
 }

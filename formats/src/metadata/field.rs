@@ -3,8 +3,8 @@
 #[cfg(feature = "frequency")]
 use pocketnerf_core::encoding::FrequencyConfig;
 #[cfg(feature = "hash-grid")]
-use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+use pocketnerf_core::encoding::HashGridConfig;
+#[cfg(feature = "frequency")]
 use serde::{Deserialize, Serialize};
 
 use super::Fields;
@@ -20,21 +20,6 @@ use crate::FormatError;
 const HASH_GRID: u8 = 0;
 const FREQUENCY: u8 = 1;
 const NERF: u8 = 2;
-/// Code of [`GridIndex::Blocked`].
-#[cfg(feature = "hash-grid")]
-const BLOCKED: u8 = 0;
-/// FIELD after its code, kind [`HASH_GRID`]; a [`DecoderV1`] follows.
-#[cfg(feature = "hash-grid")]
-#[derive(Serialize, Deserialize)]
-struct HashGridV1 {
-    n_levels: u32,
-    n_features_per_level: u32,
-    log2_hashmap_size: u32,
-    base_resolution: u32,
-    per_level_scale: f32,
-    index: u8,
-}
-
 /// FIELD after its code, kind [`FREQUENCY`]; a [`DecoderV1`] follows.
 #[cfg(feature = "frequency")]
 #[derive(Serialize, Deserialize)]
@@ -58,19 +43,7 @@ pub(crate) fn read_field(mut fields: Fields<'_>) -> Result<FieldConfig, FormatEr
     match fields.take::<u8>()? {
         #[cfg(feature = "hash-grid")]
         HASH_GRID => {
-            let grid: HashGridV1 = fields.take()?;
-            fields.finite("per_level_scale", &[grid.per_level_scale])?;
-            let config = HashGridConfig {
-                n_levels: grid.n_levels,
-                n_features_per_level: grid.n_features_per_level,
-                log2_hashmap_size: grid.log2_hashmap_size,
-                base_resolution: grid.base_resolution,
-                per_level_scale: grid.per_level_scale,
-                index: match grid.index {
-                    BLOCKED => GridIndex::Blocked,
-                    code => return Err(fields.unknown("index of grid entries", code)),
-                },
-            };
+            let config = super::hash_grid::read(&mut fields)?;
             Ok(FieldConfig::HashGrid(config, read_decoder(fields)?))
         }
         #[cfg(feature = "frequency")]
@@ -97,19 +70,8 @@ pub(crate) fn write_field(config: &FieldConfig) -> Option<alloc::vec::Vec<u8>> {
     Some(match config {
         #[cfg(feature = "hash-grid")]
         FieldConfig::HashGrid(grid, decoder) => {
-            let index = match grid.index {
-                GridIndex::Blocked => BLOCKED,
-                _ => return None,
-            };
-            let grid = HashGridV1 {
-                n_levels: grid.n_levels,
-                n_features_per_level: grid.n_features_per_level,
-                log2_hashmap_size: grid.log2_hashmap_size,
-                base_resolution: grid.base_resolution,
-                per_level_scale: grid.per_level_scale,
-                index,
-            };
-            super::encode(&(HASH_GRID, grid, DecoderV1::of(decoder)))
+            let grid = super::hash_grid::write(grid)?;
+            [super::encode(&HASH_GRID), grid, super::encode(&DecoderV1::of(decoder))].concat()
         }
         #[cfg(feature = "frequency")]
         FieldConfig::Frequency(encoding, decoder) => {
@@ -175,17 +137,19 @@ mod tests {
     ];
 
     #[cfg(feature = "hash-grid")]
+    const HASH_GRID_CONFIG: HashGridConfig = HashGridConfig {
+        n_levels: 8,
+        n_features_per_level: 4,
+        log2_hashmap_size: 17,
+        base_resolution: 300,
+        per_level_scale: 1.5,
+        index: pocketnerf_core::encoding::GridIndex::Blocked,
+    };
+
+    #[cfg(feature = "hash-grid")]
     #[test]
     fn bytes_of_hash_grid_v1() {
-        let grid = HashGridConfig {
-            n_levels: 8,
-            n_features_per_level: 4,
-            log2_hashmap_size: 17,
-            base_resolution: 300,
-            per_level_scale: 1.5,
-            index: GridIndex::Blocked,
-        };
-        let config = FieldConfig::HashGrid(grid, decoder());
+        let config = FieldConfig::HashGrid(HASH_GRID_CONFIG, decoder());
         let mut bytes = write_field(&config).unwrap();
         assert_eq!(bytes, HASH_GRID_BYTES);
         assert_eq!(read(&bytes), Ok(config));
@@ -195,6 +159,36 @@ mod tests {
             read(&bytes),
             Err(FormatError::UnknownCode { section, field: "index of grid entries", found: 7 })
         );
+    }
+
+    #[cfg(feature = "corner-index")]
+    #[test]
+    fn bytes_of_corner_levels() {
+        use pocketnerf_core::encoding::{CornerLevel, CornerLevels, GridIndex, MAX_LEVELS};
+
+        let mut levels = [CornerLevel::default(); MAX_LEVELS];
+        levels[0] = CornerLevel { scale: 1.5, side: 300, entries: 7 };
+        let index = GridIndex::Corners(CornerLevels { shift: 0.5, levels });
+        let grid = HashGridConfig { n_levels: 2, index, ..HASH_GRID_CONFIG };
+        let config = FieldConfig::HashGrid(grid, decoder());
+        let bytes = write_field(&config).unwrap();
+        let mut expected = HASH_GRID_BYTES.to_vec();
+        (expected[1], expected[10]) = (2, 1);
+        let inserted = [
+            &[0, 0, 0, 0x3f][..],               // shift 0.5
+            &[0, 0, 0xc0, 0x3f, 0xac, 0x02, 7], // 1.5, 300, 7
+            &[0, 0, 0, 0, 0, 0],                // the second level: zeros
+        ];
+        expected.splice(11..11, inserted.concat());
+        assert_eq!(bytes, expected);
+        assert_eq!(read(&bytes), Ok(config));
+        // More levels than there can be.
+        expected[1] = 17;
+        let section = crate::section::SectionId::first(kind::FIELD);
+        assert_eq!(read(&expected), Err(FormatError::Value { section, field: "n_levels" }));
+        for end in 0..bytes.len() {
+            assert_eq!(read(&bytes[..end]), Err(FormatError::Metadata(section)));
+        }
     }
 
     #[cfg(feature = "frequency")]

@@ -8,6 +8,8 @@ pub(crate) mod about;
 #[cfg(any(feature = "hash-grid", feature = "frequency"))]
 pub(crate) mod decoder;
 pub(crate) mod field;
+#[cfg(feature = "hash-grid")]
+mod hash_grid;
 #[cfg(feature = "nerf")]
 pub(crate) mod nerf;
 pub(crate) mod space;

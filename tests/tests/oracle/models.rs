@@ -1,6 +1,8 @@
 //! Random models whose pictures have edges, mist and empty places.
 
-use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
+use pocketnerf_core::encoding::{
+    CornerLevel, CornerLevels, FrequencyConfig, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS,
+};
 use pocketnerf_core::field::{AnyField, Decoder, FrequencyField, HashGridField, Shading};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::space::Ndc;
@@ -32,6 +34,8 @@ impl Random {
 pub(crate) enum Encoding {
     /// A hash grid of so many features per level.
     HashGrid(u32),
+    /// One whose corners are numbered one by one.
+    Corners(u32),
     /// Sines and cosines, with the position itself or without.
     Frequency { include_input: bool },
     /// The paper's networks, which bring shading of their own.
@@ -67,9 +71,11 @@ impl Recipe {
         let encodings = [1, 2, 4, 8].map(Encoding::HashGrid).into_iter().chain([
             Encoding::Frequency { include_input: false },
             Encoding::Frequency { include_input: true },
+            Encoding::Corners(2),
+            Encoding::Corners(4),
         ]);
         let decoded = encodings.enumerate().flat_map(|(e, encoding)| {
-            let n_types = if matches!(encoding, Encoding::HashGrid(_)) { 3 } else { 2 };
+            let n_types = if matches!(encoding, Encoding::Frequency { .. }) { 2 } else { 3 };
             (0..4 * n_types).map(move |n| Self {
                 encoding,
                 dtype: match n {
@@ -102,8 +108,12 @@ impl Recipe {
     pub(crate) fn build(self) -> Model<'static> {
         let mut tensors = Tensors { random: Random(self.seed), dtype: self.dtype, made: 0 };
         let field = match self.encoding {
-            Encoding::HashGrid(n_features_per_level) => {
-                let grid = tensors.hash_grid(n_features_per_level);
+            Encoding::HashGrid(n_features_per_level) | Encoding::Corners(n_features_per_level) => {
+                let index = match self.encoding {
+                    Encoding::Corners(_) => corners(),
+                    _ => GridIndex::Blocked,
+                };
+                let grid = tensors.hash_grid(n_features_per_level, index);
                 if tensors.dtype == DType::I8 {
                     tensors.dtype = DType::F16;
                 }
@@ -204,17 +214,17 @@ impl Tensors {
     }
 
     /// Coarse levels are dense, fine ones hashed.
-    fn hash_grid(&mut self, n_features_per_level: u32) -> HashGrid<'static> {
+    fn hash_grid(&mut self, n_features_per_level: u32, index: GridIndex) -> HashGrid<'static> {
         let config = HashGridConfig {
             n_levels: 6,
             n_features_per_level,
             log2_hashmap_size: 10,
             base_resolution: 4,
             per_level_scale: 1.5,
-            index: GridIndex::Blocked,
+            index,
         };
-        assert!(config.level(0).dense_blocks > 0, "a dense level");
-        assert_eq!(config.level(5).dense_blocks, 0, "a hashed level");
+        assert!(config.level(0).dense_side > 0, "a dense level");
+        assert_eq!(config.level(5).dense_side, 0, "a hashed level");
         let mut levels = [TensorView::EMPTY; MAX_LEVELS];
         for (l, table) in levels.iter_mut().enumerate().take(config.n_levels as usize) {
             let entries = config.level(l).entries as usize;
@@ -222,6 +232,17 @@ impl Tensors {
         }
         HashGrid { config, levels }
     }
+}
+
+/// Levels of 3 to 29 cells, some of whose corners go around their table.
+fn corners() -> GridIndex {
+    let mut levels = [CornerLevel::default(); MAX_LEVELS];
+    let sizes = [(3.0, 4, 64), (5.0, 7, 344), (8.0, 9, 736), (12.5, 0, 1024), (19.25, 0, 512)];
+    for (level, (scale, side, entries)) in levels.iter_mut().zip(sizes) {
+        *level = CornerLevel { scale, side, entries };
+    }
+    levels[5] = CornerLevel { scale: 29.375, ..levels[3] };
+    GridIndex::Corners(CornerLevels { shift: 0.5, levels })
 }
 
 /// Blocks that are empty, full or sprinkled with cells.

@@ -9,7 +9,7 @@ pub const MAX_FEATURES_PER_LEVEL: usize = 8;
 
 /// How a corner's coordinates become the number of its entry.
 #[non_exhaustive]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum GridIndex {
     /// 2×2×2 corners lie together, so that a cell's eight corners touch 3.4
     /// runs of memory on average instead of eight. With block coordinates
@@ -19,10 +19,58 @@ pub enum GridIndex {
     /// `(b.x ^ b.y * 2654435761 ^ b.z * 805459861) mod 2^(log2_hashmap_size - 3)`.
     #[default]
     Blocked,
+    /// Corner by corner, as tiny-cuda-nn and its kin do: `c.x + side (c.y + side c.z)`
+    /// on a dense level, `c.x ^ c.y * 2654435761 ^ c.z * 805459861` on a hashed one,
+    /// both modulo the level's entries.
+    #[cfg(feature = "corner-index")]
+    Corners(CornerLevels),
 }
 
 /// Multipliers of the spatial hash (Teschner et al. 2003), x first.
 pub const HASH_PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
+
+/// The levels of [`GridIndex::Corners`]. The programs that such grids come from round in
+/// ways of their own, so scales and sizes are what they have them to be.
+#[cfg(feature = "corner-index")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CornerLevels {
+    /// Added to grid positions: 0.5, or 0 where the first corner is at u = 0.
+    pub shift: f32,
+    /// One a level; the rest are not looked at.
+    pub levels: [CornerLevel; MAX_LEVELS],
+}
+
+/// A level of [`CornerLevels`].
+#[cfg(feature = "corner-index")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CornerLevel {
+    /// Cells along a unit length.
+    pub scale: f32,
+    /// Entries from one corner to the next along y where the level is dense; 0 where it
+    /// is hashed.
+    pub side: u32,
+    /// Entries in the table; a power of two where the level is hashed.
+    pub entries: u32,
+}
+
+#[cfg(feature = "corner-index")]
+impl CornerLevel {
+    /// Whether every corner that a point can have is in the table, less than twice around
+    /// on a dense level.
+    fn is_sound(&self, shift: f32, log2_hashmap_size: u32) -> bool {
+        let Self { scale, side, entries } = *self;
+        // Corner coordinates must stay exact in f32.
+        if !(0.0..=(1u32 << 20) as f32).contains(&scale) || entries > 1 << log2_hashmap_size {
+            return false;
+        }
+        let last = (scale + shift) as u32 + 1;
+        match u64::from(side) {
+            0 => entries.is_power_of_two(),
+            // s (1 + s + s s) < 2 s s s for s > 1.
+            side => side > 1 && side >= last.into() && side.pow(3) <= entries.into(),
+        }
+    }
+}
 
 /// The shape of a hash grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +85,7 @@ pub struct HashGridConfig {
     pub base_resolution: u32,
     /// Growth of the resolution from level to level.
     pub per_level_scale: f32,
-    /// Numbering of entries.
+    /// Numbering of entries. One that lists the levels decides on their sizes too.
     pub index: GridIndex,
 }
 
@@ -50,8 +98,33 @@ pub struct Level {
     pub resolution: u32,
     /// Entries in the table.
     pub entries: u32,
-    /// Blocks along an axis where the level is dense, 0 where it is hashed.
-    pub dense_blocks: u32,
+    /// Blocks along an axis where the level is dense, 0 where it is hashed. Corners
+    /// instead of blocks where they are numbered one by one.
+    pub dense_side: u32,
+    /// Added to grid positions, of corners that are numbered one by one.
+    #[cfg(feature = "corner-index")]
+    pub corner_shift: Option<f32>,
+}
+
+impl Level {
+    /// Whether corners are numbered one by one, not in blocks.
+    #[must_use]
+    pub const fn is_by_corner(&self) -> bool {
+        #[cfg(feature = "corner-index")]
+        return self.corner_shift.is_some();
+        #[cfg(not(feature = "corner-index"))]
+        false
+    }
+
+    /// Added to `u * scale` for the grid position.
+    #[must_use]
+    pub const fn shift(&self) -> f32 {
+        #[cfg(feature = "corner-index")]
+        if let Some(shift) = self.corner_shift {
+            return shift;
+        }
+        0.5
+    }
 }
 
 impl HashGridConfig {
@@ -64,6 +137,13 @@ impl HashGridConfig {
     /// Scale, resolution and table size of level `level`.
     #[must_use]
     pub fn level(&self, level: usize) -> Level {
+        #[cfg(feature = "corner-index")]
+        if let GridIndex::Corners(CornerLevels { shift, levels }) = &self.index {
+            let CornerLevel { scale, side, entries } = levels[level];
+            let resolution = scale as u32 + u32::from(scale > (scale as u32) as f32) + 1;
+            let corner_shift = Some(*shift);
+            return Level { scale, resolution, entries, dense_side: side, corner_shift };
+        }
         let mut resolution = f64::from(self.base_resolution);
         for _ in 0..level {
             resolution *= f64::from(self.per_level_scale);
@@ -74,10 +154,15 @@ impl HashGridConfig {
         let blocks = resolution / 2 + 1;
         let dense_entries = 8 * u64::from(blocks) * u64::from(blocks) * u64::from(blocks);
         let table = 1u64 << self.log2_hashmap_size;
-        if dense_entries <= table {
-            Level { scale, resolution, entries: dense_entries as u32, dense_blocks: blocks }
-        } else {
-            Level { scale, resolution, entries: table as u32, dense_blocks: 0 }
+        let (entries, dense_side) =
+            if dense_entries <= table { (dense_entries, blocks) } else { (table, 0) };
+        Level {
+            scale,
+            resolution,
+            entries: entries as u32,
+            dense_side,
+            #[cfg(feature = "corner-index")]
+            corner_shift: None,
         }
     }
 
@@ -100,6 +185,17 @@ impl HashGridConfig {
         }
         if !(self.per_level_scale.is_finite() && (1.0..=4.0).contains(&self.per_level_scale)) {
             return Err(Error::Range("hash grid per_level_scale"));
+        }
+        #[cfg(feature = "corner-index")]
+        if let GridIndex::Corners(CornerLevels { shift, levels }) = &self.index {
+            let levels = &levels[..self.n_levels as usize];
+            if !(0.0..=1.0).contains(shift) {
+                return Err(Error::Range("hash grid shift"));
+            }
+            if !levels.iter().all(|level| level.is_sound(*shift, self.log2_hashmap_size)) {
+                return Err(Error::Range("hash grid level's scale, side or entries"));
+            }
+            return Ok(());
         }
         // Corner coordinates must stay exact in f32.
         if self.level(self.n_levels as usize - 1).scale > (1u32 << 20) as f32 {

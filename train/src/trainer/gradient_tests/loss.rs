@@ -179,7 +179,7 @@ fn corners(level: &GridLevel, u: [f64; 3]) -> [(usize, f64); 8] {
             .map(|(fraction, high)| if high == 1 { fraction } else { 1.0 - fraction })
             .product();
         let [x, y, z] = corner.map(|c| c >> 1);
-        let block = match level.dense_blocks {
+        let block = match level.dense_side {
             0 => {
                 let [a, b, c] = HASH_PRIMES;
                 let hash = x.wrapping_mul(a) ^ y.wrapping_mul(b) ^ z.wrapping_mul(c);

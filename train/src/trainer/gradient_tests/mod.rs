@@ -56,7 +56,7 @@ fn hash_grid(n_features_per_level: u32) -> EncodingConfig {
         per_level_scale: 2.0,
         index: GridIndex::Blocked,
     };
-    assert!(grid.level(0).dense_blocks > 0 && grid.level(2).dense_blocks == 0);
+    assert!(grid.level(0).dense_side > 0 && grid.level(2).dense_side == 0);
     EncodingConfig::HashGrid(grid)
 }
 
