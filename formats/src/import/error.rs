@@ -30,6 +30,15 @@ pub enum ImportError {
     },
     /// The zip archive's structure cannot be read, in the words of its reader.
     Archive(String),
+    /// The compressed file cannot be unpacked, in the words of its reader.
+    Inflate(String),
+    /// What begins here is not what MessagePack has in its place.
+    MessagePack {
+        /// Where it stands in the file.
+        at: usize,
+        /// What was expected.
+        expected: &'static str,
+    },
     /// An entry of the zip archive is compressed or encrypted.
     Packed {
         /// The entry.
@@ -113,7 +122,7 @@ impl fmt::Display for ImportError {
             Self::NotCheckpoint { found } => {
                 write!(f, "not a checkpoint that can be read: begins with")?;
                 found.iter().try_for_each(|byte| write!(f, " {byte:02x}"))?;
-                write!(f, ", expected what torch.save, numpy.save or safetensors write")
+                write!(f, ", expected what torch.save, numpy.save, safetensors or instant-ngp write")
             }
             Self::CutOff(part) => write!(f, "{part} ends too early: the file is cut off"),
             Self::TooMuch { what, limit } => write!(f, "{what}: more than {limit}, the most read"),
@@ -121,6 +130,12 @@ impl fmt::Display for ImportError {
                 write!(f, "{bytes} bytes after the end of the checkpoint, where none were expected")
             }
             Self::Archive(problem) => write!(f, "the zip archive cannot be read: {problem}"),
+            Self::Inflate(problem) => {
+                write!(f, "the compressed file cannot be unpacked: {problem}")
+            }
+            Self::MessagePack { at, expected } => {
+                write!(f, "MessagePack, byte {at}: expected {expected}")
+            }
             Self::Packed { entry } => write!(
                 f,
                 "the entry {entry} is compressed or encrypted, where torch.save stores: refused"

@@ -5,7 +5,8 @@
 //!   versions before 1.6;
 //! * what `numpy.save` writes, an array of numbers or of arrays (the weights that
 //!   the original NeRF's TensorFlow code saves);
-//! * `.safetensors`.
+//! * `.safetensors`;
+//! * MessagePack, what instant-ngp saves (once [`inflate`] has unpacked `.ingp`).
 //!
 //! Nested dictionaries and lists become dotted names. Tensors stay in the bytes they
 //! came in until their numbers are asked for, so a file's optimizer state costs nothing.
@@ -33,6 +34,8 @@
 mod budget;
 mod element;
 mod error;
+mod inflate;
+mod message_pack;
 #[cfg(feature = "nerf")]
 pub mod nerf;
 mod npy;
@@ -46,6 +49,7 @@ use core::fmt;
 
 pub use element::ElementType;
 pub use error::ImportError;
+pub use inflate::inflate;
 pub use tensor::Tensor;
 
 use budget::Budget;
@@ -70,6 +74,8 @@ pub enum Container {
     Numpy,
     /// A header in JSON, then the numbers.
     Safetensors,
+    /// Nested values, one after another.
+    MessagePack,
 }
 
 impl fmt::Display for Container {
@@ -79,6 +85,7 @@ impl fmt::Display for Container {
             Self::TorchLegacy => "torch (legacy pickles)",
             Self::Numpy => "numpy",
             Self::Safetensors => "safetensors",
+            Self::MessagePack => "MessagePack",
         })
     }
 }
@@ -99,6 +106,8 @@ impl<'a> Checkpoint<'a> {
             (Container::TorchLegacy, torch::legacy::read(bytes, budget)?)
         } else if safetensors::is_safetensors(bytes) {
             (Container::Safetensors, safetensors::read(bytes, budget)?)
+        } else if message_pack::is_message_pack(bytes) {
+            (Container::MessagePack, message_pack::read(bytes, budget)?)
         } else {
             let mut found = [0; 8];
             found.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
@@ -116,7 +125,7 @@ impl<'a> Checkpoint<'a> {
     /// The names of the tensors in the order of the file: the keys and indices that
     /// lead to one, joined by dots, as `state_dict.layers.0.weight`. A file that is a
     /// single tensor gives it the empty name. What stands under a key that is neither a
-    /// text nor an integer has no name.
+    /// text nor an integer has no name. Binary values are tensors of [`ElementType::U8`].
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.tree.iter().filter_map(|(name, leaf)| matches!(leaf, Leaf::Tensor(_)).then_some(name))
     }
