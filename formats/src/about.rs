@@ -68,13 +68,33 @@ impl Scene<'_> {
         [row(0), row(1), row(2)]
     }
 
+    /// A direction in dataset coordinates as one in the model's, of the same length.
+    #[must_use]
+    pub fn to_model_direction(&self, d: [f32; 3]) -> [f32; 3] {
+        // The inverse of a rotation is its transpose.
+        let r = &self.rotation;
+        [0, 1, 2].map(|i| r[0][i] * d[0] + r[1][i] * d[1] + r[2][i] * d[2])
+    }
+
+    /// A camera in dataset coordinates as one in scene units.
+    #[must_use]
+    pub fn camera_to_model(&self, camera: &Camera) -> Camera {
+        let c2w = &camera.camera_to_world;
+        let mut model = *camera;
+        let mut set = |column: usize, values: [f32; 3]| {
+            (0..3).for_each(|row| model.camera_to_world[4 * row + column] = values[row]);
+        };
+        for column in 0..3 {
+            set(column, self.to_model_direction([0, 4, 8].map(|row| c2w[row + column])));
+        }
+        set(3, self.to_model(camera.position()));
+        model
+    }
+
     /// A point in dataset coordinates to scene units.
     #[must_use]
     pub fn to_model(&self, p: [f32; 3]) -> [f32; 3] {
-        let q = [0, 1, 2].map(|i| (p[i] - self.translation[i]) / self.scale);
-        // The inverse of a rotation is its transpose.
-        let r = &self.rotation;
-        [0, 1, 2].map(|i| r[0][i] * q[0] + r[1][i] * q[1] + r[2][i] * q[2])
+        self.to_model_direction([0, 1, 2].map(|i| (p[i] - self.translation[i]) / self.scale))
     }
 }
 
@@ -139,5 +159,18 @@ mod tests {
         assert_eq!(scene.to_dataset([1.0, 2.0, 3.0]), [6.0, 22.0, 36.0]);
         assert_eq!(scene.to_model([6.0, 22.0, 36.0]), [1.0, 2.0, 3.0]);
         assert_eq!(Scene::default().to_dataset([1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
+        // A camera sees the same, whichever coordinates it is in.
+        let eye = scene.to_dataset([3.0, 1.0, 2.0]);
+        let target = scene.to_dataset([0.5, 0.25, 0.0]);
+        let pose = Camera::look_at(eye, target, [0.0, 0.0, 1.0]);
+        let camera = Camera::from_fov_x(40, 30, 1.0, pose);
+        let model = scene.camera_to_model(&camera);
+        let close = |a: &[f32], b: &[f32]| {
+            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4), "{a:?} {b:?}");
+        };
+        close(&model.position(), &[3.0, 1.0, 2.0]);
+        let p = [0.25, 0.5, -0.75];
+        let [seen, expected] = [model.project(p), camera.project(scene.to_dataset(p))];
+        close(&seen.unwrap(), &expected.unwrap());
     }
 }

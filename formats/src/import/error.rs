@@ -122,7 +122,10 @@ impl fmt::Display for ImportError {
             Self::NotCheckpoint { found } => {
                 write!(f, "not a checkpoint that can be read: begins with")?;
                 found.iter().try_for_each(|byte| write!(f, " {byte:02x}"))?;
-                write!(f, ", expected what torch.save, numpy.save, safetensors or instant-ngp write")
+                write!(
+                    f,
+                    ", expected what torch.save, numpy.save, safetensors or instant-ngp write"
+                )
             }
             Self::CutOff(part) => write!(f, "{part} ends too early: the file is cut off"),
             Self::TooMuch { what, limit } => write!(f, "{what}: more than {limit}, the most read"),

@@ -198,7 +198,8 @@ impl<'a> Reader<'a> {
 
 fn tensor(bytes: &[u8]) -> Tensor<'_> {
     let numbers = Numbers { element: ElementType::U8, big_endian: false };
-    let placement = Placement { shape: Vec::from([bytes.len()]), strides: Vec::from([1]), offset: 0 };
+    let placement =
+        Placement { shape: Vec::from([bytes.len()]), strides: Vec::from([1]), offset: 0 };
     Tensor::new(numbers, placement, Storage::File(bytes)).expect("a byte for every number")
 }
 

@@ -167,6 +167,19 @@ impl<'a> Tensor<'a> {
         }
     }
 
+    /// The same bytes as numbers of another type, little endian, where these are bytes one
+    /// after another and a whole number of those.
+    #[cfg(feature = "corner-index")]
+    pub(super) fn reinterpreted(&self, element: ElementType) -> Option<Self> {
+        let is_bytes = self.element == ElementType::U8 && self.offset == 0;
+        let len = self.storage.bytes().len();
+        if !is_bytes || self.shape != [len] || !len.is_multiple_of(element.size()) {
+            return None;
+        }
+        let placement = Placement::contiguous(&[len / element.size()], false)?;
+        Self::new(Numbers { element, big_endian: false }, placement, self.storage.clone()).ok()
+    }
+
     /// Every number in the order of its indices, made something else.
     fn convert<T>(&self, to: impl Fn(f64) -> T) -> Result<Vec<T>, ImportError> {
         match self.element {

@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use pocketnerf_core::encoding::Affine;
 use pocketnerf_formats::import::Checkpoint;
-use pocketnerf_formats::import::nerf::{Nerf, NerfError};
+use pocketnerf_formats::import::FieldError;
+use pocketnerf_formats::import::nerf::Nerf;
 use pocketnerf_train::random::Random;
 
 use crate::{bytes, nerf};
@@ -47,7 +48,7 @@ const SMALL: [(&str, &[usize]); 12] = [
 ];
 
 #[track_caller]
-fn refused(tensors: &[(&str, &[usize])], value: f32) -> NerfError {
+fn refused(tensors: &[(&str, &[usize])], value: f32) -> FieldError {
     let error = nerf(&file(tensors, value)).unwrap_err();
     assert!(!error.to_string().contains('\n'));
     error
@@ -63,9 +64,9 @@ fn each_defect_is_named() {
         let error = refused(&rest, 0.5);
         // Nothing tells another program's network from one without its first weight.
         if i == 0 {
-            assert!(matches!(error, NerfError::Unknown { .. }), "{error}");
+            assert!(matches!(error, FieldError::Unknown { .. }), "{error}");
         } else {
-            assert_eq!(error, NerfError::Missing((*name).to_owned()));
+            assert_eq!(error, FieldError::Missing((*name).to_owned()));
         }
     }
     for (at, shape) in
@@ -73,22 +74,22 @@ fn each_defect_is_named() {
     {
         let mut wrong = SMALL;
         wrong[at].1 = shape;
-        assert!(matches!(refused(&wrong, 0.5), NerfError::Shape { .. }), "{:?}", wrong[at]);
+        assert!(matches!(refused(&wrong, 0.5), FieldError::Shape { .. }), "{:?}", wrong[at]);
     }
     let mut vector = SMALL;
     vector[0].1 = &[108];
-    assert!(matches!(refused(&vector, 0.5), NerfError::Shape { .. }));
+    assert!(matches!(refused(&vector, 0.5), FieldError::Shape { .. }));
     let mut odd = SMALL;
     odd[0].1 = &[4, 28];
-    assert!(matches!(refused(&odd, 0.5), NerfError::Encoding { what: "position", found: 28 }));
+    assert!(matches!(refused(&odd, 0.5), FieldError::Encoding { what: "position", found: 28 }));
     odd = SMALL;
     odd[8].1 = &[2, 21];
-    assert!(matches!(refused(&odd, 0.5), NerfError::Encoding { what: "direction", found: 17 }));
+    assert!(matches!(refused(&odd, 0.5), FieldError::Encoding { what: "direction", found: 17 }));
     let mut more = SMALL.to_vec();
     more.push(("transient_encoding.weight", &[2, 2]));
-    assert_eq!(refused(&more, 0.5), NerfError::Extra("transient_encoding.weight".to_owned()));
+    assert_eq!(refused(&more, 0.5), FieldError::Extra("transient_encoding.weight".to_owned()));
     for value in [f32::NAN, f32::INFINITY] {
-        assert!(matches!(refused(&SMALL, value), NerfError::NotFinite(_)));
+        assert!(matches!(refused(&SMALL, value), FieldError::NotFinite(_)));
     }
     let other = refused(&[("encoder.embeddings", &[4, 2]), ("sigma_net.0.weight", &[2, 2])], 0.5);
     assert!(other.to_string().contains("encoder.embeddings sigma_net.0.weight"), "{other}");
@@ -103,7 +104,7 @@ fn more_layers_than_there_may_be() {
         deep.push((weight, if i == 0 { &[4, 27] } else { &[4, 4] }));
         deep.push((bias, &[4]));
     }
-    assert_eq!(refused(&deep, 0.5), NerfError::Layers(11));
+    assert_eq!(refused(&deep, 0.5), FieldError::Layers(11));
 }
 
 #[test]

@@ -8,7 +8,8 @@ mod whole;
 use std::path::{Path, PathBuf};
 
 use pocketnerf_formats::import::Checkpoint;
-use pocketnerf_formats::import::nerf::{Nerf, NerfError};
+use pocketnerf_formats::import::FieldError;
+use pocketnerf_formats::import::nerf::Nerf;
 
 /// The fixture of this name, see `tests/fixtures/nerf_networks.py`.
 fn path(name: &str) -> PathBuf {
@@ -20,7 +21,7 @@ fn bytes(name: &str) -> Vec<u8> {
 }
 
 /// The networks of a fixture's bytes.
-fn nerf(bytes: &[u8]) -> Result<Nerf, NerfError> {
+fn nerf(bytes: &[u8]) -> Result<Nerf, FieldError> {
     Nerf::read(&Checkpoint::read(bytes).unwrap())
 }
 

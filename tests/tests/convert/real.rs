@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pocketnerf_core::{Camera, Model, SimdLevel};
-use pocketnerf_train::convert::{Conversion, Place, Settings, config};
+use pocketnerf_train::convert::{NerfConversion, Place, Settings, config};
 use pocketnerf_train::dataset::{self, LoadOptions, Split};
 use pocketnerf_train::picture::{self, Sampling};
 use pocketnerf_train::trainer::ndc_of;
@@ -19,12 +19,12 @@ fn data() -> Option<PathBuf> {
 }
 
 /// `lego/checkpoint199999.ckpt` and the like.
-fn converted(data: &std::path::Path, name: &str, place: Option<Place>) -> Conversion {
+fn converted(data: &std::path::Path, name: &str, place: Option<Place>) -> NerfConversion {
     let path = data.join("weights/nerf-pytorch-4x128").join(name);
     let nerf = nerf(&std::fs::read(&path).unwrap()).unwrap();
     let (_, settings) = config::beside(&path).unwrap().unwrap();
     let given = Settings::default().or(settings);
-    Conversion::new(nerf, given, |_| Ok(place), SimdLevel::detect()).unwrap()
+    NerfConversion::new(nerf, given, |_| Ok(place), SimdLevel::detect()).unwrap()
 }
 
 /// PSNR of a picture over white or black.

@@ -4,7 +4,7 @@ use pocketnerf_core::sampler::Reach;
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::{About, PixelOrigin, Precision};
 use pocketnerf_train::convert::{
-    Conversion, ConvertError, Place, Settings, compare, config, distill, refuse_others,
+    ConvertError, NerfConversion, Place, Settings, compare, config, distill, refuse_others,
 };
 use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::metrics;
@@ -39,7 +39,7 @@ fn cells_cost_next_to_nothing() {
         assert!(!ndc);
         Ok(Some(Place::Box(aabb)))
     };
-    let conversion = Conversion::new(nerf, SETTINGS, place, SimdLevel::detect()).unwrap();
+    let conversion = NerfConversion::new(nerf, SETTINGS, place, SimdLevel::detect()).unwrap();
     let model = conversion.model().unwrap();
     let fraction = model.occupancy.unwrap().fraction();
     assert!((0.01..0.9).contains(&fraction), "{fraction}");
@@ -71,7 +71,7 @@ fn cells_cost_next_to_nothing() {
 fn views_to_learn_from() {
     let nerf = nerf(&bytes("first_paper.ckpt")).unwrap();
     let place = |_| Ok(Some(Place::Box([[-1.0; 3], [1.0; 3]])));
-    let conversion = Conversion::new(nerf, SETTINGS, place, SimdLevel::detect()).unwrap();
+    let conversion = NerfConversion::new(nerf, SETTINGS, place, SimdLevel::detect()).unwrap();
     let model = conversion.model().unwrap();
     let settings = picture::Settings { quality: 1.0, ..picture::Settings::default() };
     let mut rendered = 0;
@@ -108,7 +108,7 @@ fn the_same_bytes_at_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let nerf = nerf(&bytes("nerf_pl.ckpt")).unwrap();
-            let conversion = Conversion::new(nerf, SETTINGS, |_| Ok(None), SimdLevel::detect());
+            let conversion = NerfConversion::new(nerf, SETTINGS, |_| Ok(None), SimdLevel::detect());
             let conversion = conversion.unwrap();
             let model = conversion.model().unwrap();
             pocketnerf_formats::write(&model, &About::default(), Precision::F16).unwrap()
@@ -121,7 +121,7 @@ fn the_same_bytes_at_any_number_of_threads() {
 fn what_cannot_be_converted_is_named() {
     let convert = |settings, place: Result<Option<Place>, ConvertError>| {
         let nerf = nerf(&bytes("flexible.ckpt")).unwrap();
-        Conversion::new(nerf, settings, |_| place, SimdLevel::detect()).unwrap_err().to_string()
+        NerfConversion::new(nerf, settings, |_| place, SimdLevel::detect()).unwrap_err().to_string()
     };
     let error = convert(Settings { near: None, ..SETTINGS }, Ok(None));
     assert!(error.contains("--near") && !error.contains("--far"), "{error}");

@@ -50,7 +50,10 @@ impl Eval {
         let mut dataset =
             self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
         let origin = self.pixel_origin.unwrap_or(file.about.pixel_origin);
-        dataset.views.iter_mut().for_each(|view| shift(&mut view.camera, origin));
+        for view in &mut dataset.views {
+            view.camera = file.about.scene.camera_to_model(&view.camera);
+            shift(&mut view.camera, origin);
+        }
         let background = self.background.unwrap_or(file.model.display.background);
         let folder = self.out.as_deref().map(make_folder).transpose()?;
         let mut failure = None;

@@ -17,7 +17,8 @@ use crate::{image_file, metrics, output, picture};
 pub(super) struct Render {
     /// Model file.
     model: PathBuf,
-    /// Camera-to-world pose: 16 numbers or 4 rows of 4, as text or a file.
+    /// Camera-to-world pose in the dataset's coordinates: 16 numbers or 4 rows of 4, as text
+    /// or a file.
     #[arg(long, value_name = "JSON", conflicts_with_all = ["camera_path", "orbit"])]
     pose: Option<String>,
     /// Camera path: nerfstudio's camera_path.json or a transforms.json.
@@ -97,6 +98,7 @@ impl Render {
 
     fn cameras(&self, file: &ModelFile<'_>) -> Result<Vec<Camera>, Failure> {
         let own = file.about.camera.map(|c| c.camera());
+        let scene = &file.about.scene;
         let size = [
             self.width.or(own.map(|c| c.width)).unwrap_or(400),
             self.height.or(own.map(|c| c.height)).unwrap_or(400),
@@ -114,11 +116,13 @@ impl Render {
         }
         if let Some(path) = &self.camera_path {
             let given = (self.width.is_some() && self.height.is_some()).then_some(size);
-            return Ok(cameras::camera_path(path, given)?);
+            let cameras = cameras::camera_path(path, given)?;
+            return Ok(cameras.iter().map(|camera| scene.camera_to_model(camera)).collect());
         }
         if let Some(pose) = &self.pose {
             let pose = cameras::pose(pose)?;
-            return Ok(vec![Camera::from_fov_x(size[0], size[1], fov_x, pose)]);
+            let camera = Camera::from_fov_x(size[0], size[1], fov_x, pose);
+            return Ok(vec![scene.camera_to_model(&camera)]);
         }
         if let (None, Some(own)) = (self.orbit, own) {
             let pose = own.camera_to_world;
@@ -129,7 +133,8 @@ impl Render {
             return Err(format!("--orbit {views}: expected 1 to 10000 views").into());
         }
         let orbit = Orbit::around(&file.model.space, own.as_ref(), views, fov_x);
-        Ok(Orbit { size, ..orbit }.cameras())
+        let turned = [orbit.axis, orbit.up].map(|d| scene.to_model_direction(d));
+        Ok(Orbit { size, axis: turned[0], up: turned[1], ..orbit }.cameras())
     }
 }
 

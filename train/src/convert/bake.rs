@@ -5,7 +5,7 @@
 
 use fearless_simd::Level;
 use pocketnerf_core::Space;
-use pocketnerf_core::field::NerfField;
+use pocketnerf_core::field::Field;
 use pocketnerf_core::store::F32;
 
 use crate::pool::Pool;
@@ -18,15 +18,15 @@ const COARSE: u32 = 64;
 const LOOKS: usize = 8;
 
 /// Asks a field.
-pub(super) struct Baker<'f> {
-    pub(super) field: &'f NerfField<'f>,
+pub(super) struct Baker<'f, F> {
+    pub(super) field: &'f F,
     pub(super) level: Level,
     pub(super) seed: u64,
     /// Distance between samples, local units.
     pub(super) step: f32,
 }
 
-impl Baker<'_> {
+impl<F: Field + Sync> Baker<'_, F> {
     /// The occupied cells of the space, half as wide as they are looked for at first, and
     /// all their neighbours.
     pub(super) fn cells(&self, space: &Space) -> OccupancyGrid {
@@ -63,7 +63,7 @@ impl Baker<'_> {
 
     fn look(&self, grid: &mut OccupancyGrid) {
         let probes = Pool::default();
-        let limits = pocketnerf_core::AnyField::Nerf(*self.field).limits();
+        let limits = self.field.limits();
         for _ in 0..LOOKS * crate::trainer::OCCUPANCY_PERIOD {
             let new = || Probe::new(limits);
             grid.look::<F32, _>(self.level, self.field, self.seed, &probes, new);

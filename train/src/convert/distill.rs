@@ -41,6 +41,18 @@ pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Came
     Some((0..count).map(camera).collect())
 }
 
+/// Every eighth camera is held out; none is wider or higher than a view from around.
+#[must_use]
+pub fn held_out(cameras: &[Camera]) -> [Vec<Camera>; 2] {
+    let small =
+        |camera: &Camera| camera.downscaled(camera.width.max(camera.height).div_ceil(2 * SIDE));
+    let numbered = || cameras.iter().enumerate();
+    let of = |held: bool| {
+        numbered().filter(|(i, _)| (i % 8 == 0) == held).map(|(_, camera)| small(camera)).collect()
+    };
+    [of(false), of(true)]
+}
+
 /// What the model shows these cameras in occupied cells, to be learnt from. Transparent
 /// where the space is a box; over the model's background elsewhere.
 ///

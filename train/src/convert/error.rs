@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use pocketnerf_formats::import::ImportError;
-use pocketnerf_formats::import::nerf::NerfError;
+use pocketnerf_formats::import::{FieldError, ImportError};
 
 /// Why a model is not converted. Each message completes a line that begins with the file.
 #[derive(Debug, thiserror::Error)]
@@ -12,9 +11,9 @@ pub enum ConvertError {
     /// The container cannot be read.
     #[error(transparent)]
     Checkpoint(#[from] ImportError),
-    /// The tensors are not the paper's networks.
+    /// The tensors are not those of a field that is known.
     #[error(transparent)]
-    Nerf(#[from] NerfError),
+    Field(#[from] FieldError),
     /// Another kind of model.
     #[error("{found} are not converted; {hint}")]
     Kind {

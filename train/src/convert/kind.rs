@@ -2,11 +2,8 @@
 
 use super::ConvertError;
 
-const INGP: &str = "compressed files (instant-ngp's .ingp)";
-const ON_PHOTOGRAPHS: &str = "train on the photographs: pocketnerf train DATA";
-
 /// How files begin, what such files are, and a hint.
-const OTHERS: [(&[u8], &str, &str); 10] = [
+const OTHERS: [(&[u8], &str, &str); 7] = [
     (
         b"ply\n",
         "point clouds, meshes and Gaussian splats (.ply)",
@@ -30,9 +27,6 @@ const OTHERS: [(&[u8], &str, &str); 10] = [
         "JSON files (MobileNeRF, SNeRG, MERF, datasets)",
         "train on the photographs they were made from; configs are found beside a checkpoint",
     ),
-    (b"\x1f\x8b", INGP, ON_PHOTOGRAPHS),
-    (b"\x78\x9c", INGP, ON_PHOTOGRAPHS),
-    (b"\x78\x01", INGP, ON_PHOTOGRAPHS),
 ];
 
 /// Refuses files that are recognised as something else.

@@ -1,157 +1,106 @@
-//! Models that other programs trained, as models of this one: the paper's networks
-//! (`pocketnerf_formats::import::nerf` tells which programs).
+//! Models that other programs trained, as models of this one: the paper's networks and
+//! hash grids (`pocketnerf_formats::import::nerf` and `ngp` tell which programs).
 //!
-//! A checkpoint holds networks and little else. What its pictures need besides,
-//! [`Settings`] take from the config that lies [beside](config::beside) it or from the
-//! user; which cells are empty is [baked](Conversion::new) from the density, so that
-//! pictures skip them.
+//! A checkpoint holds a field and little else. What its pictures need besides, [`Settings`]
+//! take from the config that lies [beside](config::beside) it or from the user; which cells
+//! are empty is what the program kept of them, or is baked from the density.
 
 mod bake;
 pub mod config;
 pub mod distill;
 mod error;
 mod kind;
+mod nerf;
+mod ngp;
 mod settings;
 mod verify;
 
-use pocketnerf_core::encoding::Affine;
-use pocketnerf_core::field::NerfField;
-use pocketnerf_core::space::Ndc;
-use pocketnerf_core::{AnyField, ColorSpace, Display, Model, Sampling, SimdLevel, Space};
-use pocketnerf_formats::PixelOrigin;
-use pocketnerf_formats::import::nerf::Nerf;
+use pocketnerf_core::{Camera, Model};
+use pocketnerf_formats::{PixelOrigin, Scene};
 
 pub use error::ConvertError;
 pub use kind::refuse_others;
+pub use nerf::{NerfConversion, Place};
+pub use ngp::NgpConversion;
 pub use settings::Settings;
 pub use verify::{Difference, compare};
 
-use crate::trainer::OccupancyGrid;
-use bake::Baker;
-use settings::Complete;
-
-/// Samples along the longest side of the box.
-const SAMPLES_PER_SIDE: f32 = 384.0;
-/// A ray ends when no more than this passes.
-const MIN_TRANSMITTANCE: f32 = 1e-4;
-
-/// Where a source's scene is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
-    /// In this box, smallest and largest corner.
-    Box([[f32; 3]; 2]),
-    /// In these coordinates.
-    Ndc(Ndc),
-}
+use crate::picture::Sampling;
 
 /// A model, made of what another program trained.
 #[derive(Debug)]
-pub struct Conversion {
-    nerf: Nerf,
-    complete: Complete,
-    space: Space,
-    cells: OccupancyGrid,
+#[allow(clippy::large_enum_variant, reason = "there is one of them")]
+pub enum Conversion {
+    /// The paper's networks.
+    Nerf(NerfConversion),
+    /// A hash grid.
+    Ngp(NgpConversion),
 }
 
 impl Conversion {
-    /// Finds out where the scene is and which cells hold something. `place` is asked
-    /// whether rays are those of normalised device coordinates; `None`: around the origin
-    /// as far as `near` and `far` are apart, which holds what cameras see that look at it
-    /// from between them.
-    ///
-    /// # Errors
-    /// [`ConvertError::Missing`] and what else is wrong with the settings;
-    /// [`ConvertError::Empty`] where the field is empty.
-    pub fn new(
-        nerf: Nerf,
-        settings: Settings,
-        place: impl FnOnce(bool) -> Result<Option<Place>, ConvertError>,
-        simd: SimdLevel,
-    ) -> Result<Self, ConvertError> {
-        let complete = settings.complete()?;
-        let place = place(complete.ndc)?;
-        let level = simd.token()?;
-        let bake = |field: &NerfField<'_>, space: &Space| {
-            Baker { field, level, seed: 0, step: step(space) }.cells(space)
-        };
-        let space = match place {
-            Some(Place::Ndc(ndc)) => Space::Ndc(ndc),
-            Some(Place::Box([min, max])) => Space::Box { min, max },
-            None => found(&nerf, 0.5 * (complete.far - complete.near), level)?,
-        };
-        space.validate()?;
-        let cells = bake(&nerf.field(map(&space))?, &space);
-        Ok(Self { nerf, complete, space, cells })
-    }
-
-    /// The model as a picture needs it: cells, and the source's own sampling.
+    /// The model as a picture needs it, in f32.
     ///
     /// # Errors
     /// What core refuses.
     pub fn model(&self) -> Result<Model<'_>, ConvertError> {
-        let Complete { near, far, hierarchical, background, .. } = self.complete;
-        let scale = self.space.unit_map().scale;
-        let in_ndc = matches!(self.space, Space::Ndc(_));
-        let model = Model {
-            field: AnyField::Nerf(self.nerf.field(map(&self.space))?),
-            space: self.space,
-            occupancy: Some(self.cells.grown()),
-            sampling: Sampling {
-                step: step(&self.space),
-                near,
-                // There, what is seen ends with the box.
-                far: if in_ndc { near + 64.0 / scale } else { far },
-                min_transmittance: MIN_TRANSMITTANCE,
-            },
-            hierarchical: Some(hierarchical),
-            display: Display {
-                background,
-                color_space: ColorSpace::Srgb,
-                tolerance: Display::TOLERANCE,
-            },
-        };
-        model.validate()?;
-        Ok(model)
+        match self {
+            Self::Nerf(source) => source.model(),
+            Self::Ngp(source) => source.model(),
+        }
+    }
+
+    /// The program that it comes from.
+    #[must_use]
+    pub const fn program(&self) -> &'static str {
+        match self {
+            Self::Nerf(source) => source.program(),
+            Self::Ngp(source) => source.program(),
+        }
+    }
+
+    /// How the source itself makes pictures.
+    #[must_use]
+    pub const fn sampling(&self) -> Sampling {
+        match self {
+            Self::Nerf(_) => Sampling::Paper,
+            Self::Ngp(_) => Sampling::Occupancy,
+        }
     }
 
     /// Where in a pixel the source's rays went through.
     #[must_use]
     pub const fn pixel_origin(&self) -> PixelOrigin {
-        self.complete.pixel_origin
+        match self {
+            Self::Nerf(source) => source.pixel_origin(),
+            Self::Ngp(_) => PixelOrigin::Center,
+        }
     }
 
-    /// The source's networks.
+    /// From the model's coordinates to those of the dataset.
     #[must_use]
-    pub const fn nerf(&self) -> &Nerf {
-        &self.nerf
+    pub fn scene(&self) -> Scene<'static> {
+        match self {
+            Self::Nerf(_) => Scene::default(),
+            Self::Ngp(source) => source.scene(),
+        }
     }
 
-    /// The distance between the middle of the source's rays and their cameras, scene units.
+    /// The cameras that it was trained from, scene units, where the checkpoint has them.
+    #[must_use]
+    pub fn views(&self) -> &[Camera] {
+        match self {
+            Self::Nerf(_) => &[],
+            Self::Ngp(source) => source.views(),
+        }
+    }
+
+    /// The distance between what the source's cameras looked at and them, scene units; 0
+    /// where nothing says.
     #[must_use]
     pub const fn distance(&self) -> f32 {
-        0.5 * (self.complete.near + self.complete.far)
+        match self {
+            Self::Nerf(source) => source.distance(),
+            Self::Ngp(_) => 0.0,
+        }
     }
-}
-
-/// The box around what is within `side` of the origin along each axis.
-fn found(nerf: &Nerf, side: f32, level: fearless_simd::Level) -> Result<Space, ConvertError> {
-    let around = [[-side; 3], [side; 3]];
-    let [min, max] = around;
-    let space = Space::Box { min, max };
-    let field = nerf.field(map(&space))?;
-    let baker = Baker { field: &field, level, seed: 0, step: step(&space) };
-    let corners = baker.bounds(&space).ok_or(ConvertError::Empty(around))?;
-    let [min, max] = corners.map(|u| u.map(|u| 2.0 * side * u - side));
-    Ok(Space::Box { min, max })
-}
-
-/// Distance between samples in occupied cells, local units.
-fn step(space: &Space) -> f32 {
-    1.0 / (space.unit_map().scale * SAMPLES_PER_SIDE)
-}
-
-/// From unit coordinates to the local ones, which the networks read.
-fn map(space: &Space) -> Affine {
-    let map = space.unit_map();
-    Affine { scale: [1.0 / map.scale; 3], offset: map.min }
 }

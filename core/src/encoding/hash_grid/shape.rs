@@ -85,7 +85,8 @@ pub struct HashGridConfig {
     pub base_resolution: u32,
     /// Growth of the resolution from level to level.
     pub per_level_scale: f32,
-    /// Numbering of entries. One that lists the levels decides on their sizes too.
+    /// Numbering of entries. Where it lists the levels, base resolution and growth are
+    /// only what they came from.
     pub index: GridIndex,
 }
 
@@ -180,12 +181,6 @@ impl HashGridConfig {
         if !(3..=24).contains(&self.log2_hashmap_size) {
             return Err(Error::Range("hash grid log2_hashmap_size"));
         }
-        if !(2..=1 << 16).contains(&self.base_resolution) {
-            return Err(Error::Range("hash grid base_resolution"));
-        }
-        if !(self.per_level_scale.is_finite() && (1.0..=4.0).contains(&self.per_level_scale)) {
-            return Err(Error::Range("hash grid per_level_scale"));
-        }
         #[cfg(feature = "corner-index")]
         if let GridIndex::Corners(CornerLevels { shift, levels }) = &self.index {
             let levels = &levels[..self.n_levels as usize];
@@ -196,6 +191,12 @@ impl HashGridConfig {
                 return Err(Error::Range("hash grid level's scale, side or entries"));
             }
             return Ok(());
+        }
+        if !(2..=1 << 16).contains(&self.base_resolution) {
+            return Err(Error::Range("hash grid base_resolution"));
+        }
+        if !(self.per_level_scale.is_finite() && (1.0..=4.0).contains(&self.per_level_scale)) {
+            return Err(Error::Range("hash grid per_level_scale"));
         }
         // Corner coordinates must stay exact in f32.
         if self.level(self.n_levels as usize - 1).scale > (1u32 << 20) as f32 {

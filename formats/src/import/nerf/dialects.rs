@@ -4,10 +4,10 @@ use std::format;
 use std::string::String;
 use std::vec::Vec;
 
-use super::error::NerfError;
-use super::layer::Layer;
 use super::network::Parts;
-use super::tensors::Tensors;
+use crate::import::field_error::FieldError;
+use crate::import::layer::Layer;
+use crate::import::tensors::Tensors;
 
 /// The names that a program gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,7 +57,7 @@ impl Dialect {
     }
 
     /// The layers of a network, and their roles.
-    pub(super) fn parts(self, tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
+    pub(super) fn parts(self, tensors: &mut Tensors<'_, '_>) -> Result<Parts, FieldError> {
         match self {
             Self::PtsLinears => pts_linears(tensors),
             Self::Flexible => flexible(tensors),
@@ -74,12 +74,12 @@ fn all(
     tensors: &mut Tensors<'_, '_>,
     first: usize,
     name: impl Fn(usize) -> String,
-) -> Result<Vec<Layer>, NerfError> {
+) -> Result<Vec<Layer>, FieldError> {
     let count = tensors.count(first, &name);
     (first..first + count).map(|i| tensors.layer(&name(i))).collect()
 }
 
-fn pts_linears(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
+fn pts_linears(tensors: &mut Tensors<'_, '_>) -> Result<Parts, FieldError> {
     let trunk = all(tensors, 0, |i| format!("pts_linears.{i}"))?;
     if tensors.has("output_linear.weight") {
         // Made and saved whether directions count or not.
@@ -93,7 +93,7 @@ fn pts_linears(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
     Ok(Parts { feature, ..Parts::new(trunk, density, color) })
 }
 
-fn flexible(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
+fn flexible(tensors: &mut Tensors<'_, '_>) -> Result<Parts, FieldError> {
     let mut trunk = Vec::from([tensors.layer("layer1")?]);
     trunk.append(&mut all(tensors, 0, |i| format!("layers_xyz.{i}"))?);
     let parts = if tensors.has("fc_out.weight") {
@@ -108,7 +108,7 @@ fn flexible(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
     Ok(Parts { linear: 1, point_last: true, ..parts })
 }
 
-fn first_paper(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
+fn first_paper(tensors: &mut Tensors<'_, '_>) -> Result<Parts, FieldError> {
     let mut trunk = all(tensors, 0, |i| format!("layers_xyz.{i}"))?;
     // Everything is read from the feature: it is the trunk's last layer.
     let linear = 1u16.checked_shl(trunk.len() as u32).unwrap_or(0);
@@ -121,7 +121,7 @@ fn first_paper(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
     Ok(Parts { linear, ..Parts::new(trunk, density, color) })
 }
 
-fn replicate(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
+fn replicate(tensors: &mut Tensors<'_, '_>) -> Result<Parts, FieldError> {
     let trunk = Vec::from([tensors.layer("layer1")?, tensors.layer("layer2")?]);
     let feature = Some(tensors.layer("layer3")?);
     let density = tensors.layer("fc_alpha")?;
@@ -129,7 +129,7 @@ fn replicate(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
     Ok(Parts { feature, ..Parts::new(trunk, density, Vec::from(color)) })
 }
 
-fn xyz_encoding(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
+fn xyz_encoding(tensors: &mut Tensors<'_, '_>) -> Result<Parts, FieldError> {
     let trunk = all(tensors, 1, |i| format!("xyz_encoding_{i}.0"))?;
     let feature = Some(tensors.layer("xyz_encoding_final")?);
     let density = tensors.layer("sigma")?;
@@ -139,17 +139,17 @@ fn xyz_encoding(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
 
 /// Kernels `[n_in, n_out]` and biases in turn: the trunk, then feature, directions, colour
 /// and density, or one layer of all four outputs.
-fn pairs(tensors: &mut Tensors<'_, '_>) -> Result<Parts, NerfError> {
+fn pairs(tensors: &mut Tensors<'_, '_>) -> Result<Parts, FieldError> {
     let mut layers = Vec::new();
     while tensors.has(&format!("{}", 2 * layers.len())) {
         let i = 2 * layers.len();
         layers.push(tensors.pair(&format!("{i}"), &format!("{}", i + 1))?);
     }
-    let last = layers.pop().ok_or_else(|| NerfError::Missing("0".into()))?;
+    let last = layers.pop().ok_or_else(|| FieldError::Missing("0".into()))?;
     if last.n_out != 1 {
         return Parts::without_directions(layers, &last, "the last kernel");
     }
-    let missing = || NerfError::Missing("feature, directions and colour".into());
+    let missing = || FieldError::Missing("feature, directions and colour".into());
     let heads = layers.len().checked_sub(3).ok_or_else(missing)?;
     let mut color = layers.split_off(heads);
     let feature = Some(color.remove(0));

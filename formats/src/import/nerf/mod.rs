@@ -15,10 +15,7 @@
 //! units.
 
 mod dialects;
-mod error;
-mod layer;
 mod network;
-mod tensors;
 
 use std::borrow::ToOwned;
 use std::vec::Vec;
@@ -27,12 +24,10 @@ use pocketnerf_core::Error;
 use pocketnerf_core::encoding::{Affine, Fourier, Waves};
 use pocketnerf_core::field::{Activation, NerfField};
 
-pub use error::NerfError;
-
-use super::Checkpoint;
+use super::tensors::Tensors;
+use super::{Checkpoint, FieldError};
 use dialects::Dialect;
 use network::Network;
-use tensors::Tensors;
 
 /// What precedes the names of the coarse and of the fine network's tensors.
 const PREFIXES: [[&str; 2]; 4] = [
@@ -58,8 +53,8 @@ impl Nerf {
     /// Finds the networks in a checkpoint: a coarse and a fine one, or one alone.
     ///
     /// # Errors
-    /// See [`NerfError`].
-    pub fn read(checkpoint: &Checkpoint<'_>) -> Result<Self, NerfError> {
+    /// See [`FieldError`].
+    pub fn read(checkpoint: &Checkpoint<'_>) -> Result<Self, FieldError> {
         for [coarse, fine] in PREFIXES {
             let coarse = network(checkpoint, coarse)?;
             let fine = network(checkpoint, fine)?;
@@ -78,8 +73,8 @@ impl Nerf {
     /// The networks of two checkpoints that hold one each, as bmild/nerf saves them.
     ///
     /// # Errors
-    /// See [`NerfError`].
-    pub fn read_both(coarse: &Checkpoint<'_>, fine: &Checkpoint<'_>) -> Result<Self, NerfError> {
+    /// See [`FieldError`].
+    pub fn read_both(coarse: &Checkpoint<'_>, fine: &Checkpoint<'_>) -> Result<Self, FieldError> {
         let one = |checkpoint| network(checkpoint, "")?.ok_or_else(|| unknown(checkpoint));
         Self::new(Some(one(coarse)?), one(fine)?)
     }
@@ -87,14 +82,14 @@ impl Nerf {
     fn new(
         coarse: Option<(Dialect, Network)>,
         (dialect, fine): (Dialect, Network),
-    ) -> Result<Self, NerfError> {
+    ) -> Result<Self, FieldError> {
         let coarse = coarse.map(|(_, network)| network);
         let [n_position, n_direction] = fine.encoded;
         if let Some(coarse) = &coarse
             && coarse.encoded != fine.encoded
         {
             let found = coarse.encoded[usize::from(coarse.encoded[0] == n_position)];
-            return Err(NerfError::Encoding { what: "position or direction, coarse", found });
+            return Err(FieldError::Encoding { what: "position or direction, coarse", found });
         }
         let positions = octaves("position", n_position)?;
         let directions = match n_direction {
@@ -144,7 +139,7 @@ impl Nerf {
 fn network(
     checkpoint: &Checkpoint<'_>,
     prefix: &str,
-) -> Result<Option<(Dialect, Network)>, NerfError> {
+) -> Result<Option<(Dialect, Network)>, FieldError> {
     let Some(mut tensors) = Tensors::of(checkpoint, prefix) else { return Ok(None) };
     let Some(dialect) = Dialect::of(&tensors) else { return Ok(None) };
     let parts = dialect.parts(&mut tensors)?;
@@ -153,8 +148,8 @@ fn network(
 }
 
 /// The octaves that give so many values.
-fn octaves(what: &'static str, values: usize) -> Result<Fourier<'static>, NerfError> {
-    let wrong = || NerfError::Encoding { what, found: values };
+fn octaves(what: &'static str, values: usize) -> Result<Fourier<'static>, FieldError> {
+    let wrong = || FieldError::Encoding { what, found: values };
     let include_input = match values % 6 {
         0 if values > 0 => false,
         3 => true,
@@ -164,7 +159,7 @@ fn octaves(what: &'static str, values: usize) -> Result<Fourier<'static>, NerfEr
     Ok(Fourier { waves: Waves::Octaves { n, pi: false }, include_input })
 }
 
-fn unknown(checkpoint: &Checkpoint<'_>) -> NerfError {
+fn unknown(checkpoint: &Checkpoint<'_>) -> FieldError {
     let found: Vec<_> = checkpoint.names().take(SHOWN).map(ToOwned::to_owned).collect();
-    NerfError::Unknown { found }
+    FieldError::Unknown { found }
 }

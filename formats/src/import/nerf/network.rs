@@ -8,8 +8,8 @@ use pocketnerf_core::Error;
 use pocketnerf_core::field::NerfNetwork;
 use pocketnerf_core::network::{Dense, MAX_LAYERS, Mlp};
 
-use super::error::NerfError;
-use super::layer::{Layer, Stored};
+use crate::import::field_error::FieldError;
+use crate::import::layer::{Layer, Stored};
 
 /// The layers of a network by their roles, inputs in the order of the program.
 pub(super) struct Parts {
@@ -44,9 +44,9 @@ impl Parts {
         trunk: Vec<Layer>,
         output: &Layer,
         name: &str,
-    ) -> Result<Self, NerfError> {
+    ) -> Result<Self, FieldError> {
         if output.n_out < 4 {
-            return Err(NerfError::Shape {
+            return Err(FieldError::Shape {
                 name: name.to_string(),
                 found: Vec::from([output.n_in, output.n_out]),
                 expected: "at least 4 outputs".to_string(),
@@ -71,13 +71,13 @@ pub(super) struct Network {
 
 impl Network {
     /// Finds the skip connections by the layers' widths.
-    pub(super) fn new(parts: Parts) -> Result<Self, NerfError> {
+    pub(super) fn new(parts: Parts) -> Result<Self, FieldError> {
         let most = parts.trunk.len().max(parts.color.len());
         if most > MAX_LAYERS {
-            return Err(NerfError::Layers(most));
+            return Err(FieldError::Layers(most));
         }
         let Some(first) = parts.trunk.first() else {
-            return Err(NerfError::Missing("the first layer".to_string()));
+            return Err(FieldError::Missing("the first layer".to_string()));
         };
         let n_position = first.n_in;
         let (mut skips, mut width, mut trunk) = (0, 0, Vec::new());
@@ -100,7 +100,7 @@ impl Network {
             width = feature.n_out;
         }
         let Some(first) = parts.color.first() else {
-            return Err(NerfError::Missing("the colour's layers".to_string()));
+            return Err(FieldError::Missing("the colour's layers".to_string()));
         };
         let n_direction = first.n_in.saturating_sub(width);
         expect("the colour's first layer", first, width + n_direction)?;
@@ -141,11 +141,11 @@ fn views(layers: &[Stored]) -> Result<[Dense<'_>; MAX_LAYERS], Error> {
     Ok(all)
 }
 
-fn expect(name: &str, layer: &Layer, n_in: usize) -> Result<(), NerfError> {
+fn expect(name: &str, layer: &Layer, n_in: usize) -> Result<(), FieldError> {
     if layer.n_in == n_in {
         return Ok(());
     }
-    Err(NerfError::Shape {
+    Err(FieldError::Shape {
         name: name.to_string(),
         found: Vec::from([layer.n_in, layer.n_out]),
         expected: format!("{n_in} inputs"),

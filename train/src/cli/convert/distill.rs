@@ -17,6 +17,8 @@ use crate::trainer::{Length, Run, Trainer};
 
 /// Views from which a distilled model and its source are compared.
 const OTHERS: usize = 7;
+/// So many cameras of the source's own see all of a scene: one is held out of every eight.
+const ENOUGH: usize = 24;
 
 impl Convert {
     /// Trains a hash grid from what the source shows, and compares both from elsewhere.
@@ -24,7 +26,7 @@ impl Convert {
         &self,
         (source, about): (&Model<'_>, &About<'_>),
         bytes: u64,
-        distance: f32,
+        (own, distance): (&[Camera], f32),
         common: &Common,
     ) -> Result<Value, Failure> {
         let length = Length::Seconds(self.distill_seconds);
@@ -32,7 +34,7 @@ impl Convert {
         let config = distill::config(source, most, length).ok_or_else(|| {
             format!("--distill-to {bytes}: no model is so small, give at least 600000")
         })?;
-        let [cameras, others] = self.cameras(&source.space, distance)?;
+        let [cameras, others] = self.cameras(&source.space, about, own, distance)?;
         let settings = common.picture();
         let say = |line: String| {
             if !common.quiet {
@@ -75,11 +77,22 @@ impl Convert {
         Ok(self.report(program, written.len(), fraction, [Value::Null, difference]))
     }
 
-    /// Cameras to learn from, and others to compare from.
-    fn cameras(&self, space: &Space, distance: f32) -> Result<[Vec<Camera>; 2], Failure> {
+    /// Cameras to learn from, and others to compare from: those of a dataset, the source's
+    /// own, or some all around.
+    fn cameras(
+        &self,
+        space: &Space,
+        about: &About<'_>,
+        own: &[Camera],
+        distance: f32,
+    ) -> Result<[Vec<Camera>; 2], Failure> {
         let Some(folder) = &self.data else {
+            if own.len() >= ENOUGH {
+                return Ok(distill::held_out(own));
+            }
             let around = |count| distill::all_around(space, distance, count);
             return match (around(distill::VIEWS), around(OTHERS)) {
+                (Some(cameras), _) if !own.is_empty() => Ok([cameras, own.to_vec()]),
                 (Some(cameras), Some(others)) => Ok([cameras, others]),
                 _ => Err("--distill-to: views of a forward-facing scene are those of its \
                           capture, give --data"
@@ -88,7 +101,10 @@ impl Convert {
         };
         let factor = self.downscale_factor;
         let load = |split| dataset::load_with(folder, split, &self.reading.options(factor));
-        let of = |dataset: Dataset| dataset.views.iter().map(|view| view.camera).collect();
+        let of = |dataset: Dataset| {
+            let cameras = dataset.views.iter();
+            cameras.map(|view| about.scene.camera_to_model(&view.camera)).collect()
+        };
         Ok([of(load(Split::Train)?), of(load(Split::Test)?)])
     }
 }

@@ -6,15 +6,19 @@ use std::f32::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
 
 use pocketnerf_core::{Camera, Model};
-use pocketnerf_formats::import::Checkpoint;
 use pocketnerf_formats::import::nerf::Nerf;
+use pocketnerf_formats::import::ngp::Ngp;
+use pocketnerf_formats::import::{Checkpoint, inflate};
 use pocketnerf_formats::{About, DefaultCamera, PixelOrigin, Precision, Provenance};
 use serde_json::{Value, json};
 
 use super::train::default_camera;
 use super::{Common, Failure, Reading, eval, print_line, read_model};
 use crate::cameras::Orbit;
-use crate::convert::{Conversion, ConvertError, Place, Settings, compare, config, refuse_others};
+use crate::convert::{
+    Conversion, ConvertError, NerfConversion, NgpConversion, Place, Settings, compare, config,
+    refuse_others,
+};
 use crate::dataset::{Dataset, Split};
 use crate::output;
 use crate::picture::{self, Sampling};
@@ -143,7 +147,7 @@ impl Convert {
             let distance = own.map_or(0.0, |camera| {
                 Orbit::around(&file.model.space, Some(&camera), 1, 1.0).radius
             });
-            return self.distill((&file.model, &file.about), bytes, distance, common);
+            return self.distill((&file.model, &file.about), bytes, (&[], distance), common);
         }
         let precision = self.precision.unwrap_or_default();
         let written = pocketnerf_formats::write(&file.model, &file.about, precision)?;
@@ -163,33 +167,30 @@ impl Convert {
     fn other(&self, bytes: &[u8], common: &Common) -> Result<Value, Failure> {
         let named = |error: ConvertError| format!("{}: {error}", self.input.display());
         refuse_others(bytes).map_err(named)?;
-        let mut nerf = self.networks(bytes)?;
-        if self.fine_only {
-            nerf.drop_coarse();
-        }
-        let beside = config::beside(&self.input).map_err(|error| error.to_string())?;
-        if let (Some((file, _)), false) = (&beside, common.quiet) {
-            eprintln!("note: near, far and the like as in {}", file.display());
-        }
-        let settings = self.given().or(beside.map(|(_, found)| found).unwrap_or_default());
         let load = |folder: &PathBuf| -> Result<Dataset, Failure> {
             Ok(self.reading.load(folder, Split::Test, self.downscale_factor, common)?)
         };
         let dataset = self.data.as_ref().map(load).transpose()?;
-        let place = |ndc| place(ndc, self.aabb, dataset.as_ref());
-        let conversion = Conversion::new(nerf, settings, place, common.simd()).map_err(named)?;
+        let conversion = self.conversion(bytes, dataset.as_ref(), common)?;
         let model = conversion.model().map_err(named)?;
+        let scene = conversion.scene();
+        let of_dataset = dataset.iter().flat_map(|dataset| &dataset.views);
         let mut views: Vec<Camera> =
-            dataset.iter().flat_map(|dataset| &dataset.views).map(|view| view.camera).collect();
+            of_dataset.map(|view| scene.camera_to_model(&view.camera)).collect();
+        if dataset.is_none() {
+            views.extend(conversion.views());
+        }
+        let up = scene.to_model_direction([0.0, 0.0, 1.0]);
         let camera = views.first().map_or_else(
-            || default_camera(&orbit(&model, conversion.distance())[0]),
+            || default_camera(&orbit(&model, conversion.distance(), up)[0]),
             default_camera,
         );
         let about = self.about(camera, &conversion);
         if let Some(bytes) = self.distill_to {
             let mut table = vec![0; model.table_len()];
             let model = model.with_table(&mut table)?;
-            return self.distill((&model, &about), bytes, conversion.distance(), common);
+            let own = conversion.views();
+            return self.distill((&model, &about), bytes, (own, conversion.distance()), common);
         }
         let precision = self.precision.unwrap_or_default();
         let written = pocketnerf_formats::write(&model, &about, precision)?;
@@ -199,26 +200,57 @@ impl Convert {
             let origin = conversion.pixel_origin();
             views.iter_mut().for_each(|camera| eval::shift(camera, origin));
             if views.is_empty() {
-                views = orbit(&model, conversion.distance());
+                views = orbit(&model, conversion.distance(), up);
             }
-            let source = Model { occupancy: None, ..model };
-            verified = self.verify(&source, Sampling::Paper, &written, &views, common)?;
+            let sampling = conversion.sampling();
+            // The paper's sampling asks everywhere, whatever the cells.
+            let occupancy = model.occupancy.filter(|_| sampling == Sampling::Occupancy);
+            let source = Model { occupancy, ..model };
+            verified = self.verify(&source, sampling, &written, &views, common)?;
         }
         let fraction = model.occupancy.map_or(1.0, |cells| cells.fraction());
-        Ok(self.report(conversion.nerf().program(), written.len(), fraction, verified))
+        Ok(self.report(conversion.program(), written.len(), fraction, verified))
+    }
+
+    /// The field of a checkpoint, with what is known of its pictures.
+    fn conversion(
+        &self,
+        bytes: &[u8],
+        dataset: Option<&Dataset>,
+        common: &Common,
+    ) -> Result<Conversion, Failure> {
+        let named = |error: ConvertError| -> Failure {
+            format!("{}: {error}", self.input.display()).into()
+        };
+        let unpacked = inflate(bytes).map_err(|error| named(error.into()))?;
+        let checkpoint = Checkpoint::read(&unpacked).map_err(|error| named(error.into()))?;
+        if Ngp::recognises(&checkpoint) {
+            let ngp = Ngp::read(&checkpoint).map_err(|error| named(error.into()))?;
+            let ngp = NgpConversion::new(ngp, self.given(), self.aabb, common.simd());
+            return Ok(Conversion::Ngp(ngp.map_err(named)?));
+        }
+        let mut nerf = self.networks(&checkpoint)?;
+        if self.fine_only {
+            nerf.drop_coarse();
+        }
+        let beside = config::beside(&self.input).map_err(|error| error.to_string())?;
+        if let (Some((file, _)), false) = (&beside, common.quiet) {
+            eprintln!("note: near, far and the like as in {}", file.display());
+        }
+        let settings = self.given().or(beside.map(|(_, found)| found).unwrap_or_default());
+        let place = |ndc| place(ndc, self.aabb, dataset);
+        let nerf = NerfConversion::new(nerf, settings, place, common.simd());
+        Ok(Conversion::Nerf(nerf.map_err(named)?))
     }
 
     /// The networks of one checkpoint, or of two.
-    fn networks(&self, bytes: &[u8]) -> Result<Nerf, Failure> {
-        fn read<'b>(path: &Path, bytes: &'b [u8]) -> Result<Checkpoint<'b>, Failure> {
-            Checkpoint::read(bytes).map_err(|e| format!("{}: {e}", path.display()).into())
-        }
-        let checkpoint = read(&self.input, bytes)?;
+    fn networks(&self, checkpoint: &Checkpoint<'_>) -> Result<Nerf, Failure> {
         let named = |error| -> Failure { format!("{}: {error}", self.input.display()).into() };
         let beside = self.fine.clone().or_else(|| fine_beside(&self.input));
-        let Some(path) = beside else { return Nerf::read(&checkpoint).map_err(named) };
+        let Some(path) = beside else { return Nerf::read(checkpoint).map_err(named) };
         let bytes = read_model(&path)?;
-        Nerf::read_both(&checkpoint, &read(&path, &bytes)?).map_err(named)
+        let fine = Checkpoint::read(&bytes).map_err(|e| format!("{}: {e}", path.display()))?;
+        Nerf::read_both(checkpoint, &fine).map_err(named)
     }
 
     fn given(&self) -> Settings {
@@ -236,14 +268,14 @@ impl Convert {
 
     fn about(&self, camera: DefaultCamera, conversion: &Conversion) -> About<'_> {
         About {
+            scene: conversion.scene(),
             camera: Some(camera),
             provenance: Some(Provenance {
                 program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
-                method: conversion.nerf().program(),
+                method: conversion.program(),
                 ..Provenance::default()
             }),
             pixel_origin: conversion.pixel_origin(),
-            ..About::default()
         }
     }
 
@@ -309,10 +341,11 @@ fn place(
     Ok(Some(Place::Ndc(ndc)))
 }
 
-/// Views all around, from as far away as the source's.
-fn orbit(model: &Model<'_>, distance: f32) -> Vec<Camera> {
+/// Views all around, from as far away as the source's where that is known.
+fn orbit(model: &Model<'_>, distance: f32, up: [f32; 3]) -> Vec<Camera> {
     let around = Orbit::around(&model.space, None, VIEWS, FRAC_PI_4);
-    Orbit { size: SIZE, radius: distance, ..around }.cameras()
+    let radius = if distance > 0.0 { distance } else { around.radius };
+    Orbit { size: SIZE, radius, axis: up, up, ..around }.cameras()
 }
 
 /// bmild/nerf writes `model_fine_200000.npy` beside `model_200000.npy`.

@@ -5,13 +5,13 @@ use std::format;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
-use super::error::NerfError;
+use super::field_error::FieldError;
 use super::layer::Layer;
-use crate::import::{Checkpoint, Tensor};
+use super::{Checkpoint, Tensor};
 
 /// The tensors whose names begin alike.
 #[derive(Debug)]
-pub(super) struct Tensors<'c, 'a> {
+pub(in crate::import) struct Tensors<'c, 'a> {
     checkpoint: &'c Checkpoint<'a>,
     prefix: String,
     unused: BTreeSet<&'c str>,
@@ -20,7 +20,7 @@ pub(super) struct Tensors<'c, 'a> {
 impl<'c, 'a> Tensors<'c, 'a> {
     /// `None` where no name begins so. Networks on several devices have `module.` before
     /// every name.
-    pub(super) fn of(checkpoint: &'c Checkpoint<'a>, prefix: &str) -> Option<Self> {
+    pub(in crate::import) fn of(checkpoint: &'c Checkpoint<'a>, prefix: &str) -> Option<Self> {
         let under = |prefix: &str| -> BTreeSet<&'c str> {
             checkpoint.names().filter_map(|name| name.strip_prefix(prefix)).collect()
         };
@@ -32,50 +32,54 @@ impl<'c, 'a> Tensors<'c, 'a> {
     }
 
     /// Whether there is a tensor of this name.
-    pub(super) fn has(&self, name: &str) -> bool {
+    pub(in crate::import) fn has(&self, name: &str) -> bool {
         self.checkpoint.tensor(&format!("{}{name}", self.prefix)).is_some()
     }
 
     /// How many layers there are whose names differ in their number alone, from `first` on.
-    pub(super) fn count(&self, first: usize, name: impl Fn(usize) -> String) -> usize {
+    pub(in crate::import) fn count(&self, first: usize, name: impl Fn(usize) -> String) -> usize {
         (first..).take_while(|i| self.has(&format!("{}.weight", name(*i)))).count()
     }
 
     /// The layer whose weight `[n_out, n_in]` and bias have this name.
-    pub(super) fn layer(&mut self, name: &str) -> Result<Layer, NerfError> {
+    pub(in crate::import) fn layer(&mut self, name: &str) -> Result<Layer, FieldError> {
         let (shape, weight) = self.matrix(&format!("{name}.weight"))?;
         let bias = self.vector(&format!("{name}.bias"), shape[0])?;
         Ok(Layer::transposed(shape, &weight, bias))
     }
 
     /// The layer whose weight `[n_in, n_out]` and bias have these names.
-    pub(super) fn pair(&mut self, weight: &str, bias: &str) -> Result<Layer, NerfError> {
+    pub(in crate::import) fn pair(
+        &mut self,
+        weight: &str,
+        bias: &str,
+    ) -> Result<Layer, FieldError> {
         let (shape, weight) = self.matrix(weight)?;
         let bias = self.vector(bias, shape[1])?;
         Ok(Layer::new(shape, weight, bias))
     }
 
     /// Tensors that the program saves and does not use.
-    pub(super) fn ignore(&mut self, prefix: &str) {
+    pub(in crate::import) fn ignore(&mut self, prefix: &str) {
         self.unused.retain(|name| !name.starts_with(prefix));
     }
 
     /// Checks that all have been used.
-    pub(super) fn finish(self) -> Result<(), NerfError> {
+    pub(in crate::import) fn finish(self) -> Result<(), FieldError> {
         let full = |name: &str| format!("{}{name}", self.prefix);
         // A bias alone: its layer was not counted.
         let weight = |name: &&str| Some(format!("{}.weight", name.strip_suffix(".bias")?));
         let alone = self.unused.iter().filter_map(weight).find(|weight| !self.has(weight));
         if let Some(weight) = alone {
-            return Err(NerfError::Missing(full(&weight)));
+            return Err(FieldError::Missing(full(&weight)));
         }
         match self.unused.first() {
-            Some(name) => Err(NerfError::Extra(full(name))),
+            Some(name) => Err(FieldError::Extra(full(name))),
             None => Ok(()),
         }
     }
 
-    fn matrix(&mut self, name: &str) -> Result<([usize; 2], Vec<f32>), NerfError> {
+    fn matrix(&mut self, name: &str) -> Result<([usize; 2], Vec<f32>), FieldError> {
         let (name, tensor) = self.take(name)?;
         let &[rows, columns] = tensor.shape() else {
             return Err(shape(name, tensor, "a matrix".to_string()));
@@ -86,7 +90,7 @@ impl<'c, 'a> Tensors<'c, 'a> {
         Ok(([rows, columns], values(name, tensor)?))
     }
 
-    fn vector(&mut self, name: &str, len: usize) -> Result<Vec<f32>, NerfError> {
+    fn vector(&mut self, name: &str, len: usize) -> Result<Vec<f32>, FieldError> {
         let (name, tensor) = self.take(name)?;
         if tensor.shape() != [len] {
             return Err(shape(name, tensor, format!("[{len}]")));
@@ -94,28 +98,28 @@ impl<'c, 'a> Tensors<'c, 'a> {
         values(name, tensor)
     }
 
-    fn take(&mut self, name: &str) -> Result<(String, &'c Tensor<'a>), NerfError> {
+    fn take(&mut self, name: &str) -> Result<(String, &'c Tensor<'a>), FieldError> {
         let full = format!("{}{name}", self.prefix);
         self.unused.remove(name);
         match self.checkpoint.tensor(&full) {
             Some(tensor) => Ok((full, tensor)),
-            None => Err(NerfError::Missing(full)),
+            None => Err(FieldError::Missing(full)),
         }
     }
 }
 
-fn shape(name: String, tensor: &Tensor<'_>, expected: String) -> NerfError {
-    NerfError::Shape { name, found: tensor.shape().to_vec(), expected }
+fn shape(name: String, tensor: &Tensor<'_>, expected: String) -> FieldError {
+    FieldError::Shape { name, found: tensor.shape().to_vec(), expected }
 }
 
-fn values(name: String, tensor: &Tensor<'_>) -> Result<Vec<f32>, NerfError> {
+fn values(name: String, tensor: &Tensor<'_>) -> Result<Vec<f32>, FieldError> {
     let values = match tensor.to_f32() {
         Ok(values) => values,
-        Err(error) => return Err(NerfError::Tensor(name, error)),
+        Err(error) => return Err(FieldError::Tensor(name, error)),
     };
     if values.iter().all(|value| value.is_finite()) {
         Ok(values)
     } else {
-        Err(NerfError::NotFinite(name))
+        Err(FieldError::NotFinite(name))
     }
 }

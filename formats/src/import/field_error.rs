@@ -1,16 +1,16 @@
-//! Why a checkpoint's tensors are not the paper's networks, as values.
+//! Why a checkpoint's tensors are not a field that is known, as values.
 
 use core::fmt;
 use std::string::String;
 use std::vec::Vec;
 
-use super::super::error::shown;
-use crate::import::ImportError;
+use super::ImportError;
+use super::error::shown;
 
-/// Why a checkpoint's tensors are not those of the paper's networks.
+/// Why a checkpoint's tensors are not those of a field that is known.
 #[non_exhaustive]
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum NerfError {
+pub enum FieldError {
     /// None of the tensors has a name that a known program gives.
     Unknown {
         /// The first tensors in the file.
@@ -40,13 +40,22 @@ pub enum NerfError {
     NotFinite(String),
     /// More layers than a model may have.
     Layers(usize),
+    /// A value of the checkpoint, or what follows from its shapes, that no model has.
+    Setting {
+        /// What it is called.
+        name: String,
+        /// What it is.
+        found: String,
+        /// What it should be.
+        expected: String,
+    },
     /// The tensor cannot be read.
     Tensor(String, ImportError),
 }
 
-impl core::error::Error for NerfError {}
+impl core::error::Error for FieldError {}
 
-impl fmt::Display for NerfError {
+impl fmt::Display for FieldError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unknown { found } => {
@@ -71,6 +80,9 @@ impl fmt::Display for NerfError {
             ),
             Self::NotFinite(name) => {
                 write!(f, "{}: a value is infinite or not a number", shown(name))
+            }
+            Self::Setting { name, found, expected } => {
+                write!(f, "{}: {}, expected {expected}", shown(name), shown(found))
             }
             Self::Layers(found) => write!(f, "{found} layers, more than a model may have"),
             Self::Tensor(name, error) => write!(f, "{}: {error}", shown(name)),

@@ -1,0 +1,119 @@
+//! Which cells a program looks at: cubes around one another, each of as many cells.
+
+use core::ops::Range;
+use std::vec;
+use std::vec::Vec;
+
+/// The occupied cells of cubes around the middle of a box. Each cube is as wide as the one
+/// in it, twice; a point belongs to the smallest that it is in.
+#[derive(Clone, Debug)]
+pub struct Cells {
+    /// Cells along a side.
+    side: usize,
+    /// Half sides of the cubes, the box's longest side being 1.
+    halves: Vec<f32>,
+    /// Of each cube, `x + side (y + side z)`.
+    occupied: Vec<Vec<bool>>,
+}
+
+impl Cells {
+    /// `occupied` of each cube in Morton order, x in the lowest bit; `side` is a power of
+    /// two.
+    pub(super) fn of_morton(side: usize, halves: Vec<f32>, occupied: &[Vec<bool>]) -> Self {
+        let linear = |morton: &Vec<bool>| {
+            let cells = (0..side * side * side).map(|cell| {
+                let [x, y, z] = [cell % side, cell / side % side, cell / (side * side)];
+                morton[spread(x) | spread(y) << 1 | spread(z) << 2]
+            });
+            cells.collect()
+        };
+        Self { side, halves, occupied: occupied.iter().map(linear).collect() }
+    }
+
+    /// Cells along the box's longest side, were all of them as small as the smallest.
+    #[must_use]
+    pub fn finest(&self) -> u32 {
+        let smallest = self.halves.first().map_or(0.5, |half| 2.0 * half);
+        (self.side as f32 / smallest).round() as u32
+    }
+
+    /// The occupied cells, `x + n (y + n z)` in ascending order, of a grid of n cells along
+    /// the box's longest side: those that touch an occupied cell.
+    #[must_use]
+    pub fn on_grid(&self, n: u32) -> Vec<u32> {
+        let n = n as usize;
+        let mut bits = vec![0u64; (n * n * n).div_ceil(64)];
+        let mut inner = 0..0;
+        for (half, occupied) in self.halves.iter().zip(&self.occupied) {
+            let ranges: Vec<_> = (0..self.side).map(|i| self.range(*half, i, n)).collect();
+            let set = (0..occupied.len()).filter(|cell| occupied[*cell]);
+            for cell in set {
+                let s = self.side;
+                let [xs, ys, zs] = [cell % s, cell / s % s, cell / (s * s)].map(|i| &ranges[i]);
+                for z in zs.clone() {
+                    for y in ys.clone() {
+                        for x in xs.clone() {
+                            // What is in the cube before is that one's.
+                            if ![x, y, z].iter().all(|i| inner.contains(i)) {
+                                let at = x + n * (y + n * z);
+                                bits[at / 64] |= 1 << (at % 64);
+                            }
+                        }
+                    }
+                }
+            }
+            let size = n as f32;
+            let begin = ((0.5 - half) * size - SLACK).ceil().max(0.0) as usize;
+            inner = begin..((0.5 + half) * size + SLACK).floor() as usize;
+        }
+        let words = bits.iter().enumerate().filter(|(_, word)| **word != 0);
+        let cells = words.flat_map(|(i, word)| {
+            (0..64).filter(move |bit| word >> bit & 1 == 1).map(move |bit| (64 * i + bit) as u32)
+        });
+        cells.collect()
+    }
+
+    /// What cell `i` along a side of a cube touches.
+    fn range(&self, half: f32, i: usize, n: usize) -> Range<usize> {
+        let size = n as f32;
+        let face = |i: usize| (0.5 - half + 2.0 * half * i as f32 / self.side as f32) * size;
+        let begin = (face(i) + SLACK).floor().max(0.0) as usize;
+        begin..((face(i + 1) - SLACK).ceil().max(0.0) as usize).min(n)
+    }
+}
+
+/// Faces that are nearer than this part of a cell are the same.
+const SLACK: f32 = 1e-2;
+
+/// Every bit of a coordinate in one of three places.
+fn spread(coordinate: usize) -> usize {
+    (0..10).fold(0, |code, bit| code | (coordinate >> bit & 1) << (3 * bit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_cubes_on_one_grid() {
+        // Two cells a side: the inner cube's (1, 0, 0) and the outer one's (0, 1, 1).
+        let [mut inner, mut outer] = [vec![false; 8], vec![false; 8]];
+        (inner[1], outer[6]) = (true, true);
+        let cells = Cells::of_morton(2, vec![0.25, 0.5], &[inner, outer]);
+        assert_eq!(cells.finest(), 4);
+        // Of four along a side, the inner cube has 1 and 2. Its cell is (2, 1, 1). The outer
+        // one's are x in 0 and 1, y and z in 2 and 3, without the inner cube's (1, 2, 2).
+        let at = |x: u32, y: u32, z: u32| x + 4 * (y + 4 * z);
+        let mut expected = vec![at(2, 1, 1)];
+        for (z, y, x) in
+            [(2, 2, 0), (2, 3, 0), (2, 3, 1), (3, 2, 0), (3, 2, 1), (3, 3, 0), (3, 3, 1)]
+        {
+            expected.push(at(x, y, z));
+        }
+        expected.sort_unstable();
+        assert_eq!(cells.on_grid(4), expected);
+        // Twice as fine: eight times as many. Half as fine: those touched.
+        assert_eq!(cells.on_grid(8).len(), 8 * 8);
+        assert_eq!(cells.on_grid(2), [1, 6]);
+    }
+}

@@ -1,0 +1,151 @@
+//! Hash grids as instant-ngp and its kin save them.
+//!
+//! [`Ngp::read`] knows the programs by the names of what they save:
+//!
+//! | program | names |
+//! |---|---|
+//! | instant-ngp | `snapshot.params_binary` |
+//!
+//! All of them give every sample a colour of its own: a density network reads the grid and
+//! gives the logarithm of the density and features; a colour network reads those and the
+//! direction's harmonics. They differ in the order of inputs and parameters, in how levels
+//! are sized and in what is padded with what. None of that is left in the field: layers
+//! are put into this library's order, what reads padding becomes a bias, and
+//! [`GridIndex::Corners`](pocketnerf_core::encoding::GridIndex::Corners) lists the levels.
+
+mod cells;
+mod grid;
+mod instant_ngp;
+mod settings;
+mod tcnn;
+
+use std::vec::Vec;
+
+use pocketnerf_core::field::{Decoder, HashGridField, Shading};
+use pocketnerf_core::network::{Dense, MAX_LAYERS, Mlp};
+use pocketnerf_core::{Camera, Error};
+
+pub use cells::Cells;
+
+use super::layer::{Layer, Stored};
+use super::{Checkpoint, FieldError};
+use crate::Scene;
+use grid::Grid;
+
+/// A hash grid with its networks, in f32 and in memory of its own, and what the
+/// checkpoint says of its pictures.
+#[derive(Clone, Debug)]
+pub struct Ngp {
+    program: &'static str,
+    grid: Grid,
+    density: Vec<Stored>,
+    color: Vec<Stored>,
+    n_features: u32,
+    sh_degree: u32,
+    surroundings: Surroundings,
+}
+
+/// What a checkpoint says beside the field, in the coordinates that the field was learnt
+/// in.
+#[derive(Clone, Debug)]
+pub struct Surroundings {
+    /// The box that is encoded, a cube: smallest and largest corner.
+    pub bounds: [[f32; 3]; 2],
+    /// What is shown of it, where that is less.
+    pub crop: Option<[[f32; 3]; 2]>,
+    /// From these coordinates to those of the dataset.
+    pub scene: Scene<'static>,
+    /// Distance between the program's samples.
+    pub step: f32,
+    /// Distance from the camera to the program's first sample.
+    pub near: f32,
+    /// A ray ends when no more than this passes.
+    pub min_transmittance: f32,
+    /// Colour behind the scene, where the checkpoint has one.
+    pub background: Option<[f32; 3]>,
+    /// Which cells the program looks at, where the checkpoint has them.
+    pub cells: Option<Cells>,
+    /// The cameras that it was trained from, where the checkpoint has them. Without lenses.
+    pub views: Vec<Camera>,
+}
+
+/// What the programs' readers find.
+struct Parts {
+    program: &'static str,
+    grid: Grid,
+    /// Its last layer gives the logarithm of the density, then the features.
+    density: Vec<Layer>,
+    /// Its first layer reads the features, then the harmonics of the direction.
+    color: Vec<Layer>,
+    sh_degree: u32,
+    surroundings: Surroundings,
+}
+
+impl Ngp {
+    /// Whether the names are those of such a program. If so, [`Self::read`] tells what is
+    /// wrong with the rest.
+    #[must_use]
+    pub fn recognises(checkpoint: &Checkpoint<'_>) -> bool {
+        instant_ngp::recognises(checkpoint)
+    }
+
+    /// Finds the field in a checkpoint.
+    ///
+    /// # Errors
+    /// See [`FieldError`].
+    pub fn read(checkpoint: &Checkpoint<'_>) -> Result<Self, FieldError> {
+        Self::new(instant_ngp::read(checkpoint)?)
+    }
+
+    fn new(parts: Parts) -> Result<Self, FieldError> {
+        let Parts { program, grid, density, color, sh_degree, surroundings } = parts;
+        let most = density.len().max(color.len());
+        if most > MAX_LAYERS {
+            return Err(FieldError::Layers(most));
+        }
+        let n_features = density.last().map_or(0, |layer| layer.n_out.saturating_sub(1)) as u32;
+        let [density, color] =
+            [density, color].map(|layers| layers.iter().map(Layer::stored).collect());
+        Ok(Self { program, grid, density, color, n_features, sh_degree, surroundings })
+    }
+
+    /// The program that it comes from.
+    #[must_use]
+    pub const fn program(&self) -> &'static str {
+        self.program
+    }
+
+    /// What the checkpoint says beside the field.
+    #[must_use]
+    pub const fn surroundings(&self) -> &Surroundings {
+        &self.surroundings
+    }
+
+    /// The field, over the box of [`Surroundings::bounds`].
+    ///
+    /// # Errors
+    /// What core refuses: layers that are wider than it has room for.
+    pub fn field(&self) -> Result<HashGridField<'_>, Error> {
+        let field = HashGridField {
+            grid: self.grid.view()?,
+            decoder: Decoder {
+                density: network(&self.density)?,
+                color: network(&self.color)?,
+                n_features: self.n_features,
+                sh_degree: self.sh_degree,
+                shading: Shading::PerSample,
+                log_density_bias: 0.0,
+            },
+        };
+        field.validate()?;
+        Ok(field)
+    }
+}
+
+fn network(layers: &[Stored]) -> Result<Mlp<'_>, Error> {
+    let mut views = [Dense::EMPTY; MAX_LAYERS];
+    for (view, layer) in views.iter_mut().zip(layers) {
+        *view = layer.view()?;
+    }
+    Mlp::new(&views[..layers.len()])
+}

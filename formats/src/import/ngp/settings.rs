@@ -1,0 +1,84 @@
+//! What a checkpoint says of itself: numbers and texts by name, each checked.
+
+use core::ops::RangeInclusive;
+use std::format;
+use std::string::{String, ToString};
+
+use crate::import::{Checkpoint, FieldError, Tensor};
+
+/// A checkpoint whose values are asked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Settings<'c, 'a>(pub(super) &'c Checkpoint<'a>);
+
+impl<'c, 'a> Settings<'c, 'a> {
+    /// A number that has to be there.
+    pub(super) fn number(self, name: &str) -> Result<f64, FieldError> {
+        self.0.number(name).ok_or_else(|| FieldError::Missing(name.to_string()))
+    }
+
+    /// A whole number, or `default` where there is none.
+    pub(super) fn count(
+        self,
+        name: &str,
+        default: u32,
+        range: RangeInclusive<u32>,
+    ) -> Result<u32, FieldError> {
+        let found = self.0.number(name).unwrap_or(default.into());
+        let number = found as u32;
+        match f64::from(number) == found && range.contains(&number) {
+            true => Ok(number),
+            false => {
+                let expected = format!("{} to {}", range.start(), range.end());
+                Err(setting(name, &found.to_string(), &expected))
+            }
+        }
+    }
+
+    /// A text, or `default` where there is none: one of `known`, in capitals or not.
+    pub(super) fn choice(
+        self,
+        name: &str,
+        default: &'static str,
+        known: &[&'static str],
+    ) -> Result<&'static str, FieldError> {
+        let found = self.0.text(name).unwrap_or(default);
+        let choice = known.iter().find(|choice| choice.eq_ignore_ascii_case(found));
+        choice.copied().ok_or_else(|| setting(name, found, &known.join(" or ")))
+    }
+
+    /// Numbers that are listed under a name, all of them finite; `None` where one is not
+    /// there.
+    pub(super) fn vector<const N: usize>(self, name: &str) -> Option<[f32; N]> {
+        let mut vector = [0.0; N];
+        for (i, value) in vector.iter_mut().enumerate() {
+            *value = self.0.number(&format!("{name}.{i}"))? as f32;
+        }
+        vector.iter().all(|value| value.is_finite()).then_some(vector)
+    }
+
+    /// A tensor that has to be there.
+    pub(super) fn tensor(self, name: &str) -> Result<&'c Tensor<'a>, FieldError> {
+        self.0.tensor(name).ok_or_else(|| FieldError::Missing(name.to_string()))
+    }
+
+    /// The numbers of a tensor that has to be there, all of them finite.
+    pub(super) fn values(self, name: &str) -> Result<std::vec::Vec<f32>, FieldError> {
+        values(name, self.tensor(name)?)
+    }
+}
+
+/// The numbers of a tensor, all of them finite.
+pub(super) fn values(name: &str, tensor: &Tensor<'_>) -> Result<std::vec::Vec<f32>, FieldError> {
+    let named = |error| FieldError::Tensor(name.to_string(), error);
+    let values = tensor.to_f32().map_err(named)?;
+    match values.iter().all(|value| value.is_finite()) {
+        true => Ok(values),
+        false => Err(FieldError::NotFinite(name.to_string())),
+    }
+}
+
+/// The error of a value that no model has.
+pub(super) fn setting(name: &str, found: &str, expected: &str) -> FieldError {
+    let [name, found, expected] = [name, found, expected].map(String::from);
+    FieldError::Setting { name, found, expected }
+}
