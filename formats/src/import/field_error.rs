@@ -4,8 +4,8 @@ use core::fmt;
 use std::string::String;
 use std::vec::Vec;
 
-use super::ImportError;
 use super::error::shown;
+use super::{Checkpoint, ImportError};
 
 /// Why a checkpoint's tensors are not those of a field that is known.
 #[non_exhaustive]
@@ -53,6 +53,17 @@ pub enum FieldError {
     Tensor(String, ImportError),
 }
 
+impl FieldError {
+    /// No name that a known program gives.
+    pub(super) fn unknown(checkpoint: &Checkpoint<'_>) -> Self {
+        let found = checkpoint.names().take(SHOWN).map(String::from).collect();
+        Self::Unknown { found }
+    }
+}
+
+/// Names that are shown of a file that is not known.
+const SHOWN: usize = 4;
+
 impl core::error::Error for FieldError {}
 
 impl fmt::Display for FieldError {
@@ -63,8 +74,9 @@ impl fmt::Display for FieldError {
                 found.iter().try_for_each(|name| write!(f, " {}", shown(name)))?;
                 write!(
                     f,
-                    ", expected those of nerf-pytorch, nerf_pl or the original program \
-                     (pts_linears.0.weight, layer1.weight, xyz_encoding_1.0.weight, ...)"
+                    ", expected those of nerf-pytorch, nerf_pl, the original program, torch-ngp, \
+                     ngp_pl or nerfstudio's instant-ngp (pts_linears.0.weight, layer1.weight, \
+                     xyz_encoding_1.0.weight, encoder.embeddings, ...)"
                 )
             }
             Self::Missing(name) => write!(f, "{}: the network needs it, not there", shown(name)),

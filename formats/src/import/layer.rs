@@ -47,12 +47,10 @@ impl Layer {
         )
     }
 
-    /// The layer of these outputs, in this order; one may be there twice.
+    /// The layer whose first output is there once more, before the others.
     #[cfg(feature = "corner-index")]
-    pub(in crate::import) fn picked_outputs(
-        &self,
-        outputs: impl Iterator<Item = usize> + Clone,
-    ) -> Self {
+    pub(in crate::import) fn first_output_twice(&self) -> Self {
+        let outputs = [0].into_iter().chain(0..self.n_out);
         let rows = self.weight.chunks_exact(self.n_out);
         let weight = rows.flat_map(|row| outputs.clone().map(|o| row[o])).collect();
         let n_out = outputs.clone().count();

@@ -48,6 +48,48 @@ impl<'c, 'a> Tensors<'c, 'a> {
         Ok(Layer::transposed(shape, &weight, bias))
     }
 
+    /// The layer without bias whose weight `[n_out, n_in]` has this name.
+    #[cfg(feature = "corner-index")]
+    pub(in crate::import) fn unbiased(&mut self, name: &str) -> Result<Layer, FieldError> {
+        let (shape, weight) = self.matrix(&format!("{name}.weight"))?;
+        Ok(Layer::transposed(shape, &weight, Vec::new()))
+    }
+
+    /// The numbers of a list.
+    #[cfg(feature = "corner-index")]
+    pub(in crate::import) fn list(&mut self, name: &str) -> Result<Vec<f32>, FieldError> {
+        let (name, tensor) = self.take(name)?;
+        match tensor.shape().len() {
+            1 => values(name, tensor),
+            _ => Err(shape(name, tensor, "a list".to_string())),
+        }
+    }
+
+    /// The numbers of a matrix, row after row, with its shape.
+    #[cfg(feature = "corner-index")]
+    pub(in crate::import) fn table(
+        &mut self,
+        name: &str,
+    ) -> Result<([usize; 2], Vec<f32>), FieldError> {
+        self.matrix(name)
+    }
+
+    /// The bytes of a list of them, where there is one.
+    #[cfg(feature = "corner-index")]
+    pub(in crate::import) fn bytes(&mut self, name: &str) -> Result<Option<Vec<u8>>, FieldError> {
+        if !self.has(name) {
+            return Ok(None);
+        }
+        let (name, tensor) = self.take(name)?;
+        tensor.to_bytes().map(Some).map_err(|error| FieldError::Tensor(name, error))
+    }
+
+    /// The shape of a tensor, where there is one.
+    #[cfg(feature = "corner-index")]
+    pub(in crate::import) fn shape(&self, name: &str) -> Option<&'c [usize]> {
+        self.checkpoint.tensor(&format!("{}{name}", self.prefix)).map(Tensor::shape)
+    }
+
     /// The layer whose weight `[n_in, n_out]` and bias have these names.
     pub(in crate::import) fn pair(
         &mut self,

@@ -87,3 +87,15 @@ fn instant_ngp() {
         agree(ngp(&bytes(file)).unwrap(), "instant-ngp", rays);
     }
 }
+
+#[test]
+fn torch_ngp() {
+    for name in ["torch_ngp", "torch_ngp_old"] {
+        agree(ngp(&bytes(&format!("{name}.pth"))).unwrap(), "torch-ngp", name);
+    }
+}
+
+#[test]
+fn ngp_pl() {
+    agree(ngp(&bytes("ngp_pl.ckpt")).unwrap(), "ngp_pl", "ngp_pl");
+}

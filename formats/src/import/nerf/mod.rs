@@ -17,9 +17,6 @@
 mod dialects;
 mod network;
 
-use std::borrow::ToOwned;
-use std::vec::Vec;
-
 use pocketnerf_core::Error;
 use pocketnerf_core::encoding::{Affine, Fourier, Waves};
 use pocketnerf_core::field::{Activation, NerfField};
@@ -36,8 +33,6 @@ const PREFIXES: [[&str; 2]; 4] = [
     ["state_dict.nerf_coarse.", "state_dict.nerf_fine."],
     ["nerf_coarse.", "nerf_fine."],
 ];
-/// Names that are shown of a file that is not known.
-const SHOWN: usize = 4;
 
 /// The paper's networks, in f32 and in memory of their own.
 #[derive(Clone, Debug)]
@@ -66,7 +61,7 @@ impl Nerf {
         }
         match network(checkpoint, "")? {
             Some(only) => Self::new(None, only),
-            None => Err(unknown(checkpoint)),
+            None => Err(FieldError::unknown(checkpoint)),
         }
     }
 
@@ -75,7 +70,8 @@ impl Nerf {
     /// # Errors
     /// See [`FieldError`].
     pub fn read_both(coarse: &Checkpoint<'_>, fine: &Checkpoint<'_>) -> Result<Self, FieldError> {
-        let one = |checkpoint| network(checkpoint, "")?.ok_or_else(|| unknown(checkpoint));
+        let one =
+            |checkpoint| network(checkpoint, "")?.ok_or_else(|| FieldError::unknown(checkpoint));
         Self::new(Some(one(coarse)?), one(fine)?)
     }
 
@@ -157,9 +153,4 @@ fn octaves(what: &'static str, values: usize) -> Result<Fourier<'static>, FieldE
     };
     let n = u32::try_from(values / 6).map_err(|_| wrong())?;
     Ok(Fourier { waves: Waves::Octaves { n, pi: false }, include_input })
-}
-
-fn unknown(checkpoint: &Checkpoint<'_>) -> FieldError {
-    let found: Vec<_> = checkpoint.names().take(SHOWN).map(ToOwned::to_owned).collect();
-    FieldError::Unknown { found }
 }

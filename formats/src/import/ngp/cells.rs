@@ -17,17 +17,34 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// `occupied` of each cube in Morton order, x in the lowest bit; `side` is a power of
-    /// two.
-    pub(super) fn of_morton(side: usize, halves: Vec<f32>, occupied: &[Vec<bool>]) -> Self {
-        let linear = |morton: &Vec<bool>| {
+    /// `occupied` of each cube; where the order is Morton's, `side` is a power of two.
+    pub(super) fn new(side: usize, order: Order, halves: Vec<f32>, occupied: &[Vec<bool>]) -> Self {
+        let linear = |bits: &Vec<bool>| {
             let cells = (0..side * side * side).map(|cell| {
                 let [x, y, z] = [cell % side, cell / side % side, cell / (side * side)];
-                morton[spread(x) | spread(y) << 1 | spread(z) << 2]
+                bits[match order {
+                    Order::Morton => spread(x) | spread(y) << 1 | spread(z) << 2,
+                    Order::LastFirst => z + side * (y + side * x),
+                }]
             });
             cells.collect()
         };
         Self { side, halves, occupied: occupied.iter().map(linear).collect() }
+    }
+
+    /// Of cubes whose cells are a bit each, the lowest of a byte first; `None` where they
+    /// are not so many.
+    pub(super) fn of_bits(order: Order, halves: Vec<f32>, bytes: &[u8]) -> Option<Self> {
+        let cells = 8 * bytes.len() / halves.len().max(1);
+        let side = (1..=MOST).find(|side| side * side * side >= cells)?;
+        if side * side * side * halves.len() != 8 * bytes.len()
+            || order == Order::Morton && !side.is_power_of_two()
+        {
+            return None;
+        }
+        let bits = |bytes: &[u8]| (0..cells).map(|i| bytes[i / 8] >> (i % 8) & 1 == 1).collect();
+        let cubes: Vec<Vec<bool>> = bytes.chunks_exact(cells / 8).map(bits).collect();
+        Some(Self::new(side, order, halves, &cubes))
     }
 
     /// Cells along the box's longest side, were all of them as small as the smallest.
@@ -82,6 +99,18 @@ impl Cells {
     }
 }
 
+/// Most cells along a side.
+const MOST: usize = 512;
+
+/// In which order a program keeps the cells of a cube.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// The coordinates' bits in turn, x in the lowest.
+    Morton,
+    /// `z + side (y + side x)`.
+    LastFirst,
+}
+
 /// Faces that are nearer than this part of a cell are the same.
 const SLACK: f32 = 1e-2;
 
@@ -99,7 +128,7 @@ mod tests {
         // Two cells a side: the inner cube's (1, 0, 0) and the outer one's (0, 1, 1).
         let [mut inner, mut outer] = [vec![false; 8], vec![false; 8]];
         (inner[1], outer[6]) = (true, true);
-        let cells = Cells::of_morton(2, vec![0.25, 0.5], &[inner, outer]);
+        let cells = Cells::new(2, Order::Morton, vec![0.25, 0.5], &[inner, outer]);
         assert_eq!(cells.finest(), 4);
         // Of four along a side, the inner cube has 1 and 2. Its cell is (2, 1, 1). The outer
         // one's are x in 0 and 1, y and z in 2 and 3, without the inner cube's (1, 2, 2).
@@ -115,5 +144,18 @@ mod tests {
         // Twice as fine: eight times as many. Half as fine: those touched.
         assert_eq!(cells.on_grid(8).len(), 8 * 8);
         assert_eq!(cells.on_grid(2), [1, 6]);
+    }
+
+    #[test]
+    fn a_bit_a_cell() {
+        let (morton, last_first) = (Order::Morton, Order::LastFirst);
+        // Two cells a side: bit 1 is x in Morton's order, z in the other.
+        let of = |order, bytes: &[u8]| Cells::of_bits(order, vec![0.5], bytes);
+        assert_eq!(of(morton, &[2]).unwrap().on_grid(2), [1]);
+        assert_eq!(of(last_first, &[2]).unwrap().on_grid(2), [4]);
+        for bytes in [&[][..], &[0; 2], &[0; 27], &[0; 5]] {
+            assert!(of(morton, bytes).is_none(), "{} bytes", bytes.len());
+        }
+        assert!(of(last_first, &[0; 27]).is_some(), "six cells a side");
     }
 }

@@ -9,13 +9,12 @@ use std::vec::Vec;
 
 use pocketnerf_core::Camera;
 
-use super::cells::Cells;
+use super::cells::{Cells, Order};
 use super::grid::Grid;
 use super::settings::{Settings, setting, values};
 use super::tcnn::{self, Widths};
 use super::{Parts, Surroundings};
 use crate::Scene;
-use crate::import::layer::Layer;
 use crate::import::{Checkpoint, ElementType, FieldError};
 
 /// Cells of the finest level along a unit, where the configuration has no growth.
@@ -72,7 +71,8 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
     // A grid pads with zeros; the colour network's inputs are as many as it takes.
     let mut density = density.layers(density_params, alignment[0], 0.0);
     if let Some(last) = density.last_mut() {
-        *last = first_output_twice(last);
+        // The density is a feature too.
+        *last = last.first_output_twice();
     }
     Ok(Parts {
         program: "NVlabs/instant-ngp",
@@ -82,11 +82,6 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
         sh_degree: 4,
         surroundings: surroundings(settings, aabb_scale)?,
     })
-}
-
-/// The density is a feature too.
-fn first_output_twice(layer: &Layer) -> Layer {
-    layer.picked_outputs([0].into_iter().chain(0..layer.n_out))
 }
 
 /// Sides of the box, unit cubes.
@@ -220,7 +215,7 @@ fn cells(settings: Settings<'_, '_>, aabb_scale: u32) -> Result<Option<Cells>, F
         .map(|cube| cube.iter().map(|density| *density > threshold).collect())
         .collect();
     let halves = (0..n_cubes).map(|i| (1 << i) as f32 * 0.5 / aabb_scale as f32).collect();
-    Ok(Some(Cells::of_morton(side, halves, &cubes)))
+    Ok(Some(Cells::new(side, Order::Morton, halves, &cubes)))
 }
 
 /// A training camera: its columns are right, down, forwards and where it stands.

@@ -4,7 +4,9 @@
 //!
 //! | program | names |
 //! |---|---|
-//! | instant-ngp | `snapshot.params_binary` |
+//! | NVlabs/instant-ngp | `snapshot.params_binary` |
+//! | ashawkey/torch-ngp | `encoder.embeddings`, `sigma_net.0.weight` |
+//! | kwea123/ngp_pl | `xyz_encoder.params`, `rgb_net.params` |
 //!
 //! All of them give every sample a colour of its own: a density network reads the grid and
 //! gives the logarithm of the density and features; a colour network reads those and the
@@ -16,8 +18,10 @@
 mod cells;
 mod grid;
 mod instant_ngp;
+mod ngp_pl;
 mod settings;
 mod tcnn;
+mod torch_ngp;
 
 use std::vec::Vec;
 
@@ -81,12 +85,21 @@ struct Parts {
     surroundings: Surroundings,
 }
 
+/// Whether a checkpoint is a program's, and what reads it then.
+type Program = (fn(&Checkpoint<'_>) -> bool, fn(&Checkpoint<'_>) -> Result<Parts, FieldError>);
+
+const PROGRAMS: [Program; 3] = [
+    (instant_ngp::recognises, instant_ngp::read),
+    (torch_ngp::recognises, torch_ngp::read),
+    (ngp_pl::recognises, ngp_pl::read),
+];
+
 impl Ngp {
     /// Whether the names are those of such a program. If so, [`Self::read`] tells what is
     /// wrong with the rest.
     #[must_use]
     pub fn recognises(checkpoint: &Checkpoint<'_>) -> bool {
-        instant_ngp::recognises(checkpoint)
+        PROGRAMS.iter().any(|(recognises, _)| recognises(checkpoint))
     }
 
     /// Finds the field in a checkpoint.
@@ -94,7 +107,10 @@ impl Ngp {
     /// # Errors
     /// See [`FieldError`].
     pub fn read(checkpoint: &Checkpoint<'_>) -> Result<Self, FieldError> {
-        Self::new(instant_ngp::read(checkpoint)?)
+        match PROGRAMS.iter().find(|(recognises, _)| recognises(checkpoint)) {
+            Some((_, read)) => Self::new(read(checkpoint)?),
+            None => Err(FieldError::unknown(checkpoint)),
+        }
     }
 
     fn new(parts: Parts) -> Result<Self, FieldError> {
