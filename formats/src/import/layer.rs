@@ -59,6 +59,23 @@ impl Layer {
         Self::new([self.n_in, n_out], weight, bias)
     }
 
+    /// The layer whose first inputs are given as sums of others, as many: input i was the
+    /// sum of those with the factors of row i.
+    #[cfg(feature = "corner-index")]
+    pub(in crate::import) fn with_first_inputs<const N: usize>(
+        &self,
+        rows: &[[f64; N]; N],
+    ) -> Self {
+        let mut layer = self.clone();
+        for (j, to) in layer.weight.chunks_exact_mut(self.n_out).take(N).enumerate() {
+            for (o, weight) in to.iter_mut().enumerate() {
+                let part = |i: usize| rows[i][j] * f64::from(self.weight[i * self.n_out + o]);
+                *weight = (0..N).map(part).sum::<f64>() as f32;
+            }
+        }
+        layer
+    }
+
     /// The layer of its first `n_in` inputs; the others hold `padding`, which becomes a
     /// bias.
     #[cfg(feature = "corner-index")]

@@ -1,5 +1,7 @@
 //! The tensors of one network in a checkpoint: each is to be used, once.
 
+#[cfg(feature = "corner-index")]
+use core::ops::RangeInclusive;
 use std::collections::BTreeSet;
 use std::format;
 use std::string::{String, ToString};
@@ -55,13 +57,30 @@ impl<'c, 'a> Tensors<'c, 'a> {
         Ok(Layer::transposed(shape, &weight, Vec::new()))
     }
 
-    /// The numbers of a list.
+    /// The numbers of a tensor of any shape.
     #[cfg(feature = "corner-index")]
-    pub(in crate::import) fn list(&mut self, name: &str) -> Result<Vec<f32>, FieldError> {
+    pub(in crate::import) fn numbers(&mut self, name: &str) -> Result<Vec<f32>, FieldError> {
         let (name, tensor) = self.take(name)?;
-        match tensor.shape().len() {
-            1 => values(name, tensor),
-            _ => Err(shape(name, tensor, "a list".to_string())),
+        values(name, tensor)
+    }
+
+    /// The one whole number of a tensor.
+    #[cfg(feature = "corner-index")]
+    pub(in crate::import) fn count_of(
+        &mut self,
+        name: &str,
+        range: RangeInclusive<u32>,
+    ) -> Result<u32, FieldError> {
+        let numbers = self.numbers(name)?;
+        match numbers[..] {
+            [number] if number.fract() == 0.0 && range.contains(&(number as u32)) => {
+                Ok(number as u32)
+            }
+            _ => Err(FieldError::Setting {
+                name: format!("{}{name}", self.prefix),
+                found: format!("{:?}", &numbers[..numbers.len().min(4)]),
+                expected: format!("{} to {}", range.start(), range.end()),
+            }),
         }
     }
 

@@ -4,9 +4,9 @@ use pocketnerf_core::render::{Detail, RenderOptions, render_rays};
 use pocketnerf_core::{Model, Ray, SimdLevel, Tuning};
 use pocketnerf_formats::import::ngp::Ngp;
 use pocketnerf_formats::{About, Precision, Scene};
-use pocketnerf_train::convert::{NgpConversion, Settings};
+use pocketnerf_train::convert::{NgpConversion, Settings, nerfstudio};
 
-use crate::{bytes, ngp};
+use crate::{bytes, ngp, path};
 
 /// Most that a value between 0 and 1 may differ in f32.
 const TOLERANCE: f32 = 1e-4;
@@ -92,6 +92,17 @@ fn instant_ngp() {
 fn torch_ngp() {
     for name in ["torch_ngp", "torch_ngp_old"] {
         agree(ngp(&bytes(&format!("{name}.pth"))).unwrap(), "torch-ngp", name);
+    }
+}
+
+#[test]
+fn nerfstudio_both_ways() {
+    for name in ["nerfstudio_tcnn", "nerfstudio_torch"] {
+        let file = format!("{name}/nerfstudio_models/step-000000009.ckpt");
+        let mut ngp = ngp(&bytes(&file)).unwrap();
+        let settings = nerfstudio::complete(&mut ngp, &path(&file)).unwrap();
+        assert_eq!((settings.background, settings.near), (Some([0.0; 3]), Some(0.01)));
+        agree(ngp, "nerfstudio", name);
     }
 }
 

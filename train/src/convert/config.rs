@@ -23,14 +23,19 @@ pub fn beside(checkpoint: &Path) -> Result<Option<(PathBuf, Settings)>, ConvertE
         return Ok(None);
     };
     let refuse = |problem: String| ConvertError::Config { file: file.clone(), problem };
-    let length = std::fs::metadata(&file).map_err(|error| refuse(error.to_string()))?.len();
-    if length > MOST {
-        return Err(refuse(format!("{length} bytes, at most {MOST} are read")));
-    }
-    let text = std::fs::read_to_string(&file).map_err(|error| refuse(error.to_string()))?;
+    let text = text(&file).map_err(refuse)?;
     let is_yaml = file.extension().is_some_and(|extension| extension == "yml");
     let settings = if is_yaml { of_yaml(&text) } else { Values(lines(&text)).of_arguments() };
     settings.map(|settings| Some((file.clone(), settings))).map_err(refuse)
+}
+
+/// A short file.
+pub(super) fn text(file: &Path) -> Result<String, String> {
+    let length = std::fs::metadata(file).map_err(|error| error.to_string())?.len();
+    if length > MOST {
+        return Err(format!("{length} bytes, at most {MOST} are read"));
+    }
+    std::fs::read_to_string(file).map_err(|error| error.to_string())
 }
 
 /// `key = value`, a line each; `#` begins a remark.
@@ -44,15 +49,22 @@ fn lines(text: &str) -> BTreeMap<String, String> {
 }
 
 fn of_yaml(text: &str) -> Result<Settings, String> {
-    let mut scalars = Scalars::default();
-    let mut parser = Parser::new_from_str(text);
-    // One by one: the parser's own loop calls itself for every level of nesting.
-    loop {
-        let (event, _) = parser.next_token().map_err(|error| error.to_string())?;
-        if event == Event::StreamEnd {
-            return Values(scalars.found).of_tree();
+    Values::of_yaml(text)?.of_tree()
+}
+
+impl Values {
+    /// Those of a tree, by keys that dots join.
+    pub(super) fn of_yaml(text: &str) -> Result<Self, String> {
+        let mut scalars = Scalars::default();
+        let mut parser = Parser::new_from_str(text);
+        // One by one: the parser's own loop calls itself for every level of nesting.
+        loop {
+            let (event, _) = parser.next_token().map_err(|error| error.to_string())?;
+            if event == Event::StreamEnd {
+                return Ok(Self(scalars.found));
+            }
+            scalars.take(event);
         }
-        scalars.take(event);
     }
 }
 
@@ -108,14 +120,14 @@ impl Scalars {
 }
 
 /// What a config says, by its keys.
-struct Values(BTreeMap<String, String>);
+pub(super) struct Values(BTreeMap<String, String>);
 
 impl Values {
-    fn text(&self, key: &str) -> Option<&str> {
+    pub(super) fn text(&self, key: &str) -> Option<&str> {
         self.0.get(key).map(String::as_str).filter(|text| *text != "None" && *text != "null")
     }
 
-    fn truth(&self, key: &str) -> Result<Option<bool>, String> {
+    pub(super) fn truth(&self, key: &str) -> Result<Option<bool>, String> {
         let Some(text) = self.text(key) else { return Ok(None) };
         match text.to_ascii_lowercase().as_str() {
             "true" | "1" => Ok(Some(true)),
@@ -124,7 +136,7 @@ impl Values {
         }
     }
 
-    fn number<T: std::str::FromStr>(&self, key: &str) -> Result<Option<T>, String> {
+    pub(super) fn number<T: std::str::FromStr>(&self, key: &str) -> Result<Option<T>, String> {
         let Some(text) = self.text(key) else { return Ok(None) };
         text.parse().map(Some).map_err(|_| format!("{key} is {text}, expected a number"))
     }

@@ -63,6 +63,12 @@ pub enum ConvertError {
         /// What is wrong.
         problem: String,
     },
+    /// There is no config where one is needed.
+    #[error(
+        "{} is not there: it says whether the scene is in a box, which the checkpoint does not",
+        .0.display()
+    )]
+    Beside(PathBuf),
     /// What core refuses.
     #[error(transparent)]
     Core(#[from] pocketnerf_core::Error),

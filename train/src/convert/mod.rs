@@ -11,6 +11,7 @@ pub mod distill;
 mod error;
 mod kind;
 mod nerf;
+pub mod nerfstudio;
 mod ngp;
 mod settings;
 mod verify;

@@ -7,6 +7,7 @@
 //! | NVlabs/instant-ngp | `snapshot.params_binary` |
 //! | ashawkey/torch-ngp | `encoder.embeddings`, `sigma_net.0.weight` |
 //! | kwea123/ngp_pl | `xyz_encoder.params`, `rgb_net.params` |
+//! | nerfstudio, instant-ngp in a box | `pipeline._model.field.mlp_base.` |
 //!
 //! All of them give every sample a colour of its own: a density network reads the grid and
 //! gives the logarithm of the density and features; a colour network reads those and the
@@ -17,7 +18,9 @@
 
 mod cells;
 mod grid;
+mod harmonics;
 mod instant_ngp;
+mod nerfstudio;
 mod ngp_pl;
 mod settings;
 mod tcnn;
@@ -88,10 +91,11 @@ struct Parts {
 /// Whether a checkpoint is a program's, and what reads it then.
 type Program = (fn(&Checkpoint<'_>) -> bool, fn(&Checkpoint<'_>) -> Result<Parts, FieldError>);
 
-const PROGRAMS: [Program; 3] = [
+const PROGRAMS: [Program; 4] = [
     (instant_ngp::recognises, instant_ngp::read),
     (torch_ngp::recognises, torch_ngp::read),
     (ngp_pl::recognises, ngp_pl::read),
+    (nerfstudio::recognises, nerfstudio::read),
 ];
 
 impl Ngp {
@@ -135,6 +139,11 @@ impl Ngp {
     #[must_use]
     pub const fn surroundings(&self) -> &Surroundings {
         &self.surroundings
+    }
+
+    /// What the checkpoint says, to be set right by what other files say.
+    pub const fn surroundings_mut(&mut self) -> &mut Surroundings {
+        &mut self.surroundings
     }
 
     /// The field, over the box of [`Surroundings::bounds`].

@@ -49,11 +49,11 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
         .iter()
         .for_each(|name| tensors.ignore(name));
 
-    let half = half(&tensors.table("xyz_max")?.1)?;
+    let half = half(&tensors.numbers("xyz_max")?)?;
     let density = Widths { n_in: 32, hidden: 64, n_hidden: 1, n_out: FEATURES };
     let color = Widths { n_in: HARMONICS + FEATURES, hidden: 64, n_hidden: 2, n_out: 3 };
-    let params = tensors.list("xyz_encoder.params")?;
-    let color_params = tensors.list("rgb_net.params")?;
+    let params = tensors.numbers("xyz_encoder.params")?;
+    let color_params = tensors.numbers("rgb_net.params")?;
     if color_params.len() != color.len(ALIGNMENT) {
         let expected = color.len(ALIGNMENT).to_string();
         return Err(setting("rgb_net.params", &color_params.len().to_string(), &expected));

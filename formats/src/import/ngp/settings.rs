@@ -60,11 +60,6 @@ impl<'c, 'a> Settings<'c, 'a> {
     pub(super) fn tensor(self, name: &str) -> Result<&'c Tensor<'a>, FieldError> {
         self.0.tensor(name).ok_or_else(|| FieldError::Missing(name.to_string()))
     }
-
-    /// The numbers of a tensor that has to be there, all of them finite.
-    pub(super) fn values(self, name: &str) -> Result<std::vec::Vec<f32>, FieldError> {
-        values(name, self.tensor(name)?)
-    }
 }
 
 /// The numbers of a tensor, all of them finite.

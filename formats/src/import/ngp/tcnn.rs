@@ -13,7 +13,7 @@ use crate::import::FieldError;
 use crate::import::layer::Layer;
 
 /// The widths of a network without those that padding adds.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Widths {
     pub(super) n_in: usize,
     pub(super) hidden: usize,
@@ -26,6 +26,12 @@ impl Widths {
     pub(super) const fn len(&self, alignment: usize) -> usize {
         let ends = self.n_in.next_multiple_of(alignment) + self.n_out.next_multiple_of(alignment);
         self.hidden * (ends + (self.n_hidden - 1) * self.hidden)
+    }
+
+    /// The same with hidden layers of the width that makes it so long, where there is one.
+    pub(super) fn of_len(&self, len: usize, alignment: usize) -> Option<Self> {
+        let mut widths = [16, 32, 64, 128, 256].into_iter().map(|hidden| Self { hidden, ..*self });
+        widths.find(|widths| widths.len(alignment) == len)
     }
 
     /// The layers, from the front of `values`, which are as many as [`Self::len`]. Inputs

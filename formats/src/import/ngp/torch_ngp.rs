@@ -46,8 +46,8 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
         .iter()
         .for_each(|name| tensors.ignore(name));
 
-    let bound = bound(&tensors.list("aabb_train")?)?;
-    let offsets = tensors.list("encoder.offsets")?;
+    let bound = bound(&tensors.numbers("aabb_train")?)?;
+    let offsets = tensors.numbers("encoder.offsets")?;
     let ([n_entries, n_features], table) = tensors.table("encoder.embeddings")?;
     let (shape, levels) = levels(&offsets, n_features, bound)?;
     let entries: u32 = levels.iter().map(|level| level.entries).sum();

@@ -17,7 +17,7 @@ use super::{Common, Failure, Reading, eval, print_line, read_model};
 use crate::cameras::Orbit;
 use crate::convert::{
     Conversion, ConvertError, NerfConversion, NgpConversion, Place, Settings, compare, config,
-    refuse_others,
+    nerfstudio, refuse_others,
 };
 use crate::dataset::{Dataset, Split};
 use crate::output;
@@ -225,8 +225,10 @@ impl Convert {
         let unpacked = inflate(bytes).map_err(|error| named(error.into()))?;
         let checkpoint = Checkpoint::read(&unpacked).map_err(|error| named(error.into()))?;
         if Ngp::recognises(&checkpoint) {
-            let ngp = Ngp::read(&checkpoint).map_err(|error| named(error.into()))?;
-            let ngp = NgpConversion::new(ngp, self.given(), self.aabb, common.simd());
+            let mut ngp = Ngp::read(&checkpoint).map_err(|error| named(error.into()))?;
+            let beside = nerfstudio::complete(&mut ngp, &self.input).map_err(named)?;
+            let settings = self.given().or(beside);
+            let ngp = NgpConversion::new(ngp, settings, self.aabb, common.simd());
             return Ok(Conversion::Ngp(ngp.map_err(named)?));
         }
         let mut nerf = self.networks(&checkpoint)?;
