@@ -1,5 +1,7 @@
 //! A tensor that lies in a file, until its numbers are asked for.
 
+#[cfg(feature = "corner-index")]
+use core::ops::Range;
 use std::sync::Arc;
 use std::vec::Vec;
 
@@ -165,6 +167,25 @@ impl<'a> Tensor<'a> {
             ElementType::U8 | ElementType::Bool => self.gather(|[byte]: [u8; 1]| byte),
             other => Err(ImportError::NotBytes(other)),
         }
+    }
+
+    /// Its numbers as [`Self::to_f32`] gives them, little endian.
+    #[cfg(feature = "corner-index")]
+    pub(super) fn to_f32_bytes(&self) -> Result<Vec<u8>, ImportError> {
+        Ok(self.convert(|number| (number as f32).to_le_bytes())?.into_flattened())
+    }
+
+    /// Some of the numbers of a tensor of one dimension; `None` where there are fewer.
+    #[cfg(feature = "corner-index")]
+    pub(super) fn part(&self, range: Range<usize>) -> Option<Self> {
+        let (&[len], &[stride]) = (&self.shape[..], &self.strides[..]) else { return None };
+        let fits = range.start <= range.end && range.end <= len;
+        fits.then(|| Self {
+            shape: Vec::from([range.len()]),
+            strides: Vec::from([stride]),
+            offset: self.offset + range.start * stride,
+            ..self.clone()
+        })
     }
 
     /// The same bytes as numbers of another type, little endian, where these are bytes one

@@ -84,15 +84,6 @@ impl<'c, 'a> Tensors<'c, 'a> {
         }
     }
 
-    /// The numbers of a matrix, row after row, with its shape.
-    #[cfg(feature = "corner-index")]
-    pub(in crate::import) fn table(
-        &mut self,
-        name: &str,
-    ) -> Result<([usize; 2], Vec<f32>), FieldError> {
-        self.matrix(name)
-    }
-
     /// The bytes of a list of them, where there is one.
     #[cfg(feature = "corner-index")]
     pub(in crate::import) fn bytes(&mut self, name: &str) -> Result<Option<Vec<u8>>, FieldError> {
@@ -159,7 +150,11 @@ impl<'c, 'a> Tensors<'c, 'a> {
         values(name, tensor)
     }
 
-    fn take(&mut self, name: &str) -> Result<(String, &'c Tensor<'a>), FieldError> {
+    /// The tensor of this name, and its full name.
+    pub(in crate::import) fn take(
+        &mut self,
+        name: &str,
+    ) -> Result<(String, &'c Tensor<'a>), FieldError> {
         let full = format!("{}{name}", self.prefix);
         self.unused.remove(name);
         match self.checkpoint.tensor(&full) {

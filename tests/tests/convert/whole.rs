@@ -1,5 +1,6 @@
 //! From a checkpoint to a model: settings, box, cells, file.
 
+use pocketnerf_core::field::Shading;
 use pocketnerf_core::sampler::Reach;
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::{About, PixelOrigin, Precision};
@@ -88,7 +89,7 @@ fn views_to_learn_from() {
     }
     let length = Length::Seconds(60.0);
     let log2 = |bytes| {
-        let config = distill::config(&model, bytes, length)?;
+        let config = distill::config(&model, Shading::PerRay, bytes, length)?;
         assert_eq!(config.aabb, Some([[-1.0; 3], [1.0; 3]]));
         match config.field.encoding {
             EncodingConfig::HashGrid(grid) => Some(grid.log2_hashmap_size),

@@ -2,7 +2,9 @@
 //! (`tests/fixtures/ngp.py`).
 
 mod big;
+mod damaged;
 mod exact;
+mod whole;
 
 use std::path::{Path, PathBuf};
 

@@ -4,12 +4,14 @@
 use std::time::{Duration, Instant};
 
 use pocketnerf_formats::import::{Checkpoint, ImportError};
+use pocketnerf_tests::damage::{mutate, without_archive_checksums};
 use pocketnerf_train::random::Random;
 
 use crate::counting::most_held;
 use crate::fixture;
 
-const FIXTURES: [&str; 15] = [
+const FIXTURES: [&str; 16] = [
+    "../ngp/old.msgpack",
     "big_endian.npy",
     "big_endian.pt",
     "compressed.pt",
@@ -26,17 +28,6 @@ const FIXTURES: [&str; 15] = [
     "weights_protocol_5.npy",
     "zip.pt",
 ];
-
-/// A fixture; an archive without the checksums that would hide all other damage.
-fn without_checksums(name: &str) -> Vec<u8> {
-    let mut bytes = fixture(name);
-    for at in 0..bytes.len().saturating_sub(20) {
-        if bytes[at..].starts_with(b"PK\x01\x02") {
-            bytes[at + 16..at + 20].fill(0);
-        }
-    }
-    bytes
-}
 
 /// Reads a file and every tensor in it.
 fn use_everything(bytes: &[u8]) -> Result<usize, ImportError> {
@@ -63,30 +54,10 @@ fn use_everything(bytes: &[u8]) -> Result<usize, ImportError> {
     read
 }
 
-/// Changes a file in one of the ways that files are damaged.
-fn mutate(random: &mut Random, bytes: &mut Vec<u8>) {
-    if bytes.is_empty() {
-        return;
-    }
-    let at = random.below(bytes.len());
-    match random.below(8) {
-        0..=2 => bytes[at] ^= 1 << random.below(8),
-        3 | 4 => bytes[at] = random.next_u64() as u8,
-        5 => bytes.truncate(at),
-        spliced => {
-            let from = random.below(bytes.len());
-            let n = 1 + random.below(64);
-            let piece: Vec<u8> = bytes[from..].iter().take(n).copied().collect();
-            let stop = if spliced == 6 { at } else { (at + piece.len()).min(bytes.len()) };
-            bytes.splice(at..stop, piece);
-        }
-    }
-}
-
 #[test]
 fn damage_is_survived() {
     for (index, name) in FIXTURES.iter().enumerate() {
-        let sound = without_checksums(name);
+        let sound = without_archive_checksums(fixture(name));
         let mut readable = 0;
         for version in 0..10_000 {
             let mut random = Random::new(7, [index as u64, version, 0]);
@@ -129,7 +100,9 @@ fn every_byte_can_be_any_other() {
 
 #[test]
 fn bytes_after_the_end_are_refused() {
-    for name in ["legacy.pt", "weights.npy", "fortran.npy", "tiny.safetensors"] {
+    for name in
+        ["legacy.pt", "weights.npy", "fortran.npy", "tiny.safetensors", "../ngp/old.msgpack"]
+    {
         let bytes = [fixture(name), vec![0; 3]].concat();
         assert_eq!(use_everything(&bytes), Err(ImportError::Trailing { bytes: 3 }), "{name}");
     }

@@ -1,5 +1,6 @@
 //! Views of a model, to train another one from: no photographs needed.
 
+use pocketnerf_core::field::Shading;
 use pocketnerf_core::{Camera, Error, Model, Space, math};
 
 use crate::dataset::{Dataset, Split, View};
@@ -13,9 +14,9 @@ const CELLS: usize = 400_000;
 /// Base-two logarithm of the entries that a level has at least.
 const LEAST_TABLE: u32 = 10;
 /// Views that are learnt from where no cameras are given.
-pub const VIEWS: usize = 100;
+pub const VIEWS: usize = 400;
 /// Their width and height.
-const SIDE: u32 = 256;
+const SIDE: u32 = 128;
 /// Their horizontal field of view, radians, where the scene is looked at from outside.
 const FOV_X: f32 = 0.7;
 /// Azimuth between one view and the next: the golden angle spreads them evenly.
@@ -26,9 +27,33 @@ const TURN: f32 = 2.399_963_2;
 #[must_use]
 pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Camera>> {
     let [min, max] = space.scene_box()?;
-    let center = space.center();
     let radius = 0.5 * (0..3).map(|a| (max[a] - min[a]).powi(2)).sum::<f32>().sqrt();
     let distance = distance.max(radius / (0.5 * FOV_X).sin());
+    Some(around(space.center(), distance, FOV_X, count))
+}
+
+/// So many cameras evenly all around a box, as far from its middle and with as wide a view
+/// as some others have on average, and these; `None` where there are no others, and for
+/// other spaces.
+#[must_use]
+pub fn all_around_like(space: &Space, others: &[Camera], count: usize) -> Option<Vec<Camera>> {
+    space.scene_box()?;
+    let center = space.center();
+    let distance = |camera: &Camera| {
+        let p = camera.position();
+        (0..3).map(|a| (p[a] - center[a]).powi(2)).sum::<f32>().sqrt()
+    };
+    let fov_x = |camera: &Camera| 2.0 * (0.5 * camera.width as f32 / camera.focal[0]).atan();
+    let mean =
+        |of: &dyn Fn(&Camera) -> f32| others.iter().map(of).sum::<f32>() / others.len() as f32;
+    let mut cameras = others.to_vec();
+    if !others.is_empty() {
+        cameras.extend(around(center, mean(&distance), mean(&fov_x), count));
+    }
+    (!cameras.is_empty()).then_some(cameras)
+}
+
+fn around(center: [f32; 3], distance: f32, fov_x: f32, count: usize) -> Vec<Camera> {
     let camera = |i: usize| {
         let z = 1.0 - (2 * i + 1) as f32 / count as f32;
         let ring = (1.0 - z * z).sqrt();
@@ -36,9 +61,9 @@ pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Came
         let away = [ring * cos, ring * sin, z];
         let eye = [0, 1, 2].map(|a| center[a] + distance * away[a]);
         let pose = Camera::look_at(eye, center, [0.0, 0.0, 1.0]);
-        Camera::from_fov_x(SIDE, SIDE, FOV_X, pose)
+        Camera::from_fov_x(SIDE, SIDE, fov_x, pose)
     };
-    Some((0..count).map(camera).collect())
+    (0..count).map(camera).collect()
 }
 
 /// Every eighth camera is held out; none is wider or higher than a view from around.
@@ -84,8 +109,14 @@ pub fn views(
 /// Settings to learn a hash grid from such views, whose file has at most so many bytes;
 /// `None` where that is not to be had.
 #[must_use]
-pub fn config(model: &Model<'_>, bytes: usize, length: Length) -> Option<TrainConfig> {
+pub fn config(
+    model: &Model<'_>,
+    shading: Shading,
+    bytes: usize,
+    length: Length,
+) -> Option<TrainConfig> {
     let mut config = TrainConfig::hash_grid().for_length(length);
+    config.field.shading = shading;
     match model.space {
         Space::Ndc(ndc) => config.ndc = Some(ndc),
         ref space => config.aabb = space.scene_box(),
@@ -142,5 +173,13 @@ mod tests {
         }
         assert!((mean[0] - 2.0).abs() < 0.1 && mean[1].abs() < 0.1 && mean[2].abs() < 0.1);
         assert_eq!(all_around(&space, 9.0, 1).unwrap().len(), 1);
+        // Those like some are as far away, and see as much.
+        let like = all_around_like(&space, &cameras[..5], 20).unwrap();
+        assert_eq!((like.len(), &like[..5]), (25, &cameras[..5]));
+        let p = like[20].position();
+        let distance = ((p[0] - 2.0).powi(2) + p[1].powi(2) + p[2].powi(2)).sqrt();
+        assert!((distance - far).abs() < 1e-3);
+        assert!((like[20].focal[0] - cameras[0].focal[0]).abs() < 1e-2);
+        assert!(all_around_like(&space, &[], 20).is_none());
     }
 }

@@ -1,6 +1,10 @@
 //! Kinds of model that are not converted, recognised to say so and what to do instead.
 
+use pocketnerf_formats::import::{FieldError, ImportError};
+
 use super::ConvertError;
+
+const SAFETENSORS: &str = "save the weights as .safetensors with the names of nerf-pytorch";
 
 /// How files begin, what such files are, and a hint.
 const OTHERS: [(&[u8], &str, &str); 7] = [
@@ -17,11 +21,7 @@ const OTHERS: [(&[u8], &str, &str); 7] = [
     (b"glTF", "meshes (.glb)", "render views of it and train on them"),
     (b"v ", "meshes (.obj)", "render views of it and train on them"),
     (b"# ", "texts and meshes (.obj)", "give the checkpoint itself"),
-    (
-        b"\x89HDF\r\n",
-        "HDF5 files (Keras, JAX)",
-        "save the weights as .safetensors with the names of nerf-pytorch",
-    ),
+    (b"\x89HDF\r\n", "HDF5 files (Keras, JAX)", SAFETENSORS),
     (
         b"{",
         "JSON files (MobileNeRF, SNeRG, MERF, datasets)",
@@ -41,9 +41,55 @@ pub fn refuse_others(bytes: &[u8]) -> Result<(), ConvertError> {
     }
 }
 
+/// What stands near the beginning or the end of files of some kinds: names of tensors or of
+/// an archive's entries.
+const CONTAINED: [(&[u8], &str, &str); 6] = [
+    (b"density_plane", "TensoRF's models", ON_PHOTOGRAPHS),
+    (b"density_data.npy", "Plenoxels' models", ON_PHOTOGRAPHS),
+    (b"child.npy", "PlenOctrees", ON_PHOTOGRAPHS),
+    (b"Dense_0", "models of JAX (mip-NeRF, Zip-NeRF, jaxnerf)", SAFETENSORS),
+    (b"gauss_params", "Gaussian splats of nerfstudio", ON_PHOTOGRAPHS),
+    (b"_model.field.", "nerfstudio's other methods", ON_PHOTOGRAPHS),
+];
+const ON_PHOTOGRAPHS: &str = "train on the photographs it was made from: pocketnerf train DATA";
+/// Bytes that are looked through at both ends.
+const ENDS: usize = 1 << 16;
+
+/// What to say of a file that cannot be used: what it is, where it is recognised, else the
+/// error.
+#[must_use]
+pub fn instead(bytes: &[u8], error: ConvertError) -> ConvertError {
+    // A known program's file, with something wrong in it.
+    let known = match &error {
+        ConvertError::Field(error) => !matches!(error, FieldError::Unknown { .. }),
+        ConvertError::Checkpoint(error) => !matches!(error, ImportError::MissingEntry(_)),
+        _ => true,
+    };
+    let ends = [&bytes[..bytes.len().min(ENDS)], &bytes[bytes.len().saturating_sub(ENDS)..]];
+    let holds =
+        |name: &[u8]| ends.iter().any(|end| end.windows(name.len()).any(|part| part == name));
+    match CONTAINED.iter().find(|(name, ..)| !known && holds(name)) {
+        Some(&(_, found, hint)) => ConvertError::Kind { found, hint },
+        None => error,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_tell_what_a_file_is() {
+        let unknown = || ConvertError::Field(FieldError::Unknown { found: Vec::new() });
+        let missing = || ConvertError::Checkpoint(ImportError::MissingEntry("data.pkl".to_owned()));
+        let tensorf = [&[0; 99][..], b"density_plane.0", &[0; 99]].concat();
+        assert!(instead(&tensorf, unknown()).to_string().contains("TensoRF"));
+        let plenoxels = [&vec![0; 1 << 18][..], b"density_data.npy"].concat();
+        assert!(instead(&plenoxels, missing()).to_string().contains("Plenoxels"));
+        assert!(matches!(instead(b"", unknown()), ConvertError::Field(_)));
+        let wrong = ConvertError::Field(FieldError::Missing("x".to_owned()));
+        assert!(matches!(instead(&tensorf, wrong), ConvertError::Field(FieldError::Missing(_))));
+    }
 
     #[test]
     fn others_are_named() {

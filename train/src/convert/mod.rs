@@ -20,7 +20,7 @@ use pocketnerf_core::{Camera, Model};
 use pocketnerf_formats::{PixelOrigin, Scene};
 
 pub use error::ConvertError;
-pub use kind::refuse_others;
+pub use kind::{instead, refuse_others};
 pub use nerf::{NerfConversion, Place};
 pub use ngp::NgpConversion;
 pub use settings::Settings;

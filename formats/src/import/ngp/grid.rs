@@ -10,7 +10,7 @@ use pocketnerf_core::encoding::{
 use pocketnerf_core::{DType, Error, Layout, TensorView};
 
 use super::settings::setting;
-use crate::import::FieldError;
+use crate::import::{FieldError, Tensor};
 
 /// A hash grid in memory of its own.
 #[derive(Clone, Debug)]
@@ -32,17 +32,17 @@ pub(super) struct Shape {
 }
 
 impl Grid {
-    /// `values` are the features of one entry after another, level after level.
+    /// `table` holds the features of one entry after another, level after level.
     pub(super) fn new(
         shape: Shape,
         levels: &[CornerLevel],
-        values: &[f32],
+        (name, table): (&str, &Tensor<'_>),
     ) -> Result<Self, FieldError> {
         let n_features = shape.n_features as usize;
         let entries: usize = levels.iter().map(|level| level.entries as usize).sum();
-        if entries * n_features != values.len() {
+        if entries * n_features != table.len() {
             let expected = format!("{} of {} entries", entries * n_features, entries);
-            return Err(setting("values of the hash grid", &values.len().to_string(), &expected));
+            return Err(setting(name, &format!("{} values in tables", table.len()), &expected));
         }
         let mut all = [CornerLevel::default(); MAX_LEVELS];
         all.iter_mut().zip(levels).for_each(|(to, level)| *to = *level);
@@ -57,7 +57,13 @@ impl Grid {
         };
         let problem = |error: Error| setting("the hash grid", &error.to_string(), "one in range");
         config.validate().map_err(problem)?;
-        Ok(Self { config, bytes: values.iter().flat_map(|value| value.to_le_bytes()).collect() })
+        let bytes = table.to_f32_bytes();
+        let bytes = bytes.map_err(|error| FieldError::Tensor(name.to_string(), error))?;
+        let mut values = bytes.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes));
+        match values.all(f32::is_finite) {
+            true => Ok(Self { config, bytes }),
+            false => Err(FieldError::NotFinite(name.to_string())),
+        }
     }
 
     /// For core.

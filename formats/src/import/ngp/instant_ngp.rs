@@ -15,8 +15,9 @@ use super::settings::{Settings, setting, values};
 use super::tcnn::{self, Widths};
 use super::{Parts, Surroundings};
 use crate::Scene;
-use crate::import::{Checkpoint, ElementType, FieldError};
+use crate::import::{Checkpoint, ElementType, FieldError, Tensor};
 
+const PARAMS: &str = "snapshot.params_binary";
 /// Cells of the finest level along a unit, where the configuration has no growth.
 const FINEST: f32 = 2048.0;
 /// Outputs of the density network: all of them are features, the first is the logarithm of
@@ -37,7 +38,7 @@ const MIN_TRANSMITTANCE: f32 = 0.01;
 const MAX_VIEWS: usize = 10_000;
 
 pub(super) fn recognises(checkpoint: &Checkpoint<'_>) -> bool {
-    checkpoint.tensor("snapshot.params_binary").is_some()
+    checkpoint.tensor(PARAMS).is_some()
 }
 
 pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
@@ -63,10 +64,13 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
     let len = |&[a, b]: &[usize; 2]| density.len(a) + color.len(b) + in_grid;
     let Some(alignment) = alignments.clone().find(|both| len(both) == params.len()) else {
         let expected = format!("{} for this configuration", len(&[16, 16]));
-        return Err(setting("snapshot.params_binary", &params.len().to_string(), &expected));
+        return Err(setting(PARAMS, &params.len().to_string(), &expected));
     };
-    let (density_params, rest) = params.split_at(density.len(alignment[0]));
-    let (color_params, table) = rest.split_at(color.len(alignment[1]));
+    let in_networks = params.len() - in_grid;
+    let parts = params.part(0..in_networks).zip(params.part(in_networks..params.len()));
+    let Some((networks, table)) = parts else { return Err(FieldError::unknown(checkpoint)) };
+    let networks = values(PARAMS, &networks)?;
+    let (density_params, color_params) = networks.split_at(density.len(alignment[0]));
 
     // A grid pads with zeros; the colour network's inputs are as many as it takes.
     let mut density = density.layers(density_params, alignment[0], 0.0);
@@ -76,7 +80,7 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
     }
     Ok(Parts {
         program: "NVlabs/instant-ngp",
-        grid: Grid::new(shape, &levels, table)?,
+        grid: Grid::new(shape, &levels, (PARAMS, &table))?,
         density,
         color: color.layers(color_params, alignment[1], 0.0),
         sh_degree: 4,
@@ -95,9 +99,8 @@ fn aabb_scale(settings: Settings<'_, '_>) -> Result<u32, FieldError> {
 }
 
 /// All parameters. Their number tells what they are where their type does not.
-fn params(settings: Settings<'_, '_>) -> Result<Vec<f32>, FieldError> {
-    let name = "snapshot.params_binary";
-    let bytes = settings.tensor(name)?;
+fn params<'a>(settings: Settings<'_, 'a>) -> Result<Tensor<'a>, FieldError> {
+    let bytes = settings.tensor(PARAMS)?;
     let expected = settings.number("snapshot.n_params")?;
     let floats = expected * 4.0 == bytes.len() as f64;
     let default = if floats { "float" } else { "__half" };
@@ -105,14 +108,13 @@ fn params(settings: Settings<'_, '_>) -> Result<Vec<f32>, FieldError> {
         "float" => ElementType::F32,
         _ => ElementType::F16,
     };
-    let tensor = bytes.reinterpreted(element).ok_or_else(|| {
-        setting(name, &format!("{} bytes", bytes.len()), &format!("values of {element}"))
+    let params = bytes.reinterpreted(element).ok_or_else(|| {
+        setting(PARAMS, &format!("{} bytes", bytes.len()), &format!("values of {element}"))
     })?;
-    let values = values(name, &tensor)?;
-    if expected != values.len() as f64 {
-        return Err(setting("snapshot.n_params", &expected.to_string(), &values.len().to_string()));
+    if expected != params.len() as f64 {
+        return Err(setting("snapshot.n_params", &expected.to_string(), &params.len().to_string()));
     }
-    Ok(values)
+    Ok(params)
 }
 
 /// The widths of a network, of its inputs and outputs.

@@ -13,7 +13,7 @@ use pocketnerf_core::encoding::CornerLevel;
 use super::cells::{Cells, Order};
 use super::grid::{Grid, Shape};
 use super::harmonics::{HARMONICS, of_half_directions};
-use super::settings::setting;
+use super::settings::{setting, values};
 use super::tcnn::{Hashed, Widths, levels};
 use super::{Parts, Surroundings};
 use crate::Scene;
@@ -117,15 +117,19 @@ fn tcnn(tensors: &mut Tensors<'_, '_>, sizes: &Sizes) -> Result<Field, FieldErro
     let shape = sizes.shape(0.5);
     let levels = levels(&shape, Hashed::Beyond(1 << sizes.log2))?;
     let entries: usize = levels.iter().map(|level| level.entries as usize).sum();
-    let params = tensors.numbers(TCNN)?;
+    let (name, params) = tensors.take(TCNN)?;
     let in_density = params.len().saturating_sub(entries * FEATURES as usize);
     let density = Widths { n_in: sizes.n_encoded(), hidden: 0, n_hidden: 1, n_out: OUTPUTS };
     let density = density.of_len(in_density, ALIGNMENT);
     let density = density.ok_or_else(|| {
         let expected = format!("a hidden layer, then {entries} entries");
-        setting(TCNN, &params.len().to_string(), &expected)
+        setting(&name, &params.len().to_string(), &expected)
     })?;
-    let (density_params, table) = params.split_at(in_density);
+    let refuse = || setting(&name, &params.len().to_string(), "a list of parameters");
+    let table = params.part(in_density..params.len()).ok_or_else(refuse)?;
+    let networks = params.part(0..in_density).ok_or_else(refuse)?;
+    let density = density.layers(&values(&name, &networks)?, ALIGNMENT, 0.0);
+    let grid = Grid::new(shape, &levels, (&name, &table))?;
 
     let name = "mlp_head.tcnn_encoding.params";
     let params = tensors.numbers(name)?;
@@ -138,8 +142,7 @@ fn tcnn(tensors: &mut Tensors<'_, '_>, sizes: &Sizes) -> Result<Field, FieldErro
     // A network alone is padded with ones, other than a grid.
     let mut color = color.layers(&params, ALIGNMENT, 1.0);
     features_first(&mut color, features);
-    let grid = Grid::new(shape, &levels, table)?;
-    Ok((grid, density.layers(density_params, ALIGNMENT, 0.0), color))
+    Ok((grid, density, color))
 }
 
 fn torch(tensors: &mut Tensors<'_, '_>, sizes: &Sizes) -> Result<Field, FieldError> {
@@ -150,9 +153,9 @@ fn torch(tensors: &mut Tensors<'_, '_>, sizes: &Sizes) -> Result<Field, FieldErr
         CornerLevel { scale, side: 0, entries: 1 << sizes.log2 }
     };
     let levels: Vec<CornerLevel> = (0..sizes.n_levels).map(level).collect();
-    let ([_, n_features], table) = tensors.table(TORCH)?;
-    if n_features != FEATURES as usize {
-        return Err(setting(TORCH, &format!("{n_features} features"), "2"));
+    let (name, table) = tensors.take(TORCH)?;
+    if !matches!(table.shape(), [_, features] if *features == FEATURES as usize) {
+        return Err(setting(&name, &format!("{:?}", table.shape()), "two features an entry"));
     }
     let layers = |tensors: &mut Tensors<'_, '_>, name: &str| {
         let names = |i: usize| format!("{name}.layers.{i}");
@@ -173,7 +176,7 @@ fn torch(tensors: &mut Tensors<'_, '_>, sizes: &Sizes) -> Result<Field, FieldErr
         *first = first.with_first_inputs(&of_half_directions());
     }
     features_first(&mut color, n_features);
-    Ok((Grid::new(sizes.shape(0.0), &levels, &table)?, density, color))
+    Ok((Grid::new(sizes.shape(0.0), &levels, (&name, table))?, density, color))
 }
 
 /// It reads the harmonics, then the features.

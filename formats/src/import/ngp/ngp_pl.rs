@@ -10,7 +10,7 @@ use std::vec::Vec;
 
 use super::cells::{Cells, Order};
 use super::grid::{Grid, Shape};
-use super::settings::setting;
+use super::settings::{setting, values};
 use super::tcnn::{Hashed, Widths, levels};
 use super::{Parts, Surroundings};
 use crate::Scene;
@@ -52,7 +52,7 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
     let half = half(&tensors.numbers("xyz_max")?)?;
     let density = Widths { n_in: 32, hidden: 64, n_hidden: 1, n_out: FEATURES };
     let color = Widths { n_in: HARMONICS + FEATURES, hidden: 64, n_hidden: 2, n_out: 3 };
-    let params = tensors.numbers("xyz_encoder.params")?;
+    let (name, params) = tensors.take("xyz_encoder.params")?;
     let color_params = tensors.numbers("rgb_net.params")?;
     if color_params.len() != color.len(ALIGNMENT) {
         let expected = color.len(ALIGNMENT).to_string();
@@ -74,10 +74,11 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
     });
     let Some(levels) = sized else {
         let expected = "networks and 16 levels of two features";
-        return Err(setting("xyz_encoder.params", &params.len().to_string(), expected));
+        return Err(setting(&name, &params.len().to_string(), expected));
     };
-    let (density_params, table) = params.split_at(in_density);
-    let mut density = density.layers(density_params, ALIGNMENT, 0.0);
+    let parts = params.part(0..in_density).zip(params.part(in_density..params.len()));
+    let Some((networks, table)) = parts else { return Err(FieldError::unknown(checkpoint)) };
+    let mut density = density.layers(&values(&name, &networks)?, ALIGNMENT, 0.0);
     if let Some(last) = density.last_mut() {
         *last = last.first_output_twice();
     }
@@ -90,7 +91,7 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
     tensors.finish()?;
     Ok(Parts {
         program: "kwea123/ngp_pl",
-        grid: Grid::new(shape, &levels, table)?,
+        grid: Grid::new(shape, &levels, (&name, &table))?,
         density,
         color,
         sh_degree: 4,

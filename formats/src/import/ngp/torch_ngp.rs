@@ -48,12 +48,9 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
 
     let bound = bound(&tensors.numbers("aabb_train")?)?;
     let offsets = tensors.numbers("encoder.offsets")?;
-    let ([n_entries, n_features], table) = tensors.table("encoder.embeddings")?;
+    let (name, table) = tensors.take("encoder.embeddings")?;
+    let &[_, n_features] = table.shape() else { return Err(FieldError::unknown(checkpoint)) };
     let (shape, levels) = levels(&offsets, n_features, bound)?;
-    let entries: u32 = levels.iter().map(|level| level.entries).sum();
-    if entries as usize != n_entries {
-        return Err(setting("encoder.embeddings", &n_entries.to_string(), &entries.to_string()));
-    }
     let mut density = Vec::new();
     for i in 0..tensors.count(0, |i| format!("sigma_net.{i}")) {
         density.push(tensors.unbiased(&format!("sigma_net.{i}"))?);
@@ -74,7 +71,7 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
     tensors.finish()?;
     Ok(Parts {
         program: "ashawkey/torch-ngp",
-        grid: Grid::new(shape, &levels, &table)?,
+        grid: Grid::new(shape, &levels, (&name, table))?,
         density,
         color,
         sh_degree: 4,

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use pocketnerf_core::field::Shading;
 use pocketnerf_core::{Camera, Display, Model, Space};
 use pocketnerf_formats::{About, Precision};
 use serde_json::Value;
@@ -31,7 +32,8 @@ impl Convert {
     ) -> Result<Value, Failure> {
         let length = Length::Seconds(self.distill_seconds);
         let most = usize::try_from(bytes).unwrap_or(usize::MAX);
-        let config = distill::config(source, most, length).ok_or_else(|| {
+        let shading = if self.per_sample { Shading::PerSample } else { Shading::PerRay };
+        let config = distill::config(source, shading, most, length).ok_or_else(|| {
             format!("--distill-to {bytes}: no model is so small, give at least 600000")
         })?;
         let [cameras, others] = self.cameras(&source.space, about, own, distance)?;
@@ -90,9 +92,12 @@ impl Convert {
             if own.len() >= ENOUGH {
                 return Ok(distill::held_out(own));
             }
+            // A few are not all of the scene: more like them.
+            if let Some(cameras) = distill::all_around_like(space, own, distill::VIEWS) {
+                return Ok([cameras, own.to_vec()]);
+            }
             let around = |count| distill::all_around(space, distance, count);
             return match (around(distill::VIEWS), around(OTHERS)) {
-                (Some(cameras), _) if !own.is_empty() => Ok([cameras, own.to_vec()]),
                 (Some(cameras), Some(others)) => Ok([cameras, others]),
                 _ => Err("--distill-to: views of a forward-facing scene are those of its \
                           capture, give --data"

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use pocketnerf_core::{Camera, Model};
 use pocketnerf_formats::import::nerf::Nerf;
 use pocketnerf_formats::import::ngp::Ngp;
-use pocketnerf_formats::import::{Checkpoint, inflate};
+use pocketnerf_formats::import::{Checkpoint, FieldError, inflate};
 use pocketnerf_formats::{About, DefaultCamera, PixelOrigin, Precision, Provenance};
 use serde_json::{Value, json};
 
@@ -17,7 +17,7 @@ use super::{Common, Failure, Reading, eval, print_line, read_model};
 use crate::cameras::Orbit;
 use crate::convert::{
     Conversion, ConvertError, NerfConversion, NgpConversion, Place, Settings, compare, config,
-    nerfstudio, refuse_others,
+    instead, nerfstudio, refuse_others,
 };
 use crate::dataset::{Dataset, Split};
 use crate::output;
@@ -95,6 +95,10 @@ pub(super) struct Convert {
     #[arg(long, value_name = "S", default_value_t = 60.0, requires = "distill_to",
         value_parser = super::parse_seconds)]
     distill_seconds: f64,
+    /// Every sample of the distilled model has a colour of its own, not every ray: nearer to
+    /// a source that is translucent, and slower.
+    #[arg(long, requires = "distill_to")]
+    per_sample: bool,
     /// Render source and result on the same rays and tell how far they are apart.
     #[arg(long)]
     verify: bool,
@@ -223,7 +227,8 @@ impl Convert {
             format!("{}: {error}", self.input.display()).into()
         };
         let unpacked = inflate(bytes).map_err(|error| named(error.into()))?;
-        let checkpoint = Checkpoint::read(&unpacked).map_err(|error| named(error.into()))?;
+        let better = |error: ConvertError| named(instead(&unpacked, error));
+        let checkpoint = Checkpoint::read(&unpacked).map_err(|error| better(error.into()))?;
         if Ngp::recognises(&checkpoint) {
             let mut ngp = Ngp::read(&checkpoint).map_err(|error| named(error.into()))?;
             let beside = nerfstudio::complete(&mut ngp, &self.input).map_err(named)?;
@@ -231,7 +236,7 @@ impl Convert {
             let ngp = NgpConversion::new(ngp, settings, self.aabb, common.simd());
             return Ok(Conversion::Ngp(ngp.map_err(named)?));
         }
-        let mut nerf = self.networks(&checkpoint)?;
+        let mut nerf = self.networks(&checkpoint, better)?;
         if self.fine_only {
             nerf.drop_coarse();
         }
@@ -246,13 +251,17 @@ impl Convert {
     }
 
     /// The networks of one checkpoint, or of two.
-    fn networks(&self, checkpoint: &Checkpoint<'_>) -> Result<Nerf, Failure> {
-        let named = |error| -> Failure { format!("{}: {error}", self.input.display()).into() };
+    fn networks(
+        &self,
+        checkpoint: &Checkpoint<'_>,
+        refuse: impl Fn(ConvertError) -> Failure,
+    ) -> Result<Nerf, Failure> {
+        let refuse = |error: FieldError| refuse(error.into());
         let beside = self.fine.clone().or_else(|| fine_beside(&self.input));
-        let Some(path) = beside else { return Nerf::read(checkpoint).map_err(named) };
+        let Some(path) = beside else { return Nerf::read(checkpoint).map_err(refuse) };
         let bytes = read_model(&path)?;
         let fine = Checkpoint::read(&bytes).map_err(|e| format!("{}: {e}", path.display()))?;
-        Nerf::read_both(checkpoint, &fine).map_err(named)
+        Nerf::read_both(checkpoint, &fine).map_err(refuse)
     }
 
     fn given(&self) -> Settings {
