@@ -22,10 +22,14 @@ const MAX_VALUES: usize = 1_000_000;
 /// Most levels.
 const MAX_DEPTH: usize = 64;
 
-/// Whether the file is a map of a few entries. One byte is little to go by: others are to
-/// be asked first.
+/// Whether the file is a map whose first key is a text. That is little to go by: others are
+/// to be asked first.
 pub(super) fn is_message_pack(bytes: &[u8]) -> bool {
-    matches!(bytes, [0x81..=0x8f | 0xde | 0xdf, ..])
+    let ([0x81..=0x8f, key, ..] | [0xde, _, _, key, ..] | [0xdf, _, _, _, _, key, ..]) = bytes
+    else {
+        return false;
+    };
+    matches!(key, 0xa0..=0xbf | 0xd9..=0xdb)
 }
 
 pub(super) fn read(bytes: &[u8], budget: Budget) -> Result<Tree<'_>, ImportError> {

@@ -101,6 +101,7 @@ impl<'c, 'a> Tensors<'c, 'a> {
     }
 
     /// The layer whose weight `[n_in, n_out]` and bias have these names.
+    #[cfg(feature = "nerf")]
     pub(in crate::import) fn pair(
         &mut self,
         weight: &str,

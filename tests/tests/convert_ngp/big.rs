@@ -34,7 +34,7 @@ fn params(formula: &Value) -> Vec<u8> {
     for (part, key) in [(first, "first"), (last, "last")] {
         let expected = formula[key].as_array().unwrap();
         for (found, expected) in part.as_chunks().0.iter().zip(expected) {
-            assert_eq!(f16::from_le_bytes(*found).to_f64(), expected.as_f64().unwrap());
+            assert_eq!(f16::from_le_bytes(*found), f16::from_f64(expected.as_f64().unwrap()));
         }
     }
     bytes

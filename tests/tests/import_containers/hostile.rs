@@ -172,7 +172,7 @@ fn other_files_are_no_checkpoints() {
     assert_eq!(
         error.to_string(),
         "not a checkpoint that can be read: begins with 89 50 4e 47 0d 0a 1a 0a, expected what \
-         torch.save, numpy.save or safetensors write"
+         torch.save, numpy.save, safetensors or instant-ngp write"
     );
     for bytes in [&b""[..], b"PK", b"\x80\x02N.", &[0; 100]] {
         let error = Checkpoint::read(bytes).unwrap_err();

@@ -14,9 +14,9 @@ const CELLS: usize = 400_000;
 /// Base-two logarithm of the entries that a level has at least.
 const LEAST_TABLE: u32 = 10;
 /// Views that are learnt from where no cameras are given.
-pub const VIEWS: usize = 400;
+pub const VIEWS: usize = 100;
 /// Their width and height.
-const SIDE: u32 = 128;
+const SIDE: u32 = 256;
 /// Their horizontal field of view, radians, where the scene is looked at from outside.
 const FOV_X: f32 = 0.7;
 /// Azimuth between one view and the next: the golden angle spreads them evenly.

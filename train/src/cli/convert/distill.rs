@@ -7,7 +7,7 @@ use pocketnerf_core::{Camera, Display, Model, Space};
 use pocketnerf_formats::{About, Precision};
 use serde_json::Value;
 
-use super::Convert;
+use super::{Convert, When};
 use crate::cli::train::Bar;
 use crate::cli::{Common, Failure};
 use crate::convert::{compare, distill};
@@ -32,7 +32,11 @@ impl Convert {
     ) -> Result<Value, Failure> {
         let length = Length::Seconds(self.distill_seconds);
         let most = usize::try_from(bytes).unwrap_or(usize::MAX);
-        let shading = if self.per_sample { Shading::PerSample } else { Shading::PerRay };
+        let shading = match self.shading {
+            Some(When::PerSample) => Shading::PerSample,
+            Some(When::PerRay) => Shading::PerRay,
+            None => source.field.decoder().map_or(Shading::PerRay, |decoder| decoder.shading),
+        };
         let config = distill::config(source, shading, most, length).ok_or_else(|| {
             format!("--distill-to {bytes}: no model is so small, give at least 600000")
         })?;

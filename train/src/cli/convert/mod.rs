@@ -95,13 +95,23 @@ pub(super) struct Convert {
     #[arg(long, value_name = "S", default_value_t = 60.0, requires = "distill_to",
         value_parser = super::parse_seconds)]
     distill_seconds: f64,
-    /// Every sample of the distilled model has a colour of its own, not every ray: nearer to
-    /// a source that is translucent, and slower.
-    #[arg(long, requires = "distill_to")]
-    per_sample: bool,
+    /// When the distilled model computes colours: for every ray is faster, for every sample
+    /// nearer to a source that is translucent. As the source, if that is a hash grid, else
+    /// for every ray.
+    #[arg(long, value_enum, value_name = "WHEN", requires = "distill_to")]
+    shading: Option<When>,
     /// Render source and result on the same rays and tell how far they are apart.
     #[arg(long)]
     verify: bool,
+}
+
+/// When colours are computed.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum When {
+    /// For every sample.
+    PerSample,
+    /// Once a ray.
+    PerRay,
 }
 
 impl Convert {
