@@ -135,8 +135,8 @@ impl Occupied {
     fn of(cells: &Cells, inside: impl Fn([[f32; 3]; 2]) -> bool) -> Self {
         let mut resolution = cells.finest().next_multiple_of(LEAST_CELLS).min(MOST_CELLS);
         loop {
-            let on_grid = cells.on_grid(resolution).into_iter();
-            let within = on_grid.filter(|cell| inside(unit_box(resolution, *cell)));
+            let within =
+                cells.on_grid(resolution).filter(|cell| inside(unit_box(resolution, *cell)));
             let (coarse, fine) = pack(resolution, within);
             if fine.len() <= MOST_BLOCKS * pocketnerf_core::occupancy::BLOCK_BYTES {
                 return Self { resolution, coarse, fine };

@@ -5,7 +5,6 @@
 
 use std::format;
 use std::string::ToString;
-use std::vec::Vec;
 
 use pocketnerf_core::Camera;
 
@@ -212,12 +211,9 @@ fn cells(settings: Settings<'_, '_>, aabb_scale: u32) -> Result<Option<Cells>, F
     let smallest = densities[..cells].iter().map(|density| f64::from(density.max(0.0)));
     let mean = smallest.sum::<f64>() / cells as f64;
     let threshold = THICKNESS.min(mean as f32);
-    let cubes: Vec<Vec<bool>> = densities
-        .chunks_exact(cells)
-        .map(|cube| cube.iter().map(|density| *density > threshold).collect())
-        .collect();
+    let is_occupied = |cube: usize, cell: usize| densities[cube * cells + cell] > threshold;
     let halves = (0..n_cubes).map(|i| (1 << i) as f32 * 0.5 / aabb_scale as f32).collect();
-    Ok(Some(Cells::new(side, Order::Morton, halves, &cubes)))
+    Ok(Some(Cells::new(side, Order::Morton, halves, is_occupied)))
 }
 
 /// A training camera: its columns are right, down, forwards and where it stands.

@@ -209,7 +209,9 @@ fn cells(checkpoint: &Checkpoint<'_>) -> Result<Option<Cells>, FieldError> {
         }
     };
     let bytes = tensor.to_bytes().map_err(|error| FieldError::Tensor(name.to_string(), error))?;
-    let Some(first) = bytes.get(..side * side * side) else { return Ok(None) };
-    let occupied: Vec<bool> = first.iter().map(|byte| *byte != 0).collect();
-    Ok(Some(Cells::new(side, Order::LastFirst, Vec::from([0.5]), &[occupied])))
+    if bytes.len() < side * side * side {
+        return Ok(None);
+    }
+    let is_occupied = |_, cell: usize| bytes[cell] != 0;
+    Ok(Some(Cells::new(side, Order::LastFirst, Vec::from([0.5]), is_occupied)))
 }
