@@ -1,35 +1,27 @@
 //! `pocketnerf convert`.
 
 mod distill;
+mod source;
 
 use std::f32::consts::FRAC_PI_4;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pocketnerf_core::{Camera, Model};
-use pocketnerf_formats::import::nerf::Nerf;
-use pocketnerf_formats::import::ngp::Ngp;
-use pocketnerf_formats::import::{Checkpoint, FieldError, inflate};
 use pocketnerf_formats::{About, DefaultCamera, PixelOrigin, Precision, Provenance};
 use serde_json::{Value, json};
 
 use super::train::default_camera;
 use super::{Common, Failure, Reading, eval, print_line, read_model};
 use crate::cameras::Orbit;
-use crate::convert::{
-    Conversion, ConvertError, NerfConversion, NgpConversion, Place, Settings, compare, config,
-    instead, nerfstudio, refuse_others,
-};
+use crate::convert::{Conversion, ConvertError, compare, refuse_others};
 use crate::dataset::{Dataset, Split};
 use crate::output;
 use crate::picture::{self, Sampling};
-use crate::trainer;
 
 /// Views of an orbit that are compared where no dataset is given.
 const VIEWS: usize = 4;
 /// Their size.
 const SIZE: [u32; 2] = [100, 100];
-/// The near plane of normalised device coordinates: every program has it there.
-const NDC_NEAR: f32 = 1.0;
 
 /// Make a model file of what another program trained, or of a model in f32.
 #[derive(Debug, clap::Args)]
@@ -226,67 +218,6 @@ impl Convert {
         Ok(self.report(conversion.program(), written.len(), fraction, verified))
     }
 
-    /// The field of a checkpoint, with what is known of its pictures.
-    fn conversion(
-        &self,
-        bytes: &[u8],
-        dataset: Option<&Dataset>,
-        common: &Common,
-    ) -> Result<Conversion, Failure> {
-        let named = |error: ConvertError| -> Failure {
-            format!("{}: {error}", self.input.display()).into()
-        };
-        let unpacked = inflate(bytes).map_err(|error| named(error.into()))?;
-        let better = |error: ConvertError| named(instead(&unpacked, error));
-        let checkpoint = Checkpoint::read(&unpacked).map_err(|error| better(error.into()))?;
-        if Ngp::recognises(&checkpoint) {
-            let mut ngp = Ngp::read(&checkpoint).map_err(|error| named(error.into()))?;
-            let beside = nerfstudio::complete(&mut ngp, &self.input).map_err(named)?;
-            let settings = self.given().or(beside);
-            let ngp = NgpConversion::new(ngp, settings, self.aabb, common.simd());
-            return Ok(Conversion::Ngp(ngp.map_err(named)?));
-        }
-        let mut nerf = self.networks(&checkpoint, better)?;
-        if self.fine_only {
-            nerf.drop_coarse();
-        }
-        let beside = config::beside(&self.input).map_err(|error| error.to_string())?;
-        if let (Some((file, _)), false) = (&beside, common.quiet) {
-            eprintln!("note: near, far and the like as in {}", file.display());
-        }
-        let settings = self.given().or(beside.map(|(_, found)| found).unwrap_or_default());
-        let place = |ndc| place(ndc, self.aabb, dataset);
-        let nerf = NerfConversion::new(nerf, settings, place, common.simd());
-        Ok(Conversion::Nerf(nerf.map_err(named)?))
-    }
-
-    /// The networks of one checkpoint, or of two.
-    fn networks(
-        &self,
-        checkpoint: &Checkpoint<'_>,
-        refuse: impl Fn(ConvertError) -> Failure,
-    ) -> Result<Nerf, Failure> {
-        let refuse = |error: FieldError| refuse(error.into());
-        let beside = self.fine.clone().or_else(|| fine_beside(&self.input));
-        let Some(path) = beside else { return Nerf::read(checkpoint).map_err(refuse) };
-        let bytes = read_model(&path)?;
-        let fine = Checkpoint::read(&bytes).map_err(|e| format!("{}: {e}", path.display()))?;
-        Nerf::read_both(checkpoint, &fine).map_err(refuse)
-    }
-
-    fn given(&self) -> Settings {
-        let [coarse, fine] = self.samples.map_or([None; 2], |samples| samples.map(Some));
-        Settings {
-            near: self.near,
-            far: self.far,
-            samples: [coarse, fine],
-            background: self.background,
-            ndc: self.ndc.then_some(true),
-            pixel_origin: self.pixel_origin,
-            along_rays: self.along_rays.then_some(true),
-        }
-    }
-
     fn about(&self, camera: DefaultCamera, conversion: &Conversion) -> About<'_> {
         About {
             scene: conversion.scene(),
@@ -346,35 +277,11 @@ impl Convert {
     }
 }
 
-/// Where the scene is.
-fn place(
-    ndc: bool,
-    aabb: Option<[[f32; 3]; 2]>,
-    dataset: Option<&Dataset>,
-) -> Result<Option<Place>, ConvertError> {
-    if !ndc {
-        return Ok(aabb.map(Place::Box));
-    }
-    let dataset = dataset.ok_or(ConvertError::NoCameras(""))?;
-    let ndc = trainer::ndc_of(&dataset.views, NDC_NEAR);
-    let ndc =
-        ndc.ok_or(ConvertError::NoCameras(": the cameras of this one do not look forwards"))?;
-    Ok(Some(Place::Ndc(ndc)))
-}
-
 /// Views all around, from as far away as the source's where that is known.
 fn orbit(model: &Model<'_>, distance: f32, up: [f32; 3]) -> Vec<Camera> {
     let around = Orbit::around(&model.space, None, VIEWS, FRAC_PI_4);
     let radius = if distance > 0.0 { distance } else { around.radius };
     Orbit { size: SIZE, radius, axis: up, up, ..around }.cameras()
-}
-
-/// bmild/nerf writes `model_fine_200000.npy` beside `model_200000.npy`.
-fn fine_beside(coarse: &Path) -> Option<PathBuf> {
-    let number = coarse.file_name()?.to_str()?.strip_prefix("model_")?;
-    let is_coarse = number.ends_with(".npy") && !number.starts_with("fine_");
-    let fine = coarse.with_file_name(format!("model_fine_{number}"));
-    (is_coarse && fine.is_file()).then_some(fine)
 }
 
 fn parse_samples(text: &str) -> Result<[u32; 2], String> {
