@@ -156,3 +156,41 @@ fn cells(order: Order, bound: f32, bits: &[u8]) -> Result<Cells, FieldError> {
         setting("density_bitfield", &format!("{} bytes", bits.len()), &expected)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_by_their_sizes() {
+        // Two levels of 16 and 2048 cells in a box of bound 1, tables of 2^13.
+        let of = |sizes: &[f32]| {
+            let offsets: Vec<f32> = core::iter::once(0.0)
+                .chain(sizes.iter().scan(0.0, |sum, size| {
+                    *sum += size;
+                    Some(*sum)
+                }))
+                .collect();
+            levels(&offsets, 2, 1.0)
+        };
+        // 17 corners a side, rounded up to eights or, at first, not; 16 where they are
+        // aligned with the box's.
+        for (entries, side, shift) in [(4920, 17, 0.5), (4913, 17, 0.5), (4096, 16, 0.0)] {
+            let (shape, found) = of(&[entries as f32, 8192.0]).unwrap();
+            let first = CornerLevel { scale: 15.0, side, entries };
+            assert_eq!((shape.shift, found[0], found[1].side), (shift, first, 0));
+            assert_eq!((found[1].scale, found[1].entries), (2047.0, 8192));
+        }
+        // Another resolution at first.
+        let error = of(&[1000.0, 8192.0]).unwrap_err().to_string();
+        assert!(error.contains("entries of level 0") && error.contains("4913"), "{error}");
+        assert!(levels(&[0.0], 2, 1.0).is_err());
+    }
+
+    #[test]
+    fn boxes() {
+        assert_eq!(bound(&[-2.0, -2.0, -2.0, 2.0, 2.0, 2.0]), Ok(2.0));
+        assert!(bound(&[-2.0, -1.0, -2.0, 2.0, 1.0, 2.0]).is_err());
+        assert!(bound(&[f32::NAN; 6]).is_err() && bound(&[]).is_err());
+    }
+}
