@@ -63,6 +63,8 @@ fn what_cannot_be_converted_leaves_nothing_behind() {
     let fixture = |name: &str| format!("{FIXTURES}{name}");
     let said = refused(&["convert", &fixture("torch_ngp.pth"), text(&out)]);
     assert!(said.contains("torch_ngp.pth") && said.contains("--background"), "{said}");
+    let said = refused(&["convert", &fixture("fused.msgpack"), text(&out), "--samples", "64,64"]);
+    assert!(said.contains("fused.msgpack") && said.contains("--samples"), "{said}");
     let cut = folder.path().join("cut.ingp");
     let whole = std::fs::read(fixture("cutlass.ingp")).unwrap();
     std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();

@@ -55,7 +55,7 @@ impl NgpConversion {
         let around = ngp.surroundings();
         let near = settings.near.unwrap_or(around.near);
         if !(0.0..1e6).contains(&near) {
-            return Err(ConvertError::Bounds { near, far: REACH });
+            return Err(ConvertError::Bounds { near, far: f32::INFINITY });
         }
         let background = settings
             .background

@@ -53,7 +53,8 @@ pub(super) struct Convert {
     /// the original program.
     #[arg(long, value_name = "WHERE", value_parser = super::parse_pixel_origin)]
     pixel_origin: Option<PixelOrigin>,
-    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; found unless told.
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; found unless told. Of a hash grid, what is shown
+    /// of it, in the dataset's coordinates.
     #[arg(long, value_name = "BOX", value_parser = super::parse_box,
         allow_hyphen_values = true)]
     aabb: Option<[[f32; 3]; 2]>,

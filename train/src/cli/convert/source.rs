@@ -33,6 +33,7 @@ impl Convert {
         let better = |error: ConvertError| named(instead(&unpacked, error));
         let checkpoint = Checkpoint::read(&unpacked).map_err(|error| better(error.into()))?;
         if Ngp::recognises(&checkpoint) {
+            self.refuse_options_of_networks()?;
             let mut ngp = Ngp::read(&checkpoint).map_err(|error| named(error.into()))?;
             let beside = nerfstudio::complete(&mut ngp, &self.input).map_err(named)?;
             let settings = self.given().or(beside);
@@ -51,6 +52,27 @@ impl Convert {
         let place = |ndc| place(ndc, self.aabb, dataset);
         let nerf = NerfConversion::new(nerf, settings, place, common.simd());
         Ok(Conversion::Nerf(nerf.map_err(named)?))
+    }
+
+    /// Options that would change nothing are no help: it is better to say so.
+    fn refuse_options_of_networks(&self) -> Result<(), Failure> {
+        let given = [
+            ("--far", self.far.is_some()),
+            ("--samples", self.samples.is_some()),
+            ("--ndc", self.ndc),
+            ("--along-rays", self.along_rays),
+            ("--pixel-origin", self.pixel_origin.is_some()),
+            ("--fine", self.fine.is_some()),
+            ("--fine-only", self.fine_only),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(format!(
+                "{}: this is a hash grid, {option} is for the paper's networks; leave it out",
+                self.input.display()
+            )
+            .into()),
+            None => Ok(()),
+        }
     }
 
     /// The networks of one checkpoint, or of two.
