@@ -169,14 +169,15 @@ fn shape(name: String, tensor: &Tensor<'_>, expected: String) -> FieldError {
     FieldError::Shape { name, found: tensor.shape().to_vec(), expected }
 }
 
-fn values(name: String, tensor: &Tensor<'_>) -> Result<Vec<f32>, FieldError> {
-    let values = match tensor.to_f32() {
-        Ok(values) => values,
-        Err(error) => return Err(FieldError::Tensor(name, error)),
-    };
-    if values.iter().all(|value| value.is_finite()) {
-        Ok(values)
-    } else {
-        Err(FieldError::NotFinite(name))
+/// The numbers of a tensor, all of them finite.
+pub(in crate::import) fn values(
+    name: impl Into<String>,
+    tensor: &Tensor<'_>,
+) -> Result<Vec<f32>, FieldError> {
+    let name = name.into();
+    match tensor.to_f32() {
+        Err(error) => Err(FieldError::Tensor(name, error)),
+        Ok(values) if values.iter().all(|value| value.is_finite()) => Ok(values),
+        Ok(_) => Err(FieldError::NotFinite(name)),
     }
 }

@@ -10,10 +10,11 @@ use pocketnerf_core::Camera;
 
 use super::cells::{Cells, Order};
 use super::grid::Grid;
-use super::settings::{Settings, setting, values};
+use super::settings::{Settings, setting};
 use super::tcnn::{self, Widths};
 use super::{Parts, Surroundings};
 use crate::Scene;
+use crate::import::tensors::values;
 use crate::import::{Checkpoint, ElementType, FieldError, Tensor};
 
 const PARAMS: &str = "snapshot.params_binary";

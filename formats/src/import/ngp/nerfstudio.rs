@@ -13,12 +13,12 @@ use pocketnerf_core::encoding::CornerLevel;
 use super::cells::{Cells, Order};
 use super::grid::{Grid, Shape};
 use super::harmonics::{HARMONICS, of_half_directions};
-use super::settings::{setting, values};
+use super::settings::setting;
 use super::tcnn::{Hashed, Widths, levels};
 use super::{Parts, Surroundings};
 use crate::Scene;
 use crate::import::layer::Layer;
-use crate::import::tensors::Tensors;
+use crate::import::tensors::{Tensors, values};
 use crate::import::{Checkpoint, FieldError};
 
 const PREFIX: &str = "pipeline._model.field.";
@@ -128,7 +128,7 @@ fn tcnn(tensors: &mut Tensors<'_, '_>, sizes: &Sizes) -> Result<Field, FieldErro
     let refuse = || setting(&name, &params.len().to_string(), "a list of parameters");
     let table = params.part(in_density..params.len()).ok_or_else(refuse)?;
     let networks = params.part(0..in_density).ok_or_else(refuse)?;
-    let density = density.layers(&values(&name, &networks)?, ALIGNMENT, 0.0);
+    let density = density.layers(&values(&*name, &networks)?, ALIGNMENT, 0.0);
     let grid = Grid::new(shape, &levels, (&name, &table))?;
 
     let name = "mlp_head.tcnn_encoding.params";

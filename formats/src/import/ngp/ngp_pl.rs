@@ -10,11 +10,11 @@ use std::vec::Vec;
 
 use super::cells::{Cells, Order};
 use super::grid::{Grid, Shape};
-use super::settings::{setting, values};
+use super::settings::setting;
 use super::tcnn::{Hashed, Widths, levels};
 use super::{Parts, Surroundings};
 use crate::Scene;
-use crate::import::tensors::Tensors;
+use crate::import::tensors::{Tensors, values};
 use crate::import::{Checkpoint, FieldError};
 
 const PREFIXES: [&str; 3] = ["state_dict.model.", "model.", ""];
@@ -78,7 +78,7 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
     };
     let parts = params.part(0..in_density).zip(params.part(in_density..params.len()));
     let Some((networks, table)) = parts else { return Err(FieldError::unknown(checkpoint)) };
-    let mut density = density.layers(&values(&name, &networks)?, ALIGNMENT, 0.0);
+    let mut density = density.layers(&values(&*name, &networks)?, ALIGNMENT, 0.0);
     if let Some(last) = density.last_mut() {
         *last = last.first_output_twice();
     }

@@ -62,16 +62,6 @@ impl<'c, 'a> Settings<'c, 'a> {
     }
 }
 
-/// The numbers of a tensor, all of them finite.
-pub(super) fn values(name: &str, tensor: &Tensor<'_>) -> Result<std::vec::Vec<f32>, FieldError> {
-    let named = |error| FieldError::Tensor(name.to_string(), error);
-    let values = tensor.to_f32().map_err(named)?;
-    match values.iter().all(|value| value.is_finite()) {
-        true => Ok(values),
-        false => Err(FieldError::NotFinite(name.to_string())),
-    }
-}
-
 /// The error of a value that no model has.
 pub(super) fn setting(name: &str, found: &str, expected: &str) -> FieldError {
     let [name, found, expected] = [name, found, expected].map(String::from);
