@@ -13,9 +13,9 @@ use super::grid::Grid;
 use super::settings::{Settings, setting};
 use super::tcnn::{self, Widths};
 use super::{Parts, Surroundings};
-use crate::Scene;
 use crate::import::tensors::values;
 use crate::import::{Checkpoint, ElementType, FieldError, Tensor};
+use crate::{MAX_PICTURE_SIDE, Scene};
 
 const PARAMS: &str = "snapshot.params_binary";
 /// Cells of the finest level along a unit, where the configuration has no growth.
@@ -231,8 +231,11 @@ fn view(settings: Settings<'_, '_>, i: usize) -> Option<Camera> {
     let size = settings.vector::<2>(&format!("{metadata}.resolution"))?;
     let focal = settings.vector::<2>(&format!("{metadata}.focal_length"))?;
     let center = settings.vector::<2>(&format!("{metadata}.principal_point"))?;
-    let in_range = |value: &f32| (1.0..=65_536.0).contains(value);
-    if !size.iter().chain(&focal).all(in_range) {
+    // A model file holds no larger pictures than these.
+    let sides = 1.0..=MAX_PICTURE_SIDE as f32;
+    if !size.iter().all(|side| sides.contains(side))
+        || !focal.iter().all(|f| (1.0..1e6).contains(f))
+    {
         return None;
     }
     let mut camera_to_world = [0.0; 16];
