@@ -16,7 +16,7 @@ use crate::picture::{Sampling, Settings};
 pub(super) struct Eval {
     /// Model file.
     model: PathBuf,
-    /// Dataset folder.
+    /// Dataset folder, or `builtin`: the built-in scene.
     data: PathBuf,
     /// Which views: train, val or test.
     #[arg(long, default_value = "test")]

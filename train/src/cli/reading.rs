@@ -3,7 +3,11 @@
 use std::path::Path;
 
 use super::Common;
+use crate::builtin;
 use crate::dataset::{self, Dataset, DatasetError, LoadOptions, Split};
+
+/// What stands for the built-in scene in place of a folder.
+pub(super) const BUILT_IN: &str = "builtin";
 
 /// What the files of a dataset do not say.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -24,6 +28,20 @@ impl Reading {
         LoadOptions { downscale_factor, hold_every, spherify }
     }
 
+    /// Reads a split of the dataset in `folder`, or of the built-in scene where that is
+    /// its [name](BUILT_IN) and no folder is called so.
+    pub(super) fn read(
+        self,
+        folder: &Path,
+        split: Split,
+        downscale_factor: u32,
+    ) -> Result<Dataset, DatasetError> {
+        if folder == Path::new(BUILT_IN) && !folder.exists() {
+            return Ok(builtin::dataset(split, downscale_factor));
+        }
+        dataset::load_with(folder, split, &self.options(downscale_factor))
+    }
+
     /// Reads a split and says what the user should know.
     pub(super) fn load(
         self,
@@ -32,7 +50,7 @@ impl Reading {
         downscale_factor: u32,
         common: &Common,
     ) -> Result<Dataset, DatasetError> {
-        let dataset = dataset::load_with(folder, split, &self.options(downscale_factor))?;
+        let dataset = self.read(folder, split, downscale_factor)?;
         if !common.quiet {
             dataset.notes.iter().for_each(|note| eprintln!("note: {note}"));
         }

@@ -9,7 +9,7 @@ use pocketnerf_formats::Precision;
 use super::nerf::NerfOptions;
 use crate::cli::{Failure, Reading, parse_color};
 use crate::dataset::Dataset;
-use crate::field::EncodingConfig;
+use crate::field::{EncodingConfig, FieldConfig};
 use crate::trainer::checkpoint::Problem;
 use crate::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig, ndc_of};
 
@@ -24,7 +24,7 @@ const SECONDS: f64 = 120.0;
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct Train {
     /// Dataset folder: images with transforms_train.json (Blender), transforms.json
-    /// (instant-ngp, nerfstudio) or poses_bounds.npy (LLFF).
+    /// (instant-ngp, nerfstudio) or poses_bounds.npy (LLFF); `builtin`: the built-in scene.
     pub(super) data: PathBuf,
     /// Model file to write.
     #[arg(long, value_name = "FILE")]
@@ -90,6 +90,13 @@ pub(in crate::cli) struct Train {
     /// Base-two logarithm of the most entries of a grid level.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: Option<u32>,
+    /// Levels of the grid; 9 unless told, or 8 with --profile fast. The coarsest and the
+    /// finest stay as coarse and as fine.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
+    n_levels: Option<u32>,
+    /// Width of the hidden layers behind the grid: 8, 16, 32, 64 or 128.
+    #[arg(long, value_name = "N", value_parser = parse_width)]
+    hidden_width: Option<u32>,
     /// Learn from so many views, spread evenly over the dataset; from all unless told.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) views: Option<u32>,
@@ -128,6 +135,11 @@ enum Profile {
     Fast,
 }
 
+fn parse_width(text: &str) -> Result<u32, String> {
+    let width = text.parse().ok().filter(|width| [8, 16, 32, 64, 128].contains(width));
+    width.ok_or_else(|| "expected 8, 16, 32, 64 or 128".to_owned())
+}
+
 impl Train {
     /// Refuses numbers that make no sense.
     pub(super) fn check(&self) -> Result<(), Failure> {
@@ -156,8 +168,13 @@ impl Train {
         if nerf && self.profile == Profile::Fast {
             return Err("--profile fast: for --method hash-grid alone".into());
         }
-        if nerf && self.log2_hashmap_size.is_some() {
-            return Err("--log2-hashmap-size: for --method hash-grid alone".into());
+        let of_grids = [
+            ("--log2-hashmap-size", self.log2_hashmap_size),
+            ("--n-levels", self.n_levels),
+            ("--hidden-width", self.hidden_width),
+        ];
+        if let (true, Some((option, _))) = (nerf, of_grids.iter().find(|(_, n)| n.is_some())) {
+            return Err(format!("{option}: for --method hash-grid alone").into());
         }
         self.nerf.check()?;
         match self.batch_rays {
@@ -195,10 +212,20 @@ impl Train {
         // The paper's pictures with alpha lie on white.
         let white = (config.paper.is_some() && has_alpha).then_some([1.0; 3]);
         config.backdrop = self.background.or(white);
-        if let (EncodingConfig::HashGrid(grid), Some(n)) =
-            (&mut config.field.encoding, self.log2_hashmap_size)
-        {
-            grid.log2_hashmap_size = n;
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            grid.log2_hashmap_size = self.log2_hashmap_size.unwrap_or(grid.log2_hashmap_size);
+            if let Some(n) = self.n_levels {
+                let steps = (grid.n_levels - 1) as f32 / (n - 1) as f32;
+                grid.per_level_scale = grid.per_level_scale.powf(steps);
+                grid.n_levels = n;
+            }
+            if let Some(width) = self.hidden_width {
+                let FieldConfig { density_hidden, color_hidden, .. } = &mut config.field;
+                density_hidden
+                    .iter_mut()
+                    .chain(color_hidden)
+                    .for_each(|layer| *layer = width as usize);
+            }
         }
         Ok(config)
     }
@@ -249,10 +276,14 @@ impl Train {
             Length::Seconds(seconds) => (Some(seconds), None),
             Length::Steps(steps) => (None, Some(steps)),
         };
-        let log2_hashmap_size = match config.field.encoding {
-            EncodingConfig::HashGrid(grid) => Some(grid.log2_hashmap_size),
-            EncodingConfig::Frequency(_) | EncodingConfig::Nerf(_) => None,
+        let (log2_hashmap_size, n_levels) = match config.field.encoding {
+            EncodingConfig::HashGrid(grid) => (Some(grid.log2_hashmap_size), Some(grid.n_levels)),
+            EncodingConfig::Frequency(_) | EncodingConfig::Nerf(_) => (None, None),
         };
+        let FieldConfig { density_hidden, color_hidden, .. } = &config.field;
+        let mut widths = density_hidden.iter().chain(color_hidden);
+        let width = widths.next().filter(|&width| widths.all(|other| other == width));
+        let hidden_width = width.map(|&width| width as u32);
         let (space, near) = match config.ndc {
             None => (SpaceKind::Box, config.near),
             Some(ndc) => (SpaceKind::Ndc, ndc.near),
@@ -269,6 +300,8 @@ impl Train {
             .and_then(|()| same("--far", self.far, config.far))
             .and_then(|()| same("--background", self.background, config.backdrop))
             .and_then(|()| same("--log2-hashmap-size", self.log2_hashmap_size, log2_hashmap_size))
+            .and_then(|()| same("--n-levels", self.n_levels, n_levels))
+            .and_then(|()| same("--hidden-width", self.hidden_width, hidden_width))
             .map_err(|problem| problem.of(checkpoint.file()))
     }
 }
