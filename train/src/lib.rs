@@ -2,7 +2,8 @@
 //!
 //! [`dataset`] reads images and cameras, [`trainer`] learns a field from them,
 //! `pocketnerf-formats` writes it down; [`evaluate`] and [`picture`] look at it.
-//! [`convert`] makes models of what other programs learnt.
+//! [`convert`] makes models of what other programs learnt, [`chart`] measures what
+//! accuracy costs.
 //! The command line is in [`cli`].
 //!
 //! # Example
@@ -41,6 +42,7 @@ mod aligned;
 pub mod bench;
 pub mod builtin;
 pub mod cameras;
+pub mod chart;
 pub mod cli;
 pub mod convert;
 pub mod dataset;

@@ -1,0 +1,143 @@
+//! A point of the chart: one model, rendered one way.
+
+use serde::{Deserialize, Serialize};
+
+/// Name of this program among points.
+pub const OURS: &str = "pocketnerf";
+
+/// One model of one scene, rendered one way, and all that is known of it: a row of
+/// `points.csv`, an object of `points.json`. What is not known is left empty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Point {
+    /// Names the point among all; pictures are called so.
+    pub id: String,
+    /// `pocketnerf`, or the other program.
+    pub program: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// What was trained: `hash-grid`, `nerf`; of another program what it says.
+    pub method: String,
+    /// Name of the model, or of another program's setting.
+    pub model: String,
+    /// How the file holds tables: `i8`, `f16`, `f32`.
+    pub precision: Option<String>,
+    /// `--quality`.
+    pub quality: Option<f32>,
+    /// `--sampling`.
+    pub sampling: Option<String>,
+    /// Which views.
+    pub split: String,
+    /// How many of them.
+    pub views: Option<usize>,
+    /// Picture width.
+    pub width: u32,
+    /// Picture height.
+    pub height: u32,
+    /// What pictures and truth were composited on: R,G,B from 0 to 1.
+    pub background: String,
+    /// Where random numbers began.
+    pub seed: Option<u64>,
+    /// Wall time of training, from the start of the program to the written file.
+    pub train_seconds: Option<f64>,
+    /// Steps of training.
+    pub train_steps: Option<u64>,
+    /// Most memory held in training.
+    pub train_memory_bytes: Option<u64>,
+    /// Size of the model file.
+    pub bytes: Option<u64>,
+    /// Mean of the views' PSNR, dB.
+    pub psnr: Option<f64>,
+    /// Mean of the views' SSIM.
+    pub ssim: Option<f64>,
+    /// Mean of the views' MS-SSIM.
+    pub ms_ssim: Option<f64>,
+    /// Mean of the views' LPIPS.
+    pub lpips: Option<f64>,
+    /// Mean of the views' depth errors, scene units.
+    pub depth_error: Option<f64>,
+    /// Median time of a picture over the rounds.
+    pub ms_per_frame: Option<f64>,
+    /// Lower end of its 95 % bootstrap interval.
+    pub ms_low: Option<f64>,
+    /// Upper end.
+    pub ms_high: Option<f64>,
+    /// From the first to the third quartile of the rounds, as a share of the median.
+    pub spread: Option<f64>,
+    /// Whether the spread exceeds [`UNSTEADY`](Self::UNSTEADY): do not trust the time.
+    pub unsteady: Option<bool>,
+    /// Pictures a second.
+    pub frames_per_second: Option<f64>,
+    /// Pixels a second, interpolated ones too.
+    pub rays_per_second: Option<f64>,
+    /// Evaluations of the field, a pixel.
+    pub samples_per_ray: Option<f64>,
+    /// What rendering needs beside the file and the picture: tables and every thread's
+    /// scratch.
+    pub render_memory_bytes: Option<u64>,
+    /// Threads that rendered.
+    pub threads: Option<usize>,
+    /// Whether no other point of the scene and size is at once as accurate (PSNR) and as
+    /// fast (time of a picture).
+    pub frontier: bool,
+    /// Makes the model.
+    pub train_command: Option<String>,
+    /// Measures it.
+    pub eval_command: Option<String>,
+    /// Where another program's figures come from.
+    pub source: Option<String>,
+    /// The machine they were measured on.
+    pub machine: Option<String>,
+}
+
+impl Point {
+    /// A spread above this share of the median is flagged.
+    pub const UNSTEADY: f64 = 0.10;
+
+    /// What is compared with what: pictures of one scene and size.
+    #[must_use]
+    pub fn group(&self) -> Group<'_> {
+        Group { scene: &self.scene, width: self.width, height: self.height }
+    }
+
+    /// Whether it was measured here.
+    #[must_use]
+    pub fn is_ours(&self) -> bool {
+        self.program == OURS
+    }
+
+    /// The series that it belongs to: the method, or the other program.
+    #[must_use]
+    pub fn series(&self) -> &str {
+        if self.is_ours() { &self.method } else { &self.program }
+    }
+}
+
+/// Pictures of one scene and size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Group<'p> {
+    /// The scene's name.
+    pub scene: &'p str,
+    /// Picture width.
+    pub width: u32,
+    /// Picture height.
+    pub height: u32,
+}
+
+impl std::fmt::Display for Group<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}x{}", self.scene, self.width, self.height)
+    }
+}
+
+/// The groups of points, each once, in their order.
+#[must_use]
+pub fn groups(points: &[Point]) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group<'_>> = Vec::new();
+    for point in points {
+        if !groups.contains(&point.group()) {
+            groups.push(point.group());
+        }
+    }
+    groups
+}

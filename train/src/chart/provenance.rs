@@ -1,0 +1,82 @@
+//! Where a chart's figures come from.
+
+use serde::{Deserialize, Serialize};
+
+use crate::bench::Machine;
+
+/// The program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Program {
+    /// Its version.
+    pub version: String,
+    /// The commit that it was built of, `-dirty` where files had changed; `None`: built
+    /// outside a repository.
+    pub commit: Option<String>,
+}
+
+impl Program {
+    /// This program.
+    #[must_use]
+    pub fn this() -> Self {
+        let commit = env!("POCKETNERF_COMMIT");
+        let commit = (!commit.is_empty()).then(|| commit.to_owned());
+        Self { version: env!("CARGO_PKG_VERSION").to_owned(), commit }
+    }
+}
+
+/// The machine, and what it could do at best in the minutes of the measurement.
+#[derive(Clone, Debug, Serialize)]
+pub struct MachineFacts {
+    /// What the processor calls itself.
+    pub cpu: Option<String>,
+    /// Operating system and architecture.
+    pub system: String,
+    /// Threads that rendered.
+    pub threads: usize,
+    /// Vector instructions.
+    pub simd: &'static str,
+    /// Cycles a second of one core, 10^9.
+    pub clock_ghz: f64,
+    /// Multiplications and additions of `f32` in registers, 10^9 a second, all threads.
+    pub peak_gflops: f64,
+    /// Memory that no cache holds, 10^9 bytes a second, all threads.
+    pub peak_gb_per_s: Option<f64>,
+}
+
+impl MachineFacts {
+    /// Of a machine that has been measured.
+    #[must_use]
+    pub fn of(machine: &Machine) -> Self {
+        Self {
+            cpu: cpu(),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            threads: machine.threads,
+            simd: machine.simd.name(),
+            clock_ghz: machine.clock / 1e9,
+            peak_gflops: machine.flops.all / 1e9,
+            peak_gb_per_s: machine.streams.0.last().map(|stream| stream.rate.all / 1e9),
+        }
+    }
+}
+
+/// The processor's name, where the system tells.
+fn cpu() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+/// How it was measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Protocol {
+    /// Interleaved rounds.
+    pub rounds: usize,
+    /// Share of the median that the quartiles may lie apart.
+    pub unsteady_above: f64,
+    /// The network of LPIPS, where weights were given.
+    pub lpips: Option<String>,
+    /// The command.
+    pub command: String,
+    /// Seconds since 1970 when the rounds began.
+    pub measured_at: u64,
+}

@@ -1,0 +1,82 @@
+//! Times of pictures, measured in rounds: each model has its turn in every round, so
+//! that whatever disturbs the machine for a while disturbs all of them.
+
+use std::time::Instant;
+
+use pocketnerf_core::{Camera, Error, Model};
+
+use crate::lens::Lens;
+use crate::picture::{Renderer, Settings};
+
+/// A turn takes about so long, seconds, where one picture does not take longer.
+const TURN: f64 = 0.25;
+/// Pictures of a turn at most.
+const PICTURES: usize = 4;
+/// Where a picture takes longer, seconds, none is needed to warm the caches up.
+const LONG: f64 = 0.5;
+
+/// A model that is rendered one way.
+#[derive(Clone, Copy, Debug)]
+pub struct Contestant<'m> {
+    /// The model.
+    pub model: &'m Model<'m>,
+    /// How it is rendered.
+    pub settings: Settings,
+    /// From where; the first ones are taken.
+    pub cameras: &'m [(Camera, Lens)],
+    /// About how long a picture takes, seconds: how many make a turn.
+    pub expected: f64,
+}
+
+impl Contestant<'_> {
+    /// Pictures of a turn.
+    fn pictures(&self) -> usize {
+        let fit = (TURN / self.expected.max(1e-6)) as usize;
+        fit.min(PICTURES).min(self.cameras.len()).max(1)
+    }
+
+    /// How long a turn takes, seconds.
+    #[must_use]
+    pub fn turn(&self) -> f64 {
+        let warm_up = usize::from(self.expected <= LONG);
+        (self.pictures() + warm_up) as f64 * self.expected
+    }
+
+    /// Milliseconds a picture, the mean of a turn.
+    fn take_turn(&self) -> Result<f64, Error> {
+        let mut renderer = Renderer::new(self.model, &self.settings);
+        let cameras = &self.cameras[..self.pictures().min(self.cameras.len())];
+        if let (true, Some((camera, lens))) = (self.expected <= LONG, cameras.first()) {
+            renderer.render_through(camera, lens)?;
+        }
+        let begun = Instant::now();
+        for (camera, lens) in cameras {
+            renderer.render_through(camera, lens)?;
+        }
+        Ok(begun.elapsed().as_secs_f64() * 1e3 / cameras.len().max(1) as f64)
+    }
+}
+
+/// Milliseconds a picture of every contestant in each round. Every second round goes
+/// backwards. `done` is told how many turns have been taken.
+///
+/// # Errors
+/// What rendering reports.
+pub fn rounds(
+    contestants: &[Contestant<'_>],
+    rounds: usize,
+    mut done: impl FnMut(usize),
+) -> Result<Vec<Vec<f64>>, Error> {
+    let mut times = vec![Vec::with_capacity(rounds); contestants.len()];
+    let mut turns = 0;
+    for round in 0..rounds {
+        let n = contestants.len();
+        for turn in 0..n {
+            let i = if round % 2 == 0 { turn } else { n - 1 - turn };
+            times[i].push(contestants[i].take_turn()?);
+            turns += 1;
+            done(turns);
+        }
+    }
+    Ok(times)
+}
