@@ -18,6 +18,10 @@ pub struct About<'a> {
     /// Where in a pixel the rays went through that the model learnt from. Not read without
     /// the feature `alloc`.
     pub pixel_origin: PixelOrigin,
+    /// How accurate against how fast its pictures are to be where nobody says, 0 to 1, as
+    /// [`Model::detail`](pocketnerf_core::Model::detail) understands it; `None`: 0.5. Not
+    /// read without the feature `alloc`.
+    pub quality: Option<f32>,
 }
 
 /// Where in a pixel its ray goes through. Pictures of a model that learnt from corners are

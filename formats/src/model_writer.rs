@@ -82,6 +82,12 @@ impl<'a> ContainerWriter<'a> {
             let bytes = about::write_pixels(about.pixel_origin);
             self.add(SectionId::first(kind::PIXELS), V1, false, bytes);
         }
+        if let Some(quality) = about.quality {
+            let in_range = (0.0..=1.0).contains(&quality);
+            let bytes = in_range.then(|| about::write_quality(quality));
+            let bytes = bytes.ok_or(WriteError::Unsupported("quality"))?;
+            self.add(SectionId::first(kind::QUALITY), V1, false, bytes);
+        }
         if let Some(hierarchical) = &model.hierarchical {
             let id = SectionId::first(kind::HIERARCHICAL);
             self.add(id, V1, false, space::write_hierarchical(hierarchical));

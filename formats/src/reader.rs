@@ -3,7 +3,7 @@
 use pocketnerf_core::sampler::Hierarchical;
 use pocketnerf_core::{Model, Occupancy, TensorView};
 
-use crate::about::{About, PixelOrigin};
+use crate::about::About;
 use crate::container::Container;
 use crate::directory::Listed;
 use crate::metadata::field::read_field;
@@ -78,7 +78,9 @@ impl<'a> ModelFile<'a> {
             provenance: optional(&container, kind::PROVENANCE)?
                 .map(about::read_provenance)
                 .transpose()?,
-            pixel_origin: pixel_origin(&container)?,
+            pixel_origin: with_heap(&container, kind::PIXELS, about::read_pixels)?
+                .unwrap_or_default(),
+            quality: with_heap(&container, kind::QUALITY, about::read_quality)?,
         };
         Ok(Self { model, about, container })
     }
@@ -162,16 +164,20 @@ fn occupancy<'a>(container: &Container<'a>) -> Result<Option<Occupancy<'a>>, For
     Ok(Some(Occupancy::new(size.resolution, size.n_cascades, coarse, fine)?))
 }
 
-/// Builds without the paper's sampling overlook its section, as older builds do.
-/// Two hundred bytes that no embedded program needs, which has no photographs.
-fn pixel_origin(container: &Container<'_>) -> Result<PixelOrigin, FormatError> {
-    let fields = match cfg!(feature = "alloc") {
-        true => optional(container, kind::PIXELS)?,
-        false => None,
-    };
-    Ok(fields.map(about::read_pixels).transpose()?.unwrap_or_default())
+/// What builds without a heap overlook, as older builds do: two hundred bytes for each
+/// that no microcontroller needs, which has no photographs and knows what it renders.
+fn with_heap<'a, T>(
+    container: &Container<'a>,
+    kind: u32,
+    read: impl FnOnce(Fields<'a>) -> Result<T, FormatError>,
+) -> Result<Option<T>, FormatError> {
+    match cfg!(feature = "alloc") {
+        true => optional(container, kind)?.map(read).transpose(),
+        false => Ok(None),
+    }
 }
 
+/// Builds without the paper's sampling overlook its section, as older builds do.
 fn hierarchical(container: &Container<'_>) -> Result<Option<Hierarchical>, FormatError> {
     match cfg!(feature = "nerf") {
         true => optional(container, kind::HIERARCHICAL)?.map(space::read_hierarchical).transpose(),

@@ -32,6 +32,8 @@ pub mod kind {
     pub const HIERARCHICAL: u32 = 10;
     /// Where in a pixel the rays of its pictures go through, metadata.
     pub const PIXELS: u32 = 11;
+    /// Metadata: the quality of pictures where nobody says.
+    pub const QUALITY: u32 = 12;
     /// Raw: the table of one hash grid level; the index is the level.
     pub const GRID: u32 = 16;
     /// Raw: one weight or bias; numbered in the order of the directory.
@@ -58,6 +60,7 @@ pub mod kind {
             DETAIL => "DETAIL",
             HIERARCHICAL => "HIERARCHICAL",
             PIXELS => "PIXELS",
+            QUALITY => "QUALITY",
             GRID => "GRID",
             NETWORK => "NETWORK",
             OCC_COARSE => "OCC_COARSE",

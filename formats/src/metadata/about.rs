@@ -127,6 +127,19 @@ pub(crate) fn write_pixels(origin: PixelOrigin) -> alloc::vec::Vec<u8> {
     super::encode(&u8::from(origin == PixelOrigin::Corner))
 }
 
+/// QUALITY: the number itself.
+pub(crate) fn read_quality(mut fields: Fields<'_>) -> Result<f32, FormatError> {
+    let quality = fields.take()?;
+    fields.check("quality", (0.0..=1.0).contains(&quality))?;
+    fields.finish()?;
+    Ok(quality)
+}
+
+#[cfg(feature = "alloc")]
+pub(crate) fn write_quality(quality: f32) -> alloc::vec::Vec<u8> {
+    super::encode(&quality)
+}
+
 /// DETAIL; the field is that of [`Display`].
 #[derive(Serialize, Deserialize)]
 struct DetailV1 {
@@ -255,6 +268,20 @@ mod tests {
             read_display(fields(kind::DISPLAY, &bytes)),
             bad(kind::DISPLAY, "width and height")
         );
+    }
+
+    #[test]
+    fn bytes_of_quality_v1() {
+        assert_eq!(write_quality(0.5), [0, 0, 0, 0x3f]);
+        for quality in [0.0, 0.125, 1.0] {
+            assert_eq!(read_quality(fields(kind::QUALITY, &write_quality(quality))), Ok(quality));
+        }
+        for quality in [-0.1, 1.5, f32::NAN] {
+            let error = bad(kind::QUALITY, "quality");
+            assert_eq!(read_quality(fields(kind::QUALITY, &write_quality(quality))), error);
+        }
+        assert!(read_quality(fields(kind::QUALITY, &[0, 0, 0])).is_err());
+        assert!(read_quality(fields(kind::QUALITY, &[0, 0, 0, 0, 0])).is_err());
     }
 
     #[test]

@@ -78,7 +78,7 @@ impl Bench {
         let [width, height] = if self.quick { [48; 2] } else { orbit.size };
         let size = [self.width.unwrap_or(width), self.height.unwrap_or(height)];
         let cameras = Orbit { size, ..orbit }.cameras();
-        let options = Settings { simd, ..common.picture() }.options(&file.model);
+        let options = Settings { simd, ..common.picture(file.about.quality) }.options(&file.model);
         let rendering = rendering::measure(&file.model, &cameras, &options, &machine, self.quick)?;
         let model = path.display().to_string();
         let clock = machine::clock_now(self.quick);

@@ -50,7 +50,7 @@ impl Demo {
         let file = open_to_render(&path, &bytes, &mut table)?;
         let background = file.model.display.background;
         let mut failure = None;
-        let settings = common.picture();
+        let settings = common.picture(None);
         let result = evaluate(&file.model, &held_out, background, &settings, |i, a, b| {
             let camera = &held_out.views[i].camera;
             let (width, pixels) = image_file::side_by_side(camera.width, &[a, b]);

@@ -58,7 +58,7 @@ impl Eval {
         let folder = self.out.as_deref().map(make_folder).transpose()?;
         let mut failure = None;
         let views = &dataset.views;
-        let settings = Settings { sampling: self.sampling, ..common.picture() };
+        let settings = Settings { sampling: self.sampling, ..common.picture(file.about.quality) };
         let result = evaluate(&file.model, &dataset, background, &settings, |i, a, b| {
             let Some(folder) = &folder else { return };
             let path = folder.join(format!("{i:03}.png"));

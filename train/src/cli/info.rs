@@ -69,6 +69,7 @@ impl Info {
             "space": space,
             "aabb": file.model.space.bounds(),
             "tolerance": file.model.display.tolerance,
+            "quality": file.about.quality,
             "occupancy_fraction": file.model.occupancy.map(|o| o.fraction()),
             "trained_on": provenance.map(|p| {
                 json!({"dataset": p.dataset, "fingerprint": format!("{:016x}", p.trained_on),

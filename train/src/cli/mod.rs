@@ -75,9 +75,9 @@ struct Common {
     #[arg(long, global = true)]
     no_skip: bool,
     /// Speed against accuracy of pictures, from 0, the fastest, to 1, where every
-    /// pixel is rendered as the model says.
-    #[arg(long, global = true, value_name = "Q", default_value_t = 0.5, value_parser = parse_quality)]
-    quality: f32,
+    /// pixel is rendered as the model says; what the model file says unless told, or 0.5.
+    #[arg(long, global = true, value_name = "Q", value_parser = parse_quality)]
+    quality: Option<f32>,
     /// Print one JSON object on standard output and nothing else there.
     #[arg(long, global = true)]
     json: bool,
@@ -94,13 +94,15 @@ impl Common {
         self.simd.unwrap_or_else(SimdLevel::detect)
     }
 
-    /// How pictures are rendered.
-    fn picture(&self) -> picture::Settings {
+    /// How pictures of a model with this [quality](pocketnerf_formats::About::quality) of
+    /// its own are rendered.
+    fn picture(&self, own: Option<f32>) -> picture::Settings {
+        let usual = picture::Settings::default();
         picture::Settings {
             simd: self.simd(),
             skip: !self.no_skip,
-            quality: self.quality,
-            ..picture::Settings::default()
+            quality: self.quality.or(own).unwrap_or(usual.quality),
+            ..usual
         }
     }
 

@@ -66,7 +66,7 @@ impl Render {
             output::check_output(&self.out)?;
         }
         let (depth, sampling) = (self.depth, self.sampling);
-        let settings = picture::Settings { depth, sampling, ..common.picture() };
+        let settings = picture::Settings { depth, sampling, ..common.picture(file.about.quality) };
         let mut renderer = picture::Renderer::new(&file.model, &settings);
         let mut refined;
         for (i, camera) in cameras.iter().enumerate() {

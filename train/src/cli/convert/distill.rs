@@ -41,7 +41,7 @@ impl Convert {
             format!("--distill-to {bytes}: no model is so small, give at least 600000")
         })?;
         let [cameras, others] = self.cameras(&source.space, about, own, distance)?;
-        let settings = common.picture();
+        let settings = common.picture(None);
         let say = |line: String| {
             if !common.quiet {
                 eprintln!("{line}");

@@ -229,6 +229,7 @@ impl Convert {
                 ..Provenance::default()
             }),
             pixel_origin: conversion.pixel_origin(),
+            quality: None,
         }
     }
 
@@ -253,7 +254,7 @@ impl Convert {
             views
         };
         // The source has no interpolated pixels.
-        let settings = picture::Settings { quality: 1.0, ..common.picture() };
+        let settings = picture::Settings { quality: 1.0, ..common.picture(None) };
         let mut compared = [Value::Null, Value::Null];
         let samplings = [Sampling::Paper, Sampling::Occupancy];
         for (to, with) in compared.iter_mut().zip(samplings) {
