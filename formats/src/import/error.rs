@@ -1,6 +1,7 @@
 //! What can be wrong with a checkpoint, as values.
 
 use core::fmt;
+use std::boxed::Box;
 use std::string::String;
 
 use super::element::ElementType;
@@ -52,6 +53,13 @@ pub enum ImportError {
         expected: u32,
         /// CRC-32 of the bytes.
         found: u32,
+    },
+    /// An entry of the zip archive is no array that can be read.
+    Entry {
+        /// The entry.
+        entry: String,
+        /// What is wrong with it.
+        error: Box<Self>,
     },
     /// An entry that the checkpoint needs is not in the file.
     MissingEntry(String),
@@ -148,6 +156,7 @@ impl fmt::Display for ImportError {
                 "the entry {entry}: checksum {found:#010x} where {expected:#010x} was expected: \
                  the file is damaged"
             ),
+            Self::Entry { entry, error } => write!(f, "the entry {entry}: {error}"),
             Self::MissingEntry(entry) => write!(f, "{entry}: not in the file"),
             Self::Duplicate(name) => write!(f, "{name}: occurs twice"),
             Self::ByteOrder(found) => {

@@ -5,6 +5,8 @@
 //!   versions before 1.6;
 //! * what `numpy.save` writes, an array of numbers or of arrays (the weights that
 //!   the original NeRF's TensorFlow code saves);
+//! * `.npz`, what `numpy.savez` and `numpy.savez_compressed` write: arrays of numbers, by
+//!   the names that they were given there;
 //! * `.safetensors`;
 //! * MessagePack, what instant-ngp saves (once [`inflate`] has unpacked `.ingp`).
 //!
@@ -31,6 +33,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod archive;
 mod budget;
 mod element;
 mod error;
@@ -45,6 +48,7 @@ pub mod nerf;
 #[cfg(feature = "corner-index")]
 pub mod ngp;
 mod npy;
+mod npz;
 mod pickle;
 mod safetensors;
 mod tensor;
@@ -82,6 +86,8 @@ pub enum Container {
     TorchLegacy,
     /// An array, as `numpy.save` writes.
     Numpy,
+    /// A zip archive of arrays, as `numpy.savez` writes.
+    Npz,
     /// A header in JSON, then the numbers.
     Safetensors,
     /// Nested values, one after another.
@@ -94,6 +100,7 @@ impl fmt::Display for Container {
             Self::TorchZip => "torch (zip archive)",
             Self::TorchLegacy => "torch (legacy pickles)",
             Self::Numpy => "numpy",
+            Self::Npz => "numpy (zip archive)",
             Self::Safetensors => "safetensors",
             Self::MessagePack => "MessagePack",
         })
@@ -102,14 +109,20 @@ impl fmt::Display for Container {
 
 impl<'a> Checkpoint<'a> {
     /// Reads a file that lies in memory: its structure, that every tensor lies inside
-    /// it, and the checksums that a zip archive has. No tensor is decoded.
+    /// it, and the checksums that a zip archive has. No tensor is decoded, but those of a
+    /// compressed `.npz` are unpacked.
     ///
     /// # Errors
     /// What was found and what was expected; see [`ImportError`].
     pub fn read(bytes: &'a [u8]) -> Result<Self, ImportError> {
-        let budget = Budget::of(bytes.len());
-        let (container, tree) = if bytes.starts_with(torch::zip::MAGIC) {
-            (Container::TorchZip, torch::zip::read(bytes, budget)?)
+        let mut budget = Budget::of(bytes.len());
+        let (container, tree) = if bytes.starts_with(archive::MAGIC) {
+            let entries = archive::entries(bytes, &mut budget)?;
+            if npz::is_npz(&entries) && !torch::zip::is_torch(&entries) {
+                (Container::Npz, npz::read(&entries, budget)?)
+            } else {
+                (Container::TorchZip, torch::zip::read(&entries, budget)?)
+            }
         } else if bytes.starts_with(npy::MAGIC) {
             (Container::Numpy, npy::read(bytes, budget)?)
         } else if torch::legacy::is_legacy(bytes) {

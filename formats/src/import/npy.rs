@@ -4,6 +4,7 @@
 //! endian), the header (a Python dictionary as text: `descr`, `fortran_order`, `shape`),
 //! then the contents.
 
+use std::borrow::Cow;
 use std::format;
 use std::string::String;
 use std::vec;
@@ -19,9 +20,7 @@ use super::tree::{Leaf, Tree};
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
 
 pub(super) fn read(bytes: &[u8], mut budget: Budget) -> Result<Tree<'_>, ImportError> {
-    let (header, contents) = split(bytes)?;
-    let refuse = |problem| ImportError::Header { header: "the header of .npy", problem };
-    let header = parse(header).map_err(refuse)?;
+    let (header, contents) = open(bytes)?;
     match header.numbers.kind {
         NumpyKind::Object => {
             let pickle = pickle::read(contents, 0, &mut budget)?;
@@ -32,18 +31,36 @@ pub(super) fn read(bytes: &[u8], mut budget: Budget) -> Result<Tree<'_>, ImportE
                 Err(ImportError::MissingEntry(shown(storage.key)))
             })
         }
-        NumpyKind::Number(_) => {
-            let tensor = header.tensor(contents);
-            let tensor =
-                tensor.map_err(|problem| ImportError::Tensor { name: String::new(), problem })?;
-            let needed = tensor.len() * tensor.element_type().size();
-            if needed < contents.len() {
-                return Err(ImportError::Trailing { bytes: contents.len() - needed });
-            }
+        _ => {
+            let tensor = header.tensor(Storage::File(contents), contents.len())?;
             Tree::new(vec![(String::new(), Leaf::Tensor(tensor))])
         }
-        NumpyKind::Other => Err(ImportError::ElementType(shown(header.descr))),
     }
+}
+
+/// An array of numbers, which stays in the file where it lies there as it is.
+pub(super) fn array<'a>(
+    bytes: Cow<'a, [u8]>,
+    budget: &mut Budget,
+) -> Result<Tensor<'a>, ImportError> {
+    match bytes {
+        Cow::Borrowed(bytes) => {
+            let (header, contents) = open(bytes)?;
+            header.tensor(Storage::File(contents), contents.len())
+        }
+        Cow::Owned(bytes) => {
+            let (header, contents) = open(&bytes)?;
+            budget.spend(contents.len())?;
+            header.tensor(Storage::Decoded(contents.into()), contents.len())
+        }
+    }
+}
+
+/// What the header says, and the contents.
+fn open(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), ImportError> {
+    let (header, contents) = split(bytes)?;
+    let refuse = |problem| ImportError::Header { header: "the header of .npy", problem };
+    Ok((parse(header).map_err(refuse)?, contents))
 }
 
 /// Header and contents.
@@ -78,13 +95,20 @@ struct Header<'a> {
 }
 
 impl Header<'_> {
-    fn tensor<'a>(&self, contents: &'a [u8]) -> Result<Tensor<'a>, &'static str> {
+    /// The numbers that fill a storage of so many bytes.
+    fn tensor<'a>(&self, storage: Storage<'a>, bytes: usize) -> Result<Tensor<'a>, ImportError> {
         let NumpyType { kind: NumpyKind::Number(element), big_endian } = self.numbers else {
-            return Err("its type is not one of numbers");
+            return Err(ImportError::ElementType(shown(self.descr)));
         };
-        let placement = Placement::contiguous(&self.shape, self.fortran)
-            .ok_or("its shape has more numbers than can be counted")?;
-        Tensor::new(Numbers { element, big_endian }, placement, Storage::File(contents))
+        let uncountable = "its shape has more numbers than can be counted";
+        let tensor = Placement::contiguous(&self.shape, self.fortran)
+            .ok_or(uncountable)
+            .and_then(|placement| Tensor::new(Numbers { element, big_endian }, placement, storage))
+            .map_err(|problem| ImportError::Tensor { name: String::new(), problem })?;
+        match bytes - tensor.len() * element.size() {
+            0 => Ok(tensor),
+            bytes => Err(ImportError::Trailing { bytes }),
+        }
     }
 }
 

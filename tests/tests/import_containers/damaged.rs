@@ -10,8 +10,10 @@ use pocketnerf_train::random::Random;
 use crate::counting::most_held;
 use crate::fixture;
 
-const FIXTURES: [&str; 16] = [
+const FIXTURES: [&str; 18] = [
     "../ngp/old.msgpack",
+    "arrays.npz",
+    "arrays_compressed.npz",
     "big_endian.npy",
     "big_endian.pt",
     "compressed.pt",

@@ -4,6 +4,7 @@
 mod counting;
 mod damaged;
 mod hostile;
+mod npz;
 mod numpy;
 mod real;
 mod safetensors;

@@ -7,22 +7,29 @@ use std::collections::HashMap;
 use std::format;
 use std::string::{String, ToString as _};
 
-use rawzip::{CompressionMethod, ZipArchive, ZipFileHeaderRecord, ZipSliceArchive};
-
 use super::part;
 use crate::import::ImportError;
+use crate::import::archive::Entry;
 use crate::import::budget::Budget;
 use crate::import::error::shown;
 use crate::import::pickle;
 use crate::import::tree::Tree;
 
-/// The first bytes of an archive that is not empty.
-pub(in crate::import) const MAGIC: &[u8] = b"PK\x03\x04";
-
 const PICKLE: &str = "/data.pkl";
 
-pub(in crate::import) fn read(bytes: &[u8], mut budget: Budget) -> Result<Tree<'_>, ImportError> {
-    let entries = entries(bytes, &mut budget)?;
+/// Whether an archive is one of torch's.
+pub(in crate::import) fn is_torch(entries: &[Entry<'_>]) -> bool {
+    entries.iter().any(|entry| entry.name.ends_with(PICKLE))
+}
+
+pub(in crate::import) fn read<'a>(
+    entries: &[Entry<'a>],
+    mut budget: Budget,
+) -> Result<Tree<'a>, ImportError> {
+    // The names once more, and a table that doubles.
+    entries.iter().try_for_each(|entry| budget.spend(entry.name.len()))?;
+    budget.spend_on::<(String, &[u8], u64)>(entries.len())?;
+    let entries = stored(entries)?;
     let mut pickles = entries.keys().filter_map(|name| name.strip_suffix(PICKLE));
     let folder = pickles.next().ok_or_else(|| ImportError::MissingEntry("data.pkl".to_string()))?;
     if pickles.next().is_some() {
@@ -48,64 +55,13 @@ pub(in crate::import) fn read(bytes: &[u8], mut budget: Budget) -> Result<Tree<'
 }
 
 /// The bytes of every entry.
-fn entries<'a>(
-    bytes: &'a [u8],
-    budget: &mut Budget,
-) -> Result<HashMap<String, &'a [u8]>, ImportError> {
-    let archive = ZipArchive::from_slice(bytes).map_err(unreadable)?;
-    let mut records = archive.entries();
-    let mut entries = HashMap::new();
-    let mut in_entries = 0;
-    while let Some(record) = records.next_entry().map_err(unreadable)? {
-        let path = record.file_path();
-        budget.spend_on::<(String, &[u8], u64)>(1)?;
-        // A byte that is no text becomes three.
-        budget.spend(3 * path.len())?;
-        let name = String::from_utf8_lossy(path.as_bytes()).into_owned();
-        let contents = contents(bytes, &archive, &record, &name)?;
-        // Each takes time, and many could lie in the same place.
-        in_entries += contents.len();
-        if in_entries > bytes.len() {
-            return Err(ImportError::Archive("its entries overlap".to_string()));
-        }
-        check(contents, record.crc32(), &name)?;
-        if entries.insert(name.clone(), contents).is_some() {
-            return Err(ImportError::Duplicate(shown(&name)));
+fn stored<'a>(entries: &[Entry<'a>]) -> Result<HashMap<String, &'a [u8]>, ImportError> {
+    let mut stored = HashMap::new();
+    for entry in entries {
+        let packed = || ImportError::Packed { entry: shown(&entry.name) };
+        if stored.insert(entry.name.clone(), entry.stored()?.ok_or_else(packed)?).is_some() {
+            return Err(ImportError::Duplicate(shown(&entry.name)));
         }
     }
-    Ok(entries)
-}
-
-fn contents<'a>(
-    bytes: &'a [u8],
-    archive: &ZipSliceArchive<&'a [u8]>,
-    record: &ZipFileHeaderRecord<'_>,
-    name: &str,
-) -> Result<&'a [u8], ImportError> {
-    let is_stored = record.compression_method() == CompressionMethod::STORE
-        && !record.flags().is_encrypted()
-        && record.compressed_size_hint() == record.uncompressed_size_hint();
-    if !is_stored {
-        return Err(ImportError::Packed { entry: shown(name) });
-    }
-    let entry = archive.get_entry(record.wayfinder()).map_err(unreadable)?;
-    let (start, end) = entry.compressed_data_range();
-    let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
-    range
-        .and_then(|(start, end)| bytes.get(start..end))
-        .ok_or(ImportError::CutOff("the zip archive"))
-}
-
-/// Compares with the checksum in the archive, which torch can be told to leave out: it
-/// then writes zeros.
-fn check(contents: &[u8], expected: u32, name: &str) -> Result<(), ImportError> {
-    let found = crc32fast::hash(contents);
-    if expected == 0 || expected == found {
-        return Ok(());
-    }
-    Err(ImportError::Checksum { entry: shown(name), expected, found })
-}
-
-fn unreadable(error: rawzip::Error) -> ImportError {
-    ImportError::Archive(error.to_string())
+    Ok(stored)
 }
