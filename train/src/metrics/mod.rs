@@ -2,10 +2,18 @@
 //!
 //! Both pictures are 8-bit RGB: what an image file can hold, so that anyone can
 //! measure again from the files. Floats become 8-bit by [`quantize`] alone.
+//! Depths are [`depth_error`]'s.
 
+mod depth;
+mod ms_ssim;
+#[cfg(test)]
+mod patterns;
 mod psnr;
 mod ssim;
+mod window;
 
+pub use depth::{DepthError, depth_error};
+pub use ms_ssim::ms_ssim;
 pub use psnr::psnr;
 pub use ssim::ssim;
 
