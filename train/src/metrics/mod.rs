@@ -5,6 +5,7 @@
 //! Depths are [`depth_error`]'s.
 
 mod depth;
+mod lpips;
 mod ms_ssim;
 #[cfg(test)]
 mod patterns;
@@ -13,6 +14,7 @@ mod ssim;
 mod window;
 
 pub use depth::{DepthError, depth_error};
+pub use lpips::{Lpips, LpipsError};
 pub use ms_ssim::ms_ssim;
 pub use psnr::psnr;
 pub use ssim::ssim;
