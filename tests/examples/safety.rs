@@ -15,6 +15,7 @@ use pocketnerf_core::reference::render_ray;
 use pocketnerf_core::{Model, Occupancy};
 use pocketnerf_train::dataset::{self, Dataset, Split};
 use pocketnerf_train::evaluate::evaluate;
+use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{dilated, pack};
 use pocketnerf_train::{metrics, picture};
@@ -34,7 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let background = file.model.display.background;
     let finest = Settings { quality: 1.0, ..Settings::default() };
     let score = |model: &Model<'_>, settings: Settings| {
-        evaluate(model, &dataset, background, &settings, |_, _, _| ()).map(|result| result.psnr)
+        evaluate(model, &dataset, background, &settings, &Metrics::default(), |_, _, _| ())
+            .map(|result| result.psnr)
     };
     let fast = score(&file.model, finest)?;
     println!("every pixel      {fast:.4} dB");

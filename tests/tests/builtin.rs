@@ -8,6 +8,7 @@ use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::Split;
 use pocketnerf_train::evaluate::evaluate;
 use pocketnerf_train::field::EncodingConfig;
+use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{Length, Run, TrainConfig, Trainer};
 
@@ -26,9 +27,16 @@ fn score(downscale: u32, change: impl Fn(&mut TrainConfig)) -> f64 {
     let mut run = Run::new(Length::Steps(STEPS), Instant::now());
     while run.step(&mut trainer).unwrap().is_some() {}
     let held_out = builtin::dataset(Split::Test, downscale);
-    evaluate(&trainer.model(), &held_out, [1.0; 3], &Settings::default(), |_, _, _| ())
-        .unwrap()
-        .psnr
+    evaluate(
+        &trainer.model(),
+        &held_out,
+        [1.0; 3],
+        &Settings::default(),
+        &Metrics::default(),
+        |_, _, _| (),
+    )
+    .unwrap()
+    .psnr
 }
 
 #[test]

@@ -8,6 +8,7 @@ use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tile, Tuni
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::evaluate::evaluate;
+use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::{self, Settings};
 use pocketnerf_train::progressive::Progressive;
 
@@ -25,7 +26,8 @@ fn quality_is_monotone_and_the_usual_costs_little() {
     let held_out = views(1);
     let score = |quality: f32| {
         let settings = Settings { quality, ..Settings::default() };
-        evaluate(&file.model, &held_out, [1.0; 3], &settings, |_, _, _| ()).unwrap()
+        evaluate(&file.model, &held_out, [1.0; 3], &settings, &Metrics::default(), |_, _, _| ())
+            .unwrap()
     };
     let finest = score(1.0);
     let mut last = finest.clone();

@@ -7,6 +7,7 @@ use pocketnerf_core::{RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::Split;
 use pocketnerf_train::evaluate::evaluate;
+use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 
 const BYTES: &[u8] = include_bytes!("../../embed-demo/still-life.pnerf");
@@ -16,8 +17,15 @@ fn shows_the_built_in_scene() {
     assert!(BYTES.len() < 500_000, "{} bytes", BYTES.len());
     let file = pocketnerf_formats::open_verified(BYTES).unwrap();
     let held_out = builtin::dataset(Split::Test, 1);
-    let seen =
-        evaluate(&file.model, &held_out, [1.0; 3], &Settings::default(), |_, _, _| ()).unwrap();
+    let seen = evaluate(
+        &file.model,
+        &held_out,
+        [1.0; 3],
+        &Settings::default(),
+        &Metrics::default(),
+        |_, _, _| (),
+    )
+    .unwrap();
     println!("{:.2} dB", seen.psnr);
     assert!(seen.psnr > 33.0, "{} dB", seen.psnr);
 }

@@ -1,6 +1,5 @@
 //! A model against the views of a dataset.
 
-use std::borrow::Cow;
 use std::time::Instant;
 
 use pocketnerf_core::render::RenderStats;
@@ -8,17 +7,23 @@ use pocketnerf_core::{Error, Model};
 use serde::Serialize;
 
 use crate::dataset::Dataset;
-use crate::{metrics, picture};
+use crate::metrics::{Metrics, Scores, composite_on, depth_error, quantize_all};
+use crate::picture::{self, Renderer};
 
 /// One view's result.
 #[derive(Clone, Debug, Serialize)]
 pub struct ViewScore {
     /// The view's name.
     pub name: String,
-    /// dB, on 8-bit values; `null` for identical pictures.
-    pub psnr: f64,
-    /// Structural similarity; `null` where the picture is too small.
-    pub ssim: Option<f64>,
+    /// How close its picture is.
+    #[serde(flatten)]
+    pub scores: Scores,
+    /// Mean absolute difference of depths, scene units; `null` where the truth is not known,
+    /// and where nothing is seen that is there.
+    pub depth_error: Option<f64>,
+    /// Share of pixels where something is rendered and nothing is there, or the other way
+    /// round; `null` where the truth is not known.
+    pub depth_missed: Option<f64>,
 }
 
 /// Results over a split.
@@ -34,10 +39,16 @@ pub struct Evaluation {
     pub background: [f32; 3],
     /// Mean of the views' PSNR, dB.
     pub psnr: f64,
-    /// Mean of the views' SSIM.
+    /// Mean of the views' SSIM; here and below, `null` where a view has none.
     pub ssim: Option<f64>,
-    /// Not measured: no weights given.
+    /// Mean of the views' MS-SSIM.
+    pub ms_ssim: Option<f64>,
+    /// Mean of the views' LPIPS; `null` without its weights.
     pub lpips: Option<f64>,
+    /// Mean of the views' depth errors, scene units, over the views that have one.
+    pub depth_error: Option<f64>,
+    /// Mean of the views' shares of missed pixels, over the views that have one.
+    pub depth_missed: Option<f64>,
     /// Every view.
     pub per_view: Vec<ViewScore>,
     /// Median rendering time.
@@ -54,30 +65,11 @@ pub struct Evaluation {
     pub threads: usize,
 }
 
-/// What a mask leaves: of picture and truth the pixels that count, one after another,
-/// and the picture with the truth in place of the others.
-fn masked<'p>(
-    picture: &'p [u8],
-    truth: &'p [u8],
-    mask: Option<&[u8]>,
-) -> ([Cow<'p, [u8]>; 2], Cow<'p, [u8]>) {
-    let Some(mask) = mask else { return ([picture.into(), truth.into()], picture.into()) };
-    let counted = |rgb: &[u8]| {
-        let pixels = rgb.as_chunks::<3>().0.iter().zip(mask).filter(|(_, counts)| **counts != 0);
-        pixels.flat_map(|(pixel, _)| *pixel).collect::<Vec<u8>>().into()
-    };
-    let mut without = picture.to_vec();
-    let pixels = without.as_chunks_mut::<3>().0.iter_mut().zip(truth.as_chunks::<3>().0);
-    let ignored = pixels.zip(mask).filter(|(_, counts)| **counts == 0);
-    ignored.for_each(|((ours, theirs), _)| *ours = *theirs);
-    ([counted(picture), counted(truth)], without.into())
-}
-
-/// Renders every view and compares; `each` receives the view's number, its
+/// Renders every view and compares by `metrics`; `each` receives the view's number, its
 /// 8-bit picture and the 8-bit truth.
 ///
-/// Pixels that a view's mask ignores do not count for PSNR; for SSIM, whose windows
-/// reach across the mask's edge, the picture is right there by definition.
+/// What a view's mask ignores does not count: see [`Metrics::compare`]. Where the true depths
+/// are known, they are compared with those of a second picture, which no time is taken of.
 ///
 /// # Errors
 /// Whatever rendering reports.
@@ -86,25 +78,35 @@ pub fn evaluate(
     dataset: &Dataset,
     background: [f32; 3],
     settings: &picture::Settings,
+    metrics: &Metrics,
     mut each: impl FnMut(usize, &[u8], &[u8]),
 ) -> Result<Evaluation, Error> {
     let (mut times, mut per_view, mut rays) = (Vec::new(), Vec::new(), 0);
     let mut stats = RenderStats::default();
-    let mut renderer = picture::Renderer::new(model, settings);
+    let mut renderer = Renderer::new(model, settings);
+    let mut deep = Renderer::new(model, &picture::Settings { depth: true, ..*settings });
     for (i, view) in dataset.views.iter().enumerate() {
         let begun = Instant::now();
         let rendered = renderer.render_through(&view.camera, &view.lens)?;
         times.push(begun.elapsed().as_secs_f64());
         rays += u64::from(rendered.width) * u64::from(rendered.height);
         stats += rendered.stats;
-        let picture = metrics::quantize_all(&rendered.over(background));
-        let truth = metrics::quantize_all(&metrics::composite_on(&view.rgba, background));
-        let size = (view.camera.width as usize, view.camera.height as usize);
-        let (counted, without) = masked(&picture, &truth, view.mask.as_deref());
+        let picture = quantize_all(&rendered.over(background));
+        let truth = quantize_all(&composite_on(&view.rgba, background));
+        let (mask, size) = (view.mask.as_deref(), [view.camera.width, view.camera.height]);
+        let scores = metrics.compare(&picture, &truth, mask, size.map(|side| side as usize));
+        let depth = match &view.depth {
+            Some(truth) => {
+                let rendered = deep.render_through(&view.camera, &view.lens)?;
+                depth_error(&rendered.depth, truth, mask)
+            }
+            None => None,
+        };
         per_view.push(ViewScore {
             name: view.name.clone(),
-            psnr: metrics::psnr(&counted[0], &counted[1]),
-            ssim: metrics::ssim(&without, &truth, size.0, size.1),
+            scores,
+            depth_error: depth.and_then(|depth| depth.mean),
+            depth_missed: depth.map(|depth| depth.missed),
         });
         each(i, &picture, &truth);
     }
@@ -112,16 +114,21 @@ pub fn evaluate(
     let total: f64 = times.iter().sum();
     times.sort_by(f64::total_cmp);
     let median = times.get(times.len() / 2).copied().unwrap_or(0.0);
-    let ssim: Option<f64> = per_view.iter().map(|v| v.ssim).sum();
+    let of_all = |score: fn(&Scores) -> Option<f64>| {
+        Some(per_view.iter().map(|view| score(&view.scores)).sum::<Option<f64>>()? / n)
+    };
     let first = dataset.views.first().map_or([0, 0], |v| [v.camera.width, v.camera.height]);
     Ok(Evaluation {
         views: per_view.len(),
         width: first[0],
         height: first[1],
         background,
-        psnr: per_view.iter().map(|v| v.psnr).sum::<f64>() / n,
-        ssim: ssim.map(|sum| sum / n),
-        lpips: None,
+        psnr: per_view.iter().map(|view| view.scores.psnr).sum::<f64>() / n,
+        ssim: of_all(|scores| scores.ssim),
+        ms_ssim: of_all(|scores| scores.ms_ssim),
+        lpips: of_all(|scores| scores.lpips),
+        depth_error: mean_of_known(per_view.iter().filter_map(|view| view.depth_error)),
+        depth_missed: mean_of_known(per_view.iter().filter_map(|view| view.depth_missed)),
         per_view,
         seconds_per_frame: median,
         frames_per_second: 1.0 / median.max(1e-9),
@@ -132,22 +139,8 @@ pub fn evaluate(
     })
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ignored_pixels_count_for_nothing() {
-        // Three pixels, of which the second is ignored.
-        let (ours, truth) = ([0, 51, 0, 200, 200, 200, 9, 9, 9], [0, 0, 0, 1, 2, 3, 9, 9, 9]);
-        let ([picture, photograph], without) = masked(&ours, &truth, Some(&[255, 0, 1]));
-        assert_eq!(*picture, [0, 51, 0, 9, 9, 9]);
-        assert_eq!(*photograph, [0, 0, 0, 9, 9, 9]);
-        assert_eq!(*without, [0, 51, 0, 1, 2, 3, 9, 9, 9]);
-        // One value of six differs by 0.2: the mean square is 0.04 / 6, 21.76 dB.
-        let expected = -10.0 * (0.04f64 / 6.0).log10();
-        assert!((metrics::psnr(&picture, &photograph) - expected).abs() < 1e-9);
-        let ([picture, _], without) = masked(&ours, &truth, None);
-        assert_eq!((&*picture, &*without), (&ours[..], &ours[..]));
-    }
+/// The mean of what there is.
+fn mean_of_known(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (n, sum) = values.fold((0_u32, 0.0), |(n, sum), value| (n + 1, sum + value));
+    (n > 0).then(|| sum / f64::from(n))
 }

@@ -13,6 +13,7 @@
 //! use pocketnerf_core::SimdLevel;
 //! use pocketnerf_formats::{About, Precision};
 //! use pocketnerf_train::dataset::Split;
+//! use pocketnerf_train::metrics::Metrics;
 //! use pocketnerf_train::trainer::{Length, TrainConfig, Trainer, run};
 //! use pocketnerf_train::{builtin, evaluate, picture};
 //!
@@ -33,7 +34,9 @@
 //! let settings = picture::Settings::default();
 //! let rendered = picture::render(&file.model, &held_out.views[0].camera, &settings)?;
 //! assert_eq!(rendered.over([1.0; 3]).len(), 3 * 25 * 25);
-//! let score = evaluate::evaluate(&file.model, &held_out, [1.0; 3], &settings, |_, _, _| ())?;
+//! let metrics = Metrics::default();
+//! let score =
+//!     evaluate::evaluate(&file.model, &held_out, [1.0; 3], &settings, &metrics, |_, _, _| ())?;
 //! assert!(score.psnr > 17.0, "{} dB", score.psnr);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

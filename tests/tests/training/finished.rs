@@ -3,6 +3,7 @@
 use pocketnerf_core::{Model, Occupancy};
 use pocketnerf_train::evaluate::evaluate;
 use pocketnerf_train::field::EncodingConfig;
+use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{Effort, Length};
 
@@ -34,7 +35,7 @@ fn smaller_cells_hold_all_that_shows() {
     // At quality 1 nothing else differs.
     let score = |model: &Model<'_>| {
         let settings = Settings { quality: 1.0, ..Settings::default() };
-        evaluate(model, &dataset(), [1.0; 3], &settings, |_, _, _| ()).unwrap()
+        evaluate(model, &dataset(), [1.0; 3], &settings, &Metrics::default(), |_, _, _| ()).unwrap()
     };
     let (before, after) = (score(&trainer.model()), score(&finished.model()));
     println!(
@@ -55,7 +56,9 @@ fn the_tolerance_costs_the_training_views_next_to_nothing() {
         let mut model = finished.model();
         model.display.tolerance = tolerance;
         let settings = Settings::default();
-        evaluate(&model, &dataset(), [1.0; 3], &settings, |_, _, _| ()).unwrap().psnr
+        evaluate(&model, &dataset(), [1.0; 3], &settings, &Metrics::default(), |_, _, _| ())
+            .unwrap()
+            .psnr
     };
     let tolerance = finished.model().display.tolerance;
     let (whole, usual) = (score(0.0), score(tolerance));

@@ -6,6 +6,7 @@ use pocketnerf_core::SimdLevel;
 use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::evaluate::evaluate;
 use pocketnerf_train::lens::Lens;
+use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{Length, Run, Trainer};
 
@@ -44,7 +45,8 @@ fn what_masks_ignore_changes_nothing() {
     let file = pocketnerf_formats::open_verified(&model).unwrap();
     let score = |dataset: &Dataset| {
         let settings = Settings::default();
-        evaluate(&file.model, dataset, [1.0; 3], &settings, |_, _, _| ()).unwrap()
+        evaluate(&file.model, dataset, [1.0; 3], &settings, &Metrics::default(), |_, _, _| ())
+            .unwrap()
     };
     let (on_red, on_clear) = (score(&red), score(&clear));
     assert_eq!(on_red.psnr, on_clear.psnr, "scores");

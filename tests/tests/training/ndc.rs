@@ -7,6 +7,7 @@ use pocketnerf_core::{Camera, Ray, SimdLevel, Space};
 use pocketnerf_formats::{About, Precision};
 use pocketnerf_train::dataset::{Dataset, Split, View};
 use pocketnerf_train::evaluate::evaluate;
+use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::{self, Settings};
 use pocketnerf_train::trainer::checkpoint::{self, TrainedOn};
 use pocketnerf_train::trainer::{Checkpoint, Effort, Length, Run, TrainConfig, Trainer, ndc_of};
@@ -71,7 +72,14 @@ fn views_between_are_learnt() {
     let file = pocketnerf_formats::open_verified(&bytes).unwrap();
     assert!(matches!(file.model.space, Space::Ndc(ndc) if ndc.near == 1.0));
     let background = file.model.display.background;
-    let found = evaluate(&file.model, &held_out, background, &Settings::default(), |_, _, _| ());
+    let found = evaluate(
+        &file.model,
+        &held_out,
+        background,
+        &Settings::default(),
+        &Metrics::default(),
+        |_, _, _| (),
+    );
     let psnr = found.unwrap().psnr;
     println!("{psnr} dB");
     assert!(psnr > 25.0, "{psnr} dB");

@@ -6,8 +6,9 @@ use pocketnerf_formats::Precision;
 
 use super::{Common, Failure, make_folder, open_to_render, print_line, read_model, train};
 use crate::dataset::Split;
-use crate::evaluate::evaluate;
+use crate::evaluate::{Evaluation, evaluate};
 use crate::field::EncodingConfig;
+use crate::metrics::Metrics;
 use crate::trainer::{Length, Run, TrainConfig, Trainer};
 use crate::{builtin, image_file};
 
@@ -50,14 +51,15 @@ impl Demo {
         let file = open_to_render(&path, &bytes, &mut table)?;
         let background = file.model.display.background;
         let mut failure = None;
-        let settings = common.picture(None);
-        let result = evaluate(&file.model, &held_out, background, &settings, |i, a, b| {
-            let camera = &held_out.views[i].camera;
-            let (width, pixels) = image_file::side_by_side(camera.width, &[a, b]);
-            let to = folder.join(format!("view_{i:02}.png"));
-            let written = image_file::write_rgb(&to, width, camera.height, &pixels);
-            failure = written.err().or(failure.take());
-        })?;
+        let (settings, metrics) = (common.picture(None), Metrics::default());
+        let result =
+            evaluate(&file.model, &held_out, background, &settings, &metrics, |i, a, b| {
+                let camera = &held_out.views[i].camera;
+                let (width, pixels) = image_file::side_by_side(camera.width, &[a, b]);
+                let to = folder.join(format!("view_{i:02}.png"));
+                let written = image_file::write_rgb(&to, width, camera.height, &pixels);
+                failure = written.err().or(failure.take());
+            })?;
         if let Some(failure) = failure {
             return Err(failure.into());
         }
@@ -69,11 +71,12 @@ impl Demo {
             print_line(value);
         } else {
             print_line(format_args!(
-                "{}: {} bytes, held-out PSNR {:.2} dB on white, {:.3} s a frame, {:.1} s in all; \
-                 model and truth side by side: {}/view_*.png",
+                "{}: {} bytes, held-out PSNR {:.2} dB on white{}, {:.3} s a frame, {:.1} s in \
+                 all; model and truth side by side: {}/view_*.png",
                 path.display(),
                 bytes.len(),
                 result.psnr,
+                depths(&result),
                 result.seconds_per_frame,
                 common.started.elapsed().as_secs_f64(),
                 folder.display(),
@@ -81,4 +84,12 @@ impl Demo {
         }
         Ok(())
     }
+}
+
+/// How far depths are off.
+fn depths(result: &Evaluation) -> String {
+    let (Some(error), Some(missed)) = (result.depth_error, result.depth_missed) else {
+        return String::new();
+    };
+    format!(", depths off by {error:.3}, silhouettes by {:.1} % of pixels", 100.0 * missed)
 }

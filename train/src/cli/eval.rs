@@ -7,8 +7,9 @@ use pocketnerf_core::Camera;
 use pocketnerf_formats::PixelOrigin;
 
 use crate::dataset::Split;
-use crate::evaluate::evaluate;
+use crate::evaluate::{Evaluation, evaluate};
 use crate::image_file;
+use crate::metrics::{Lpips, Metrics};
 use crate::picture::{Sampling, Settings};
 
 /// Compare a model's pictures with a dataset's.
@@ -37,6 +38,11 @@ pub(super) struct Eval {
     /// Where along a ray the field is asked.
     #[arg(long, value_enum, value_name = "HOW", default_value = "occupancy")]
     sampling: Sampling,
+    /// Measure LPIPS too, by these weights: LPIPS v0.1 of AlexNet or VGG16 as .npz, backbone
+    /// and heads in one file, such as what numpy.savez writes of the state of the Python
+    /// package lpips. None come with this program.
+    #[arg(long, value_name = "FILE")]
+    lpips_weights: Option<PathBuf>,
     /// Folder for side-by-side pictures: model, truth, difference.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -44,6 +50,8 @@ pub(super) struct Eval {
 
 impl Eval {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let lpips = self.lpips_weights.as_deref().map(Lpips::read).transpose()?;
+        let metrics = Metrics { lpips };
         let bytes = read_model(&self.model)?;
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
@@ -59,15 +67,17 @@ impl Eval {
         let mut failure = None;
         let views = &dataset.views;
         let settings = Settings { sampling: self.sampling, ..common.picture(file.about.quality) };
-        let result = evaluate(&file.model, &dataset, background, &settings, |i, a, b| {
-            let Some(folder) = &folder else { return };
-            let path = folder.join(format!("{i:03}.png"));
-            let difference = image_file::difference(a, b, 4);
-            let (width, pixels) =
-                image_file::side_by_side(views[i].camera.width, &[a, b, &difference]);
-            let height = views[i].camera.height;
-            failure = image_file::write_rgb(&path, width, height, &pixels).err().or(failure.take());
-        })?;
+        let result =
+            evaluate(&file.model, &dataset, background, &settings, &metrics, |i, a, b| {
+                let Some(folder) = &folder else { return };
+                let path = folder.join(format!("{i:03}.png"));
+                let difference = image_file::difference(a, b, 4);
+                let (width, pixels) =
+                    image_file::side_by_side(views[i].camera.width, &[a, b, &difference]);
+                let height = views[i].camera.height;
+                failure =
+                    image_file::write_rgb(&path, width, height, &pixels).err().or(failure.take());
+            })?;
         if let Some(failure) = failure {
             return Err(failure.into());
         }
@@ -77,13 +87,14 @@ impl Eval {
             value["bytes"] = bytes.len().into();
             value["method"] = file.model.field.kind().into();
             value["split"] = self.split.name().into();
+            value["lpips_network"] = metrics.lpips.as_ref().map(Lpips::network).into();
             print_line(value);
         } else {
             for view in &result.per_view {
-                print_line(format_args!("{}: {:.2} dB", view.name, view.psnr));
+                print_line(format_args!("{}: {:.2} dB", view.name, view.scores.psnr));
             }
             print_line(format_args!(
-                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB, SSIM {}, {:.3} s a frame, \
+                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB{}, {:.3} s a frame, \
                  {:.1} evaluations for each ray that meets something",
                 result.views,
                 self.split.name(),
@@ -91,13 +102,25 @@ impl Eval {
                 result.height,
                 result.background,
                 result.psnr,
-                result.ssim.map_or_else(|| "-".to_owned(), |s| format!("{s:.4}")),
+                others(&result, &metrics),
                 result.seconds_per_frame,
                 result.samples_per_hit_ray,
             ));
         }
         Ok(())
     }
+}
+
+/// The other scores, as far as there are any.
+fn others(result: &Evaluation, metrics: &Metrics) -> String {
+    let network = metrics.lpips.as_ref().map_or("", Lpips::network);
+    let named = [
+        ("SSIM", result.ssim),
+        ("MS-SSIM", result.ms_ssim),
+        (&format!("LPIPS ({network})"), result.lpips),
+    ];
+    let known = named.iter().filter_map(|(name, score)| Some(format!(", {name} {:.4}", (*score)?)));
+    known.collect()
 }
 
 /// Sends every pixel's ray through there.

@@ -2,7 +2,7 @@
 //!
 //! Both pictures are 8-bit RGB: what an image file can hold, so that anyone can
 //! measure again from the files. Floats become 8-bit by [`quantize`] alone.
-//! Depths are [`depth_error`]'s.
+//! [`Metrics::compare`] measures all there is to measure; depths are [`depth_error`]'s.
 
 mod depth;
 mod lpips;
@@ -10,6 +10,7 @@ mod ms_ssim;
 #[cfg(test)]
 mod patterns;
 mod psnr;
+mod scores;
 mod ssim;
 mod window;
 
@@ -17,6 +18,7 @@ pub use depth::{DepthError, depth_error};
 pub use lpips::{Lpips, LpipsError};
 pub use ms_ssim::ms_ssim;
 pub use psnr::psnr;
+pub use scores::{Metrics, Scores};
 pub use ssim::ssim;
 
 /// A channel in 0..1 as 8 bits: `round(clamp(x, 0, 1) * 255)`; NaN becomes 0.
