@@ -105,7 +105,7 @@ pub use error::FormatError;
 pub use header::{HEADER_BYTES, Header, MAGIC, MAJOR, MINOR};
 pub use metadata::MAX_METADATA_BYTES;
 #[cfg(feature = "alloc")]
-pub use model_writer::{Precision, write};
+pub use model_writer::{Precision, with_quality, write};
 pub use reader::{ModelFile, open, open_verified};
 pub use section::{ALIGNMENT, CRITICAL, MAX_SECTIONS, RAW, Section, SectionId, kind};
 pub use tensors::{LayerName, Network, TensorName, tensors};

@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use pocketnerf_core::field::Decoder;
 use pocketnerf_core::{AnyField, DType, Display, Layout, Model, TensorView};
 
+use crate::ModelFile;
 use crate::about::{About, PixelOrigin};
 use crate::directory::write_directory;
 #[cfg(any(feature = "hash-grid", feature = "frequency"))]
@@ -49,6 +50,20 @@ pub fn write(
     Ok(bytes)
 }
 
+/// The file again with this [quality](About::quality); every other section stays as it
+/// is, those of other programs too.
+///
+/// # Errors
+/// [`WriteError::Unsupported`] for a quality outside 0 to 1.
+pub fn with_quality(file: &ModelFile<'_>, quality: f32) -> Result<Vec<u8>, WriteError> {
+    let mut writer = ContainerWriter::new();
+    for section in file.sections().filter(|section| section.id.kind != kind::QUALITY) {
+        writer.add(section.id, section.version, section.is_critical(), section.bytes);
+    }
+    writer.add_quality(quality)?;
+    writer.finish()
+}
+
 impl<'a> ContainerWriter<'a> {
     /// Adds the sections of a model, so that a program can put its own beside them.
     ///
@@ -83,10 +98,7 @@ impl<'a> ContainerWriter<'a> {
             self.add(SectionId::first(kind::PIXELS), V1, false, bytes);
         }
         if let Some(quality) = about.quality {
-            let in_range = (0.0..=1.0).contains(&quality);
-            let bytes = in_range.then(|| about::write_quality(quality));
-            let bytes = bytes.ok_or(WriteError::Unsupported("quality"))?;
-            self.add(SectionId::first(kind::QUALITY), V1, false, bytes);
+            self.add_quality(quality)?;
         }
         if let Some(hierarchical) = &model.hierarchical {
             let id = SectionId::first(kind::HIERARCHICAL);
@@ -103,6 +115,14 @@ impl<'a> ContainerWriter<'a> {
             self.add(SectionId::first(kind::OCC_FINE), V1, true, occupancy.fine_bytes());
         }
         self.add_tensors(&model.field, precision)
+    }
+
+    fn add_quality(&mut self, quality: f32) -> Result<(), WriteError> {
+        if !(0.0..=1.0).contains(&quality) {
+            return Err(WriteError::Unsupported("quality"));
+        }
+        self.add(SectionId::first(kind::QUALITY), V1, false, about::write_quality(quality));
+        Ok(())
     }
 
     fn metadata(&mut self, kind: u32, bytes: Vec<u8>) {

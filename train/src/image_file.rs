@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder};
+use image::{ExtendedColorType, ImageEncoder, ImageError};
 
 use crate::output::{OutputError, write_atomic};
 
@@ -81,6 +81,28 @@ pub fn side_by_side(width: u32, pictures: &[&[u8]]) -> (u32, Vec<u8>) {
     (width * pictures.len() as u32, rgb.copied().collect())
 }
 
+/// 8-bit RGB as a PNG file's bytes.
+///
+/// # Errors
+/// What the encoder reports.
+///
+/// # Panics
+/// If `rgb` has another length than `width * height * 3`.
+pub fn encode_rgb(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, ImageError> {
+    encode(width, height, rgb, ExtendedColorType::Rgb8)
+}
+
+fn encode(
+    width: u32,
+    height: u32,
+    pixels: &[u8],
+    color: ExtendedColorType,
+) -> Result<Vec<u8>, ImageError> {
+    let mut png = Vec::new();
+    PngEncoder::new(&mut png).write_image(pixels, width, height, color)?;
+    Ok(png)
+}
+
 fn write(
     path: &Path,
     width: u32,
@@ -88,9 +110,9 @@ fn write(
     pixels: &[u8],
     color: ExtendedColorType,
 ) -> Result<(), OutputError> {
-    let mut png = Vec::new();
-    PngEncoder::new(&mut png).write_image(pixels, width, height, color).map_err(|error| {
-        OutputError::Refused { file: path.to_owned(), source: std::io::Error::other(error) }
+    let png = encode(width, height, pixels, color).map_err(|error| OutputError::Refused {
+        file: path.to_owned(),
+        source: std::io::Error::other(error),
     })?;
     write_atomic(path, &png)
 }

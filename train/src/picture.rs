@@ -281,6 +281,15 @@ impl<'m> Renderer<'m> {
     }
 }
 
+/// What rendering needs beside the model's file and the picture, bytes: the table of
+/// what lies around its cells, and scratch and a tile for each thread of the current pool.
+#[must_use]
+pub fn memory_bytes(model: &Model<'_>, settings: &Settings) -> u64 {
+    let tile = (TILE[0] * TILE[1]) as usize * if settings.depth { 5 } else { 4 };
+    let floats = settings.options(model).scratch_len() + tile;
+    (model.table_len() + rayon::current_num_threads() * floats * size_of::<f32>()) as u64
+}
+
 /// Renders one picture: see [`Renderer::render`].
 ///
 /// # Errors

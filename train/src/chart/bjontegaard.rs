@@ -26,6 +26,19 @@ pub struct Comparison {
     pub bd_psnr: Option<f64>,
 }
 
+impl std::fmt::Display for Comparison {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { group, anchor, method, cost, .. } = self;
+        write!(f, "{group}: {method} against {anchor}, by {cost}: ")?;
+        match (self.bd_rate, self.bd_psnr) {
+            (Some(rate), Some(psnr)) => {
+                write!(f, "BD-rate {rate:+.1} %, BD-PSNR {psnr:+.2} dB")
+            }
+            _ => f.write_str("no common range, or fewer than four points on a frontier"),
+        }
+    }
+}
+
 /// Compares every two series of each group of points.
 #[must_use]
 pub fn compare(points: &[Point], cost: Axis) -> Vec<Comparison> {

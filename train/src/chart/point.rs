@@ -38,6 +38,8 @@ pub struct Point {
     pub background: String,
     /// Where random numbers began.
     pub seed: Option<u64>,
+    /// The commit of the program that trained it, which may be older than the chart.
+    pub train_commit: Option<String>,
     /// Wall time of training, from the start of the program to the written file.
     pub train_seconds: Option<f64>,
     /// Steps of training.

@@ -67,7 +67,7 @@ fn cpu() -> Option<String> {
 }
 
 /// How it was measured.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Protocol {
     /// Interleaved rounds.
     pub rounds: usize,
@@ -77,6 +77,8 @@ pub struct Protocol {
     pub lpips: Option<String>,
     /// The command.
     pub command: String,
+    /// What decided what is measured: whoever asks for just this again need not measure.
+    pub asked: String,
     /// Seconds since 1970 when the rounds began.
     pub measured_at: u64,
 }

@@ -58,14 +58,15 @@ impl Contestant<'_> {
 }
 
 /// Milliseconds a picture of every contestant in each round. Every second round goes
-/// backwards. `done` is told how many turns have been taken.
+/// backwards. `done` is told how many turns have been taken; where it says no, that was
+/// the last.
 ///
 /// # Errors
 /// What rendering reports.
 pub fn rounds(
     contestants: &[Contestant<'_>],
     rounds: usize,
-    mut done: impl FnMut(usize),
+    mut done: impl FnMut(usize) -> bool,
 ) -> Result<Vec<Vec<f64>>, Error> {
     let mut times = vec![Vec::with_capacity(rounds); contestants.len()];
     let mut turns = 0;
@@ -75,7 +76,9 @@ pub fn rounds(
             let i = if round % 2 == 0 { turn } else { n - 1 - turn };
             times[i].push(contestants[i].take_turn()?);
             turns += 1;
-            done(turns);
+            if !done(turns) {
+                return Ok(times);
+            }
         }
     }
     Ok(times)

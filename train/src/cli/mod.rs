@@ -1,6 +1,7 @@
 //! The command line: a thin layer over the library. One file a command.
 
 mod bench;
+mod chart;
 mod convert;
 mod demo;
 mod eval;
@@ -52,6 +53,8 @@ enum Action {
     Render(render::Render),
     /// Tell what is in a model file, a checkpoint or a dataset.
     Info(info::Info),
+    /// Chart accuracy against speed over a sweep of models and settings.
+    Chart(Box<chart::Chart>),
     /// Measure the machine, and every stage of training and rendering.
     ///
     /// First what the machine can do, then how near each stage comes to what bounds
@@ -195,9 +198,10 @@ pub fn run(started: Instant) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("pocketnerf: {failure}");
-            match failure.downcast_ref::<train::Interrupted>() {
-                Some(_) => ExitCode::from(train::INTERRUPTED),
-                None => ExitCode::FAILURE,
+            if failure.is::<train::Interrupted>() || failure.is::<chart::Interrupted>() {
+                ExitCode::from(train::INTERRUPTED)
+            } else {
+                ExitCode::FAILURE
             }
         }
     }
@@ -215,6 +219,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Convert(action) => action.run(common),
         Action::Render(action) => action.run(common),
         Action::Info(action) => action.run(common),
+        Action::Chart(action) => action.run(common),
         Action::Bench(action) => action.run(common),
     }
 }

@@ -56,6 +56,11 @@ fn mix(hash: u64, word: u64) -> u64 {
     product ^ (product >> 32)
 }
 
+/// A hash of bytes, as of a dataset.
+pub(crate) fn hash_of(bytes: &[u8]) -> u64 {
+    hash_bytes(SEED, bytes)
+}
+
 fn hash_bytes(hash: u64, bytes: &[u8]) -> u64 {
     let (words, rest) = bytes.as_chunks::<8>();
     let hash = words.iter().fold(hash, |hash, word| mix(hash, u64::from_le_bytes(*word)));

@@ -24,6 +24,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 pub use error::DatasetError;
+pub(crate) use fingerprint::hash_of;
 pub(crate) use report::nearest_to_axes;
 pub use report::{DatasetReport, ImageSize, SplitReport, inspect, inspect_with};
 pub use view::View;

@@ -19,8 +19,9 @@ use crate::trainer::checkpoint::TrainedOn;
 use crate::trainer::{Checkpoint, Run, Trainer};
 pub(super) use bar::Bar;
 pub(super) use options::Train;
+use saving::Saving;
 pub(super) use saving::{INTERRUPTED, Interrupted};
-use saving::{Saving, checkpoint_path};
+pub(super) use saving::{checkpoint_path, quoted};
 
 impl Train {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {

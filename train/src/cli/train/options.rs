@@ -142,7 +142,7 @@ fn parse_width(text: &str) -> Result<u32, String> {
 
 impl Train {
     /// Refuses numbers that make no sense.
-    pub(super) fn check(&self) -> Result<(), Failure> {
+    pub(in crate::cli) fn check(&self) -> Result<(), Failure> {
         let times = [("--seconds", self.seconds), ("--save-every", self.save_every)];
         for (option, given) in times {
             if let Some(given) = given.filter(|s| !(*s > 0.0 && *s < 1e7)) {
@@ -259,7 +259,7 @@ impl Train {
     }
 
     /// The length of a new run.
-    pub(super) fn length(&self) -> Length {
+    pub(in crate::cli) fn length(&self) -> Length {
         let seconds = Length::Seconds(self.seconds.unwrap_or(SECONDS));
         self.steps.map_or(seconds, Length::Steps)
     }

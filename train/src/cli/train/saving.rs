@@ -81,7 +81,7 @@ impl Saving {
 
 /// Where the checkpoints of a run lie: beside its model, `scene.pnerf` →
 /// `scene.ckpt.pnerf`.
-pub(super) fn checkpoint_path(out: &Path) -> PathBuf {
+pub(in crate::cli) fn checkpoint_path(out: &Path) -> PathBuf {
     out.with_extension("ckpt.pnerf")
 }
 
@@ -126,7 +126,7 @@ impl fmt::Display for Interrupted {
 impl std::error::Error for Interrupted {}
 
 /// A path as a shell takes it.
-fn quoted(path: &Path) -> String {
+pub(in crate::cli) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_alphanumeric() || "/\\._-+=:,@%".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
