@@ -30,12 +30,12 @@ impl std::fmt::Display for Comparison {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { group, anchor, method, cost, .. } = self;
         write!(f, "{group}: {method} against {anchor}, by {cost}: ")?;
-        match (self.bd_rate, self.bd_psnr) {
-            (Some(rate), Some(psnr)) => {
-                write!(f, "BD-rate {rate:+.1} %, BD-PSNR {psnr:+.2} dB")
-            }
-            _ => f.write_str("no common range, or fewer than four points on a frontier"),
-        }
+        let signed = |value: Option<f64>, unit: &str| match value {
+            Some(value) => format!("{value:+.2} {unit}"),
+            None => "none in common".to_owned(),
+        };
+        let (rate, psnr) = (signed(self.bd_rate, "%"), signed(self.bd_psnr, "dB"));
+        write!(f, "BD-rate {rate}, BD-PSNR {psnr}")
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::Once;
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 
 use super::{Axis, Group, Point, frontier, groups};
@@ -156,21 +157,23 @@ fn panel_of<B: DrawingBackend>(
         return area.draw(&text).map_err(failed);
     }
     let [xs, ys] = [known().map(|p| p.0).collect(), known().map(|p| p.1).collect()];
+    // The drawing library's logarithmic scale names powers of ten alone.
     let ([left, right], [low, high]) = (logarithmic(xs), linear(ys));
+    let scale = |x: f64| x.log10();
     let mut chart = ChartBuilder::on(area)
         .caption(title.0, title.1)
         .margin(8)
         .x_label_area_size(40)
         .y_label_area_size(56)
-        .build_cartesian_2d((left..right).log_scale(), low..high)
+        .build_cartesian_2d(scale(left)..scale(right), low..high)
         .map_err(failed)?;
     chart
         .configure_mesh()
         .x_desc(cost.label())
         .y_desc(accuracy.label())
-        .x_labels(6)
+        .disable_x_mesh()
+        .x_labels(0)
         .y_labels(7)
-        .x_label_formatter(&|x| short(*x))
         .y_label_formatter(&|y| short(*y))
         .light_line_style(WHITE)
         .bold_line_style(BLACK.mix(0.12))
@@ -178,11 +181,23 @@ fn panel_of<B: DrawingBackend>(
         .axis_desc_style((FONT, 14))
         .draw()
         .map_err(failed)?;
+    let (base_x, base_y) = area.get_base_pixel();
+    for tick in ticks(left, right) {
+        let line = [(scale(tick), low), (scale(tick), high)];
+        let line = PathElement::new(line, BLACK.mix(0.12));
+        chart.plotting_area().draw(&line).map_err(failed)?;
+        let at = chart.backend_coord(&(scale(tick), low));
+        let anchor = Pos::new(HPos::Center, VPos::Top);
+        let style = (FONT, 13).into_font().into_text_style(area).pos(anchor);
+        let text = Text::new(short(tick), (at.0 - base_x, at.1 - base_y + 6), style);
+        area.draw(&text).map_err(failed)?;
+    }
     let on = frontier(points, cost, accuracy);
     let mut best: Vec<(f64, f64)> = places
         .iter()
         .zip(points.iter().zip(&on))
         .filter_map(|(place, (point, on))| place.filter(|_| *on && point.is_ours()))
+        .map(|(x, y)| (scale(x), y))
         .collect();
     best.sort_by(|a, b| a.0.total_cmp(&b.0));
     chart.draw_series(LineSeries::new(best, BLACK.mix(0.5).stroke_width(1))).map_err(failed)?;
@@ -190,12 +205,11 @@ fn panel_of<B: DrawingBackend>(
     for wanted in [false, true] {
         for ((point, place), on) in points.iter().zip(&places).zip(&on) {
             let (Some(place), true) = (place, *on == wanted) else { continue };
-            let at = chart.backend_coord(place);
+            let at = chart.backend_coord(&(scale(place.0), place.1));
             let own = (point.series(), !point.is_ours());
             let i = series.iter().position(|series| *series == own).unwrap_or(0);
             let color = if *on || own.1 { color(i) } else { BEATEN };
-            let (left, top) = area.get_base_pixel();
-            mark(area, (at.0 - left, at.1 - top), color, own.1)?;
+            mark(area, (at.0 - base_x, at.1 - base_y), color, own.1)?;
         }
     }
     Ok(())
@@ -206,6 +220,19 @@ fn logarithmic(values: Vec<f64>) -> [f64; 2] {
     let [low, high] = ends(&values);
     let room = (high / low).powf(0.08).max(1.1);
     [low / room, high * room]
+}
+
+/// Round numbers on a logarithmic scale: as many to a decade as there is room for.
+fn ticks(left: f64, right: f64) -> Vec<f64> {
+    let steps: &[f64] = match right / left {
+        ..4.0 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
+        ..40.0 => &[1.0, 2.0, 5.0],
+        ..400.0 => &[1.0, 3.0],
+        _ => &[1.0],
+    };
+    let decades = left.log10().floor() as i32..=right.log10().ceil() as i32;
+    let all = decades.flat_map(|decade| steps.iter().map(move |step| step * 10f64.powi(decade)));
+    all.filter(|tick| (left..=right).contains(tick)).collect()
 }
 
 /// The same on a linear one.
@@ -296,6 +323,13 @@ mod tests {
         let axes = [Axis::MsPerFrame];
         assert!(svg(&points()[..1], Axis::Psnr, &axes).unwrap().contains("<circle"));
         assert!(svg(&[], Axis::Psnr, &axes).unwrap().starts_with("<svg"));
+    }
+
+    #[test]
+    fn round_numbers_along_a_logarithmic_axis() {
+        assert_eq!(ticks(8.0, 70.0), [10.0, 20.0, 50.0]);
+        assert_eq!(ticks(9.0, 1100.0), [10.0, 30.0, 100.0, 300.0, 1000.0]);
+        assert_eq!(ticks(0.9, 2.1), [1.0, 1.2, 1.5, 2.0]);
     }
 
     #[test]

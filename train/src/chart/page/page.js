@@ -223,7 +223,7 @@
     const titles = ["scene", "method", "against", "cost", "cost at equal PSNR", "PSNR at equal cost"];
     head.append(make("tr"));
     titles.forEach((text, i) => head.firstChild.append(make("th", { class: i < 4 ? "text" : "" }, text)));
-    const signed = (value, unit) => (value === null ? "no common range"
+    const signed = (value, unit) => (value === null ? "none in common"
       : `${value > 0 ? "+" : ""}${value.toFixed(2)} ${unit}`);
     for (const c of chart.comparisons) {
       const row = make("tr");

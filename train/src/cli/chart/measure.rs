@@ -57,7 +57,7 @@ struct Way<'m> {
 /// Files of pictures, by their points' order.
 pub(super) type Pictures = Vec<(String, PathBuf)>;
 
-/// Scores everything, then times everything in rounds.
+/// Scores everything, then times everything in rounds, so many.
 pub(super) fn measure(
     chart: &Chart,
     scenes: &[Scene],
@@ -65,7 +65,7 @@ pub(super) fn measure(
     metrics: &Metrics,
     common: &Common,
     stop: &Stop,
-) -> Result<(Vec<Point>, Pictures), Failure> {
+) -> Result<(Vec<Point>, Pictures, usize), Failure> {
     let folders =
         [make_folder(&chart.out.join("scores"))?, make_folder(&chart.out.join("pictures"))?];
     // A table for each model, which is its files' memory as long as anything is rendered.
@@ -118,10 +118,11 @@ pub(super) fn measure(
             Contestant { model: &file.model, settings, cameras, expected }
         })
         .collect();
-    time(&contestants, &mut points, chart.rounds(), common, stop)?;
+    let rounds = chart.rounds(contestants.iter().map(Contestant::turn).sum());
+    time(&contestants, &mut points, rounds, common, stop)?;
     let on = frontier(&points, Axis::MsPerFrame, Axis::Psnr);
     points.iter_mut().zip(on).for_each(|(point, on)| point.frontier = on);
-    Ok((points, pictures))
+    Ok((points, pictures, rounds))
 }
 
 /// Times all in turns.

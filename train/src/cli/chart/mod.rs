@@ -84,7 +84,8 @@ pub(super) struct Chart {
     background: Option<[f32; 3]>,
     #[command(flatten)]
     reading: Reading,
-    /// Rounds in which every point is timed once; 15 unless told, 9 with --quick.
+    /// Rounds in which every point is timed once; 15 unless told, with --quick 5 to 9,
+    /// as many as fit into a minute.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: Option<u32>,
     /// Points of other programs (docs/accuracy-and-speed.md has the columns).
@@ -165,7 +166,8 @@ impl Chart {
         make_folder(&self.out)?;
         let mut models = Models::new(&self.out, taken)?;
         models.train(&scenes, &recipes, common, &stop)?;
-        let (mut points, pictures) = measure(self, &scenes, &models, &metrics, common, &stop)?;
+        let (mut points, pictures, rounds) =
+            measure(self, &scenes, &models, &metrics, common, &stop)?;
         let known =
             |peer: &crate::chart::Point| scenes.iter().any(|scene| scene.name == peer.scene);
         let (shown, others): (Vec<_>, Vec<_>) = peers.into_iter().partition(known);
@@ -173,7 +175,7 @@ impl Chart {
             eprintln!("note: {} peers are of other scenes and left out", others.len());
         }
         points.extend(shown);
-        let chart = self.write(points, &pictures, asked, &metrics, common)?;
+        let chart = self.write(points, &pictures, (rounds, asked), &metrics, common)?;
         self.report(&chart, common);
         self.answer(&chart.points, common)
     }
@@ -208,9 +210,10 @@ impl Chart {
         Ok(())
     }
 
-    /// Rounds that are timed.
-    fn rounds(&self) -> usize {
-        self.rounds.map_or(if self.quick { 9 } else { 15 }, |n| n as usize)
+    /// How many rounds are timed, where one takes so many seconds.
+    fn rounds(&self, seconds: f64) -> usize {
+        let usual = if self.quick { (60.0 / seconds).clamp(5.0, 9.0) as usize } else { 15 };
+        self.rounds.map_or(usual, |n| n as usize)
     }
 
     /// Views that are compared; all: `None`.
@@ -224,11 +227,11 @@ impl Chart {
         let Self { split, background, reading, peers, lpips_weights, .. } = self;
         format!(
             "{data:?} {} {train:?} {models:?} {precision:?} {:?} {sampling:?} {downscale_factor:?} \
-             {split} {:?} {background:?} {reading:?} {peers:?} {lpips_weights:?} {} {:?} {:?}",
+             {split} {:?} {background:?} {reading:?} {peers:?} {lpips_weights:?} {:?} {:?} {:?}",
             self.quick,
             self.qualities(common),
             self.n_views(),
-            self.rounds(),
+            self.rounds,
             common.threads,
             common.simd(),
         )

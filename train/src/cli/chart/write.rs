@@ -26,7 +26,7 @@ impl Chart {
         &self,
         points: Vec<Point>,
         pictures: &Pictures,
-        asked: String,
+        (rounds, asked): (usize, String),
         metrics: &Metrics,
         common: &Common,
     ) -> Result<chart::Chart, Failure> {
@@ -36,7 +36,7 @@ impl Chart {
             program: Program::this(),
             machine,
             protocol: Protocol {
-                rounds: self.rounds(),
+                rounds,
                 unsteady_above: Point::UNSTEADY,
                 lpips: metrics.lpips.as_ref().map(|lpips| lpips.network().to_owned()),
                 command: command(),

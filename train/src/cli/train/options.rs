@@ -92,7 +92,7 @@ pub(in crate::cli) struct Train {
     log2_hashmap_size: Option<u32>,
     /// Levels of the grid; 9 unless told, or 8 with --profile fast. The coarsest and the
     /// finest stay as coarse and as fine.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=16))]
     n_levels: Option<u32>,
     /// Width of the hidden layers behind the grid: 8, 16, 32, 64 or 128.
     #[arg(long, value_name = "N", value_parser = parse_width)]

@@ -1,0 +1,306 @@
+//! `pocketnerf chart` as its user sees it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Two models of a few steps, as thumbnails.
+const TINY: [&str; 8] = [
+    "--train=--steps 60 --downscale-factor 8 --log2-hashmap-size 9 --n-levels 4 --hidden-width 16",
+    "--train=--steps 20 --downscale-factor 8 --method nerf --depth 2 --width 16 --batch-rays 64",
+    "--downscale-factor=8",
+    "--qualities=0,1",
+    "--views=3",
+    "--rounds=5",
+    "--threads=2",
+    "--quiet",
+];
+
+fn pocketnerf(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_pocketnerf")).args(arguments).output().unwrap()
+}
+
+fn chart(out: &Path, more: &[&str]) -> Output {
+    pocketnerf(&[&["chart", "--out", text(out)], &TINY[..], more].concat())
+}
+
+#[track_caller]
+fn done(output: &Output) -> String {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// The one line that says why not.
+#[track_caller]
+fn refused(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let said = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    said
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn points(out: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(out.join("points.json")).unwrap()).unwrap()
+}
+
+/// A column of `points.csv`.
+fn column(out: &Path, name: &str) -> Vec<String> {
+    let mut reader = csv::Reader::from_path(out.join("points.csv")).unwrap();
+    let at = reader.headers().unwrap().iter().position(|header| header == name).unwrap();
+    reader.records().map(|record| record.unwrap()[at].to_owned()).collect()
+}
+
+#[test]
+fn from_a_sweep_to_a_page_and_a_choice() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("chart");
+    let peers = folder.path().join("peers.csv");
+    let rows = "program,scene,width,height,psnr,ms_per_frame,bytes,source\n\
+                other,builtin,50,50,21.5,3.5,100000,\"</script><b>a paper</b>\"\n\
+                other,elsewhere,50,50,30,1,1,nobody\n";
+    std::fs::write(&peers, rows).unwrap();
+    let said = done(&chart(&out, &["--precision=i8,f16", "--peers", text(&peers)]));
+    assert!(said.contains("nerf against hash-grid, by ms_per_frame: BD-rate"), "{said}");
+    let first = points(&out);
+    let all = first["points"].as_array().unwrap();
+    // Two models, two precisions, two qualities; the peer of this scene.
+    assert_eq!(all.len(), 9);
+    assert!(all[..8].iter().any(|point| point["frontier"] == true));
+    for point in &all[..8] {
+        assert_eq!((&point["scene"], &point["width"]), (&"builtin".into(), &50.into()));
+        assert_eq!((&point["views"], &point["background"]), (&3.into(), &"1,1,1".into()));
+        for known in [
+            "psnr",
+            "ssim",
+            "depth_error",
+            "ms_per_frame",
+            "ms_low",
+            "ms_high",
+            "spread",
+            "rays_per_second",
+            "samples_per_ray",
+            "train_seconds",
+            "bytes",
+            "render_memory_bytes",
+        ] {
+            assert!(point[known].as_f64().unwrap().is_finite(), "{known}: {point}");
+        }
+        // Thumbnails have no five scales, and nobody gave weights.
+        assert_eq!((&point["ms_ssim"], &point["lpips"]), (&Value::Null, &Value::Null));
+        let [low, ms, high] =
+            ["ms_low", "ms_per_frame", "ms_high"].map(|k| point[k].as_f64().unwrap());
+        assert!(low <= ms && ms <= high, "{point}");
+        assert_eq!(point["unsteady"], point["spread"].as_f64().unwrap() > 0.10);
+        let picture = out.join("pictures").join(format!("{}.png", point["id"].as_str().unwrap()));
+        assert_eq!(image::image_dimensions(picture).unwrap(), (150, 50));
+    }
+    assert_eq!(column(&out, "psnr").len(), 9);
+    assert_eq!(column(&out, "unsteady").iter().filter(|flag| !flag.is_empty()).count(), 8);
+    for key in ["cpu", "peak_gflops", "peak_gb_per_s", "simd"] {
+        assert!(!first["machine"][key].is_null(), "{key}");
+    }
+    for name in ["chart.svg", "chart.png", "index.html"] {
+        assert!(std::fs::metadata(out.join(name)).unwrap().len() > 10_000, "{name}");
+    }
+
+    the_page_works(&out.join("index.html"));
+    what_a_chart_says_can_be_repeated(&all[0], &out);
+
+    // Again: models and scores are kept, to the bit, times are measured anew.
+    let model = out
+        .join("models")
+        .join("builtin.steps20-downscale-factor8-nerf-D2-W16-batch-rays64.f32.pnerf");
+    let trained = std::fs::metadata(&model).unwrap().modified().unwrap();
+    done(&chart(&out, &["--precision=i8,f16"]));
+    assert_eq!(std::fs::metadata(&model).unwrap().modified().unwrap(), trained);
+    let second = points(&out);
+    let exact = |value: &Value| -> Vec<Value> {
+        let own =
+            value["points"].as_array().unwrap().iter().filter(|p| p["program"] == "pocketnerf");
+        own.map(|p| serde_json::json!([p["id"], p["psnr"], p["ssim"], p["train_seconds"]]))
+            .collect()
+    };
+    assert_eq!(exact(&first), exact(&second));
+    assert_ne!(first["protocol"]["measured_at"], Value::Null);
+
+    // Answers come from what is there; the choice can be kept in a file.
+    let before = std::fs::read(out.join("points.json")).unwrap();
+    let stored = folder.path().join("chosen.pnerf");
+    let wish = ["--precision=i8,f16", "--recommend=smallest=5", "--store", text(&stored)];
+    let said = done(&chart(&out, &wish));
+    assert!(said.contains("smallest file with at least 5 dB: builtin."), "{said}");
+    assert!(said.contains(": pocketnerf train builtin --out scene.pnerf --steps"), "{said}");
+    assert_eq!(std::fs::read(out.join("points.json")).unwrap(), before);
+    let bytes = std::fs::read(&stored).unwrap();
+    let file = pocketnerf_formats::open_verified(&bytes).unwrap();
+    assert!(matches!(file.about.quality, Some(0.0 | 1.0)));
+    let none = chart(&out, &["--precision=i8,f16", "--recommend=fastest=99"]);
+    assert!(done(&none).contains("fastest with at least 99 dB: none of the points is"));
+}
+
+/// `eval` of the written model, and training anew, give the chart's figures and bytes.
+fn what_a_chart_says_can_be_repeated(point: &Value, out: &Path) {
+    let model = out.join("models").join(format!(
+        "builtin.{}.{}.pnerf",
+        point["model"].as_str().unwrap(),
+        point["precision"].as_str().unwrap()
+    ));
+    let command = point["train_command"].as_str().unwrap();
+    let again = out.join("again.pnerf");
+    let words: Vec<&str> = command
+        .split_whitespace()
+        .skip(1)
+        .map(|word| if word == "scene.pnerf" { text(&again) } else { word })
+        .collect();
+    done(&pocketnerf(&[&words[..], &["--quiet", "--threads", "1"]].concat()));
+    assert!(std::fs::read(&again).unwrap() == std::fs::read(&model).unwrap(), "{command}");
+    // Its three views are 0, 4 and 8 of twelve.
+    let command = point["eval_command"].as_str().unwrap();
+    let words: Vec<&str> = command.split_whitespace().skip(1).chain(["--json"]).collect();
+    let eval: Value = serde_json::from_str(&done(&pocketnerf(&words))).unwrap();
+    let views = eval["per_view"].as_array().unwrap();
+    let mean = [0, 4, 8].iter().map(|i| views[*i]["psnr"].as_f64().unwrap()).sum::<f64>() / 3.0;
+    assert!((mean - point["psnr"].as_f64().unwrap()).abs() < 1e-9, "{mean} {point}");
+}
+
+/// What a visitor does, by a script in a copy of the page; its findings are left there.
+const VISIT: &str = r##"<script>
+const found = { errors: window.errors };
+const marks = () => [...document.querySelectorAll("#chart .mark")];
+const fire = (element, name) => element.dispatchEvent(new Event(name, { bubbles: true }));
+const text = (id) => document.getElementById(id).textContent;
+found.marks = marks().length;
+found.peers = document.querySelectorAll("#chart polygon.mark").length;
+found.frontier = document.querySelector("#chart .frontier").getAttribute("d");
+fire(marks()[0], "mouseenter");
+found.hover = text("details");
+found.picture = !document.getElementById("picture").hidden;
+fire(marks()[0], "mouseleave");
+found.left = text("details");
+fire(document.querySelector("#chart polygon.mark"), "click");
+found.kept = text("details");
+const box = document.querySelector("#methods input[value=nerf]");
+box.checked = false;
+fire(box, "change");
+found.filtered = marks().length;
+const x = document.getElementById("x");
+found.costs = [...x.options].map((option) => option.value);
+x.value = "train_seconds";
+fire(x, "change");
+found.trained = marks().length;
+found.rows = document.querySelectorAll("#table tbody tr").length;
+found.foreign = document.querySelectorAll("b").length;
+const result = document.createElement("pre");
+result.id = "found";
+result.textContent = JSON.stringify(found);
+document.body.append(result);
+</script></body>"##;
+const WATCH: &str = "<head><script>window.errors = []; window.onerror = (message) => \
+                     { window.errors.push(String(message)); };</script>";
+
+/// In a browser without a window, where there is one.
+fn the_page_works(page: &Path) {
+    let html = std::fs::read_to_string(page).unwrap();
+    assert!(!html.contains("</script><b>"), "a peer's text ends the script");
+    let Some(browser) = browser() else {
+        eprintln!("no chromium on this machine: the page was not opened");
+        return;
+    };
+    let visited = page.with_file_name("visited.html");
+    let html = html.replacen("<head>", WATCH, 1).replacen("</body>", VISIT, 1);
+    std::fs::write(&visited, html).unwrap();
+    let profile = tempfile::tempdir().unwrap();
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"])
+        .arg(format!("--user-data-dir={}", text(profile.path())))
+        .arg(format!("file://{}", text(&visited.canonicalize().unwrap())))
+        .output()
+        .unwrap();
+    let dom = String::from_utf8(output.stdout).unwrap();
+    let found =
+        dom.split_once("<pre id=\"found\">").and_then(|(_, rest)| rest.split_once("</pre>"));
+    let (found, _) = found.unwrap_or_else(|| {
+        panic!("the script did not end: {}", String::from_utf8_lossy(&output.stderr))
+    });
+    let unescaped = found.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    let found: Value = serde_json::from_str(&unescaped).unwrap();
+    assert_eq!(found["errors"], serde_json::json!([]), "{found}");
+    assert_eq!((&found["marks"], &found["peers"]), (&9.into(), &1.into()), "{found}");
+    assert!(found["frontier"].as_str().unwrap().starts_with('M'), "{found}");
+    let says = |key: &str, expected: &str| {
+        assert!(found[key].as_str().unwrap().contains(expected), "{key}: {found}");
+    };
+    says("hover", "PSNR, dB");
+    says("hover", "pocketnerf train builtin");
+    assert_eq!(found["picture"], true, "{found}");
+    says("left", "Point at a mark.");
+    says("kept", "</script><b>a paper</b>");
+    // Four of the grid and the peer; the peer has no time of training.
+    assert_eq!((&found["filtered"], &found["trained"]), (&5.into(), &4.into()), "{found}");
+    assert_eq!((&found["rows"], &found["foreign"]), (&5.into(), &0.into()), "{found}");
+    assert!(found["costs"].as_array().unwrap().contains(&"ms_per_frame".into()), "{found}");
+}
+
+fn browser() -> Option<&'static str> {
+    let works = |name: &&str| {
+        Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success())
+    };
+    ["chromium", "chromium-browser", "google-chrome"].into_iter().find(works)
+}
+
+#[test]
+fn what_is_wrong_is_said_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("chart");
+    let at = |name: &str| folder.path().join(name);
+    let expect = |more: &[&str], expected: &str| {
+        let said = refused(&chart(&out, more));
+        assert!(said.contains(expected), "{said}\n{expected}");
+        assert!(!out.exists(), "{expected}");
+    };
+    std::fs::write(at("peers.csv"), "program,scene,width,height,fps\na,b,1,1,3\n").unwrap();
+    expect(&["--peers", text(&at("peers.csv"))], "peers.csv:2: unknown field `fps`");
+    expect(&["--lpips-weights", text(&at("none.npz"))], "none.npz: ");
+    expect(&["--train=--colour red"], "unexpected argument '--colour' found");
+    expect(&["--train=--steps 60 --precision f16"], "--precision: leave it out, the chart says");
+    expect(&["--x=psnr"], "--x psnr: expected a cost");
+    expect(&["--y=bytes"], "--y bytes: expected how good pictures are");
+    expect(&["--split=train"], "--split train: expected val or test");
+    expect(
+        &["--recommend=fastest=1", "--recommend=smallest=1", "--store=m.pnerf"],
+        "one --recommend",
+    );
+    expect(&[text(&at("nothing"))], "nothing");
+
+    // A Blender dataset that has no test split.
+    let scene = at("scene");
+    std::fs::create_dir(&scene).unwrap();
+    image::RgbImage::new(16, 16).save(scene.join("a.png")).unwrap();
+    let frame =
+        r#"{"file_path": "a", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}"#;
+    let transforms = format!(r#"{{"camera_angle_x": 0.7, "frames": [{frame}]}}"#);
+    std::fs::write(scene.join("transforms_train.json"), transforms).unwrap();
+    expect(&[text(&scene)], "transforms_test.json");
+
+    // A model of the built-in scene for that dataset.
+    let model = at("m.pnerf");
+    let steps = ["--steps=5", "--downscale-factor=16", "--log2-hashmap-size=8", "--quiet"];
+    done(&pocketnerf(&[&["train", "builtin", "--out", text(&model)], &steps[..]].concat()));
+    std::fs::copy(scene.join("transforms_train.json"), scene.join("transforms_test.json")).unwrap();
+    let taken = ["chart", text(&scene), "--out", text(&out), "--models", text(&model)];
+    let said = refused(&pocketnerf(&taken));
+    assert!(said.contains("m.pnerf: a model of \"built-in scene\", expected one of"), "{said}");
+    assert!(!out.exists());
+    // For its own it is taken.
+    let taken = ["chart", "builtin", "--out", text(&out), "--models", text(&model)];
+    let few = ["--downscale-factor=16", "--rounds=1", "--views=1", "--quiet", "--json"];
+    let said = done(&pocketnerf(&[&taken[..], &few].concat()));
+    let said: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(said["points"].as_array().unwrap().len(), 3);
+    assert_eq!(said["points"][0]["model"], "m");
+}
