@@ -75,7 +75,7 @@
 
   const logTicks = (low, high) => {
     const ticks = [];
-    const steps = high / low > 30 ? [1, 3] : high / low > 6 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 6, 8];
+    const steps = high / low > 30 ? [1, 3] : high / low > 8 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 6, 8];
     for (let e = Math.floor(Math.log10(low)); e <= Math.ceil(Math.log10(high)); e += 1) {
       for (const step of steps) {
         const value = step * 10 ** e;
@@ -144,7 +144,7 @@
         : { points: `${cx},${cy - 8} ${cx - 7.5},${cy + 6} ${cx + 7.5},${cy + 6}` };
       const mark = draw(isOurs(p) ? "circle" : "polygon", { ...place, tabindex: 0,
         class: p === kept ? "mark kept" : "mark", "data-id": p.id,
-        fill: best.has(p) || !isOurs(p) ? colorOf(p) : BEATEN });
+        fill: best.has(p) || !isOurs(p) ? colorOf(p) : BEATEN, stroke: colorOf(p) });
       mark.append(draw("title", {}, `${seriesOf(p)} ${p.model}: ${short(p[y.key])}, ${short(p[x.key])}`));
       mark.addEventListener("mouseenter", () => tell(p));
       mark.addEventListener("mouseleave", () => tell(kept));

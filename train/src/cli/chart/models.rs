@@ -128,7 +128,7 @@ impl Models {
             if !common.quiet {
                 eprintln!("model {} of {}: {}", i + 1, missing.len(), job.name());
             }
-            job.train(common)?;
+            job.train(common, stop)?;
         }
         for job in &jobs {
             self.all.extend(job.models()?);
@@ -204,7 +204,7 @@ impl<'a> Job<'a> {
 
     /// Calls `pocketnerf train`, as its users do: time and memory are those of the whole
     /// program.
-    fn train(&self, common: &Common) -> Result<(), Failure> {
+    fn train(&self, common: &Common, stop: &Stop) -> Result<(), Failure> {
         let checkpoint = checkpoint_path(&self.path);
         let resumes = checkpoint.is_file() && self.recorded().is_some();
         self.write_record(None)?;
@@ -228,17 +228,14 @@ impl<'a> Job<'a> {
         }
         let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
         let output = child.wait_with_output()?;
-        match output.status.code() {
-            Some(0) => {}
-            Some(code) if code == i32::from(INTERRUPTED) => return Err(Interrupted.into()),
-            _ => {
-                return Err(format!(
-                    "{}: training failed ({}), for the reason above",
-                    self.name(),
-                    output.status
-                )
-                .into());
+        if !output.status.success() {
+            // Ctrl-C reaches both.
+            stop.check()?;
+            if output.status.code() == Some(INTERRUPTED.into()) {
+                return Err(Interrupted.into());
             }
+            let (name, status) = (self.name(), output.status);
+            return Err(format!("{name}: training failed ({status}), for the reason above").into());
         }
         let trained: Trained = serde_json::from_slice(&output.stdout)?;
         let commit = self.record.program.commit.clone();
