@@ -16,6 +16,7 @@ mod point;
 pub mod provenance;
 pub mod recommend;
 pub mod rounds;
+mod scale;
 pub mod statistics;
 pub mod table;
 

@@ -58,7 +58,8 @@ pub struct Point {
     pub lpips: Option<f64>,
     /// Mean of the views' depth errors, scene units.
     pub depth_error: Option<f64>,
-    /// Median time of a picture over the rounds.
+    /// Median time of a picture over the rounds, on an undisturbed machine:
+    /// [`Turn::ms`](super::rounds::Turn::ms).
     pub ms_per_frame: Option<f64>,
     /// Lower end of its 95 % bootstrap interval.
     pub ms_low: Option<f64>,
@@ -68,9 +69,11 @@ pub struct Point {
     pub spread: Option<f64>,
     /// Whether the spread exceeds [`UNSTEADY`](Self::UNSTEADY): do not trust the time.
     pub unsteady: Option<bool>,
-    /// Pictures a second.
+    /// The median by the clock, whatever disturbed the machine.
+    pub wall_ms_per_frame: Option<f64>,
+    /// Pictures a second, undisturbed.
     pub frames_per_second: Option<f64>,
-    /// Pixels a second, interpolated ones too.
+    /// Pixels a second, undisturbed, interpolated ones too.
     pub rays_per_second: Option<f64>,
     /// Evaluations of the field, a pixel.
     pub samples_per_ray: Option<f64>,

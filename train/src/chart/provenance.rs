@@ -71,6 +71,9 @@ fn cpu() -> Option<String> {
 pub struct Protocol {
     /// Interleaved rounds.
     pub rounds: usize,
+    /// Median of how much slower the machine was than at its best, which times are divided
+    /// by turn by turn.
+    pub slowdown: f64,
     /// Share of the median that the quartiles may lie apart.
     pub unsteady_above: f64,
     /// The network of LPIPS, where weights were given.

@@ -1,9 +1,13 @@
 //! Times of pictures, measured in rounds: each model has its turn in every round, so
-//! that whatever disturbs the machine for a while disturbs all of them.
+//! that whatever disturbs the machine for a while disturbs all of them. Before and after
+//! each turn a piece of work that is always the same tells how fast the machine is just
+//! then: on machines that are shared, that changes by a fifth from minute to minute.
 
 use std::time::Instant;
 
 use pocketnerf_core::{Camera, Error, Model};
+
+use crate::bench::machine::Pace;
 
 use crate::lens::Lens;
 use crate::picture::{Renderer, Settings};
@@ -57,7 +61,25 @@ impl Contestant<'_> {
     }
 }
 
-/// Milliseconds a picture of every contestant in each round. Every second round goes
+/// A contestant's turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// Milliseconds a picture by the clock.
+    pub wall_ms: f64,
+    /// How many times longer the same work took around this turn than at its best in all
+    /// rounds.
+    pub slowdown: f64,
+}
+
+impl Turn {
+    /// Milliseconds a picture of an undisturbed machine.
+    #[must_use]
+    pub fn ms(&self) -> f64 {
+        self.wall_ms / self.slowdown
+    }
+}
+
+/// The turns of every contestant, round after round. Every second round goes
 /// backwards. `done` is told how many turns have been taken; where it says no, that was
 /// the last.
 ///
@@ -66,20 +88,27 @@ impl Contestant<'_> {
 pub fn rounds(
     contestants: &[Contestant<'_>],
     rounds: usize,
+    pace: &Pace,
     mut done: impl FnMut(usize) -> bool,
-) -> Result<Vec<Vec<f64>>, Error> {
-    let mut times = vec![Vec::with_capacity(rounds); contestants.len()];
-    let mut turns = 0;
+) -> Result<Vec<Vec<Turn>>, Error> {
+    let mut turns = vec![Vec::with_capacity(rounds); contestants.len()];
+    let (mut n_turns, mut best, mut before) = (0, f64::INFINITY, pace.seconds());
     for round in 0..rounds {
         let n = contestants.len();
         for turn in 0..n {
             let i = if round % 2 == 0 { turn } else { n - 1 - turn };
-            times[i].push(contestants[i].take_turn()?);
-            turns += 1;
-            if !done(turns) {
-                return Ok(times);
+            let wall_ms = contestants[i].take_turn()?;
+            let after = pace.seconds();
+            best = best.min(before.min(after));
+            turns[i].push(Turn { wall_ms, slowdown: 0.5 * (before + after) });
+            before = after;
+            n_turns += 1;
+            if !done(n_turns) {
+                return Ok(turns);
             }
         }
     }
-    Ok(times)
+    // Seconds until here.
+    turns.iter_mut().flatten().for_each(|turn| turn.slowdown /= best);
+    Ok(turns)
 }

@@ -4,6 +4,7 @@ mod clock;
 mod curve;
 mod fma;
 mod gather;
+mod pace;
 mod rate;
 mod stream;
 
@@ -14,6 +15,7 @@ use pocketnerf_core::{Error, SimdLevel};
 use rayon::prelude::*;
 
 pub use curve::{Curve, Point};
+pub use pace::Pace;
 pub use rate::Rate;
 
 use crate::aligned::Aligned;

@@ -246,7 +246,9 @@
     ["peak, GFLOP/s", machine.peak_gflops],
     ["peak, GB/s", machine.peak_gb_per_s],
     ["interleaved rounds", protocol.rounds],
-    ["times are", "medians over rounds, with 95 % bootstrap intervals"],
+    ["times are", "medians over rounds, with 95 % bootstrap intervals, each turn divided by "
+      + "how much longer a fixed piece of work took around it than at its best"],
+    ["that was, typically", `${protocol.slowdown.toFixed(2)} times`],
     ["unsteady above", `${100 * protocol.unsteady_above} % between the quartiles`],
     ["LPIPS", protocol.lpips],
     ["measured", new Date(1000 * protocol.measured_at).toISOString()],

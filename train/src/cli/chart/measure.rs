@@ -1,63 +1,46 @@
 //! From models to points: how good their pictures are, then how long they take.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pocketnerf_core::Camera;
-use serde::{Deserialize, Serialize};
 
 use super::models::{Model, Models};
 use super::progress::{Progress, duration};
 use super::scenes::Scene;
+use super::score::{Judge, Scored};
 use super::{Chart, Stop};
-use crate::chart::rounds::{Contestant, rounds};
+use crate::bench::machine::Pace;
+use crate::chart::rounds::{Contestant, Turn, rounds};
 use crate::chart::statistics::Summary;
 use crate::chart::{Axis, OURS, Point, frontier};
 use crate::cli::train::quoted;
 use crate::cli::{Common, Failure, make_folder, open_to_render};
-use crate::dataset::{Dataset, hash_of};
-use crate::evaluate::evaluate;
-use crate::image_file;
 use crate::lens::Lens;
 use crate::metrics::Metrics;
-use crate::output;
 use crate::picture::{self, Sampling, Settings};
 
-/// Pictures of points have at most so many pixels a side: what is larger is cropped.
-const PICTURE: u32 = 400;
-/// The difference is shown so many times brighter.
-const GAIN: u8 = 4;
 /// Views that are timed.
 const TIMED: usize = 4;
 
-/// What does not change from run to run: kept in a file, with what it is the score of.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct Scored {
-    of: String,
-    views: usize,
-    width: u32,
-    height: u32,
-    background: [f32; 3],
-    psnr: Option<f64>,
-    ssim: Option<f64>,
-    ms_ssim: Option<f64>,
-    lpips: Option<f64>,
-    depth_error: Option<f64>,
-    samples_per_ray: f64,
-    seconds_per_frame: f64,
-}
-
 /// One way to render a model.
-struct Way<'m> {
-    model: &'m Model,
+pub(super) struct Way<'m> {
+    pub(super) model: &'m Model,
     factor: u32,
-    settings: Settings,
-    id: String,
+    pub(super) settings: Settings,
+    pub(super) id: String,
 }
 
-/// Files of pictures, by their points' order.
-pub(super) type Pictures = Vec<(String, PathBuf)>;
+/// What was measured.
+pub(super) struct Measured {
+    pub(super) points: Vec<Point>,
+    /// Files of pictures by their points' ids.
+    pub(super) pictures: Vec<(String, PathBuf)>,
+    pub(super) rounds: usize,
+    /// How much slower than at its best the machine was.
+    pub(super) slowdown: f64,
+}
 
-/// Scores everything, then times everything in rounds, so many.
+/// Scores everything, then times everything in rounds.
 pub(super) fn measure(
     chart: &Chart,
     scenes: &[Scene],
@@ -65,7 +48,7 @@ pub(super) fn measure(
     metrics: &Metrics,
     common: &Common,
     stop: &Stop,
-) -> Result<(Vec<Point>, Pictures, usize), Failure> {
+) -> Result<Measured, Failure> {
     let folders =
         [make_folder(&chart.out.join("scores"))?, make_folder(&chart.out.join("pictures"))?];
     // A table for each model, which is its files' memory as long as anything is rendered.
@@ -76,12 +59,11 @@ pub(super) fn measure(
         .zip(&mut tables)
         .map(|(model, table)| open_to_render(&model.path, &model.bytes, table))
         .collect::<Result<_, _>>()?;
-    let n_ways =
-        chart.qualities(common).len() * chart.sampling.len() * chart.downscale_factor.len();
+    let n_ways = chart.qualities(common).len() * chart.sampling.len() * chart.factors().len();
     let mut progress = Progress::new("scoring", n_ways * files.len(), common.quiet);
     let (mut points, mut pictures, mut timed) = (Vec::new(), Vec::new(), Vec::new());
     for (i, scene) in scenes.iter().enumerate() {
-        for &factor in &chart.downscale_factor {
+        for &factor in chart.factors() {
             let mut dataset = scene.held_out(factor)?;
             let own: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
             let of_scene = models.all.iter().zip(&files).filter(|(model, _)| model.scene == i);
@@ -119,20 +101,20 @@ pub(super) fn measure(
         })
         .collect();
     let rounds = chart.rounds(contestants.iter().map(Contestant::turn).sum());
-    time(&contestants, &mut points, rounds, common, stop)?;
+    let slowdown = time(&contestants, &mut points, rounds, common, stop)?;
     let on = frontier(&points, Axis::MsPerFrame, Axis::Psnr);
     points.iter_mut().zip(on).for_each(|(point, on)| point.frontier = on);
-    Ok((points, pictures, rounds))
+    Ok(Measured { points, pictures, rounds, slowdown })
 }
 
-/// Times all in turns.
+/// Times all in turns; how much slower than at its best the machine was, typically.
 fn time(
     contestants: &[Contestant<'_>],
     points: &mut [Point],
     n_rounds: usize,
     common: &Common,
     stop: &Stop,
-) -> Result<(), Failure> {
+) -> Result<f64, Failure> {
     let expected = n_rounds as f64 * contestants.iter().map(Contestant::turn).sum::<f64>();
     if !common.quiet {
         let n = contestants.len();
@@ -140,24 +122,30 @@ fn time(
     }
     let mut progress = Progress::new("timing", n_rounds * contestants.len(), common.quiet);
     let mut interrupted = Ok(());
-    let times = rounds(contestants, n_rounds, |turns| {
+    let pace = Pace::new(common.simd())?;
+    let turns = rounds(contestants, n_rounds, &pace, |turns| {
         progress.done(turns);
         interrupted = stop.check();
         interrupted.is_ok()
     })?;
     interrupted?;
-    for (point, times) in points.iter_mut().zip(&times) {
-        let Some(Summary { median, interval, spread }) = Summary::of(times) else { continue };
+    for (point, turns) in points.iter_mut().zip(&turns) {
+        let of = |figure: fn(&Turn) -> f64| turns.iter().map(figure).collect::<Vec<f64>>();
+        let Some(Summary { median, interval, spread }) = Summary::of(&of(Turn::ms)) else {
+            continue;
+        };
         let rays = f64::from(point.width) * f64::from(point.height);
         point.ms_per_frame = Some(median);
         [point.ms_low, point.ms_high] = interval.map(Some);
         point.spread = Some(spread);
         point.unsteady = Some(spread > Point::UNSTEADY);
+        point.wall_ms_per_frame = Summary::of(&of(|turn| turn.wall_ms)).map(|wall| wall.median);
         point.frames_per_second = Some(1e3 / median);
         point.rays_per_second = Some(rays * 1e3 / median);
         point.threads = Some(rayon::current_num_threads());
     }
-    Ok(())
+    let slowdowns: Vec<f64> = turns.iter().flatten().map(|turn| turn.slowdown).collect();
+    Ok(Summary::of(&slowdowns).map_or(1.0, |slowdown| slowdown.median))
 }
 
 impl Chart {
@@ -174,92 +162,6 @@ impl Chart {
         };
         self.sampling.iter().flat_map(|sampling| with(*sampling)).collect()
     }
-}
-
-/// What pictures are compared with, and where scores and pictures are kept.
-struct Judge<'a> {
-    dataset: &'a Dataset,
-    background: [f32; 3],
-    metrics: &'a Metrics,
-    folders: &'a [PathBuf; 2],
-}
-
-impl Judge<'_> {
-    /// The way's score and picture, those that are there or new ones.
-    fn score(
-        &self,
-        way: &Way<'_>,
-        model: &pocketnerf_core::Model<'_>,
-    ) -> Result<(Scored, PathBuf), Failure> {
-        let [scores, pictures] = self.folders;
-        let path = scores.join(format!("{}.json", way.id));
-        let picture = pictures.join(format!("{}.png", way.id));
-        let of = self.identity(way);
-        let kept = std::fs::read(&path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
-        if let Some(scored) = kept.filter(|scored: &Scored| scored.of == of && picture.is_file()) {
-            return Ok((scored, picture));
-        }
-        let shown = self.dataset.views.len() / 2;
-        let mut written = Ok(());
-        let (dataset, background) = (self.dataset, self.background);
-        let result =
-            evaluate(model, dataset, background, &way.settings, self.metrics, |i, ours, truth| {
-                if i == shown {
-                    written = write_picture(&picture, &dataset.views[i].camera, ours, truth);
-                }
-            })?;
-        written?;
-        let known = |value: Option<f64>| value.filter(|value| value.is_finite());
-        let scored = Scored {
-            of,
-            views: result.views,
-            width: result.width,
-            height: result.height,
-            background: result.background,
-            psnr: known(Some(result.psnr)),
-            ssim: known(result.ssim),
-            ms_ssim: known(result.ms_ssim),
-            lpips: known(result.lpips),
-            depth_error: known(result.depth_error),
-            samples_per_ray: result.samples_per_ray,
-            seconds_per_frame: result.seconds_per_frame,
-        };
-        output::write_atomic(&path, &serde_json::to_vec_pretty(&scored)?)?;
-        Ok((scored, picture))
-    }
-
-    /// Everything that a score depends on.
-    fn identity(&self, way: &Way<'_>) -> String {
-        let Settings { simd, skip, quality, sampling, .. } = way.settings;
-        format!(
-            "model {:016x}, views {:016x}, on {:?}, {simd:?} {skip} {quality} {sampling:?}, LPIPS {:?}, {}",
-            hash_of(&way.model.bytes),
-            self.dataset.fingerprint(),
-            self.background,
-            self.metrics.lpips.as_ref().map(|lpips| lpips.network()),
-            crate::chart::Program::this().commit.unwrap_or_default(),
-        )
-    }
-}
-
-/// Model, truth and difference side by side, of what is in the middle.
-fn write_picture(
-    path: &Path,
-    camera: &Camera,
-    ours: &[u8],
-    truth: &[u8],
-) -> Result<(), output::OutputError> {
-    let [width, height] = [camera.width, camera.height].map(|side| side.min(PICTURE));
-    let [left, top] = [(camera.width - width) / 2, (camera.height - height) / 2];
-    let row = |y: u32| {
-        3 * (y * camera.width + left) as usize..3 * (y * camera.width + left + width) as usize
-    };
-    let middle =
-        |rgb: &[u8]| (top..top + height).flat_map(|y| rgb[row(y)].to_vec()).collect::<Vec<u8>>();
-    let (ours, truth) = (middle(ours), middle(truth));
-    let difference = image_file::difference(&ours, &truth, GAIN);
-    let (width, pixels) = image_file::side_by_side(width, &[&ours, &truth, &difference]);
-    image_file::write_rgb(path, width, height, &pixels)
 }
 
 impl<'m> Way<'m> {

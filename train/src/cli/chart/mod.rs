@@ -6,6 +6,7 @@ mod models;
 mod plan;
 mod progress;
 mod scenes;
+mod score;
 mod write;
 
 use std::fmt;
@@ -68,8 +69,9 @@ pub(super) struct Chart {
         default_value = "occupancy"
     )]
     sampling: Vec<Sampling>,
-    /// Render and compare with images so many times smaller, each a chart of its own.
-    #[arg(long, value_name = "K,…", value_delimiter = ',', default_value = "1",
+    /// Render and compare with images so many times smaller, each a chart of its own;
+    /// 1,2 for the whole sweep and 1 else unless told.
+    #[arg(long, value_name = "K,…", value_delimiter = ',',
         value_parser = clap::value_parser!(u32).range(1..=64))]
     downscale_factor: Vec<u32>,
     /// Which views: val or test.
@@ -166,16 +168,15 @@ impl Chart {
         make_folder(&self.out)?;
         let mut models = Models::new(&self.out, taken)?;
         models.train(&scenes, &recipes, common, &stop)?;
-        let (mut points, pictures, rounds) =
-            measure(self, &scenes, &models, &metrics, common, &stop)?;
+        let mut measured = measure(self, &scenes, &models, &metrics, common, &stop)?;
         let known =
             |peer: &crate::chart::Point| scenes.iter().any(|scene| scene.name == peer.scene);
         let (shown, others): (Vec<_>, Vec<_>) = peers.into_iter().partition(known);
         if !others.is_empty() && !common.quiet {
             eprintln!("note: {} peers are of other scenes and left out", others.len());
         }
-        points.extend(shown);
-        let chart = self.write(points, &pictures, (rounds, asked), &metrics, common)?;
+        measured.points.extend(shown);
+        let chart = self.write(measured, asked, &metrics, common)?;
         self.report(&chart, common);
         self.answer(&chart.points, common)
     }
@@ -205,9 +206,21 @@ impl Chart {
             if self.recommend.len() != 1 {
                 return Err("--store: give one --recommend, whose choice is stored".into());
             }
+            if self.data.len() > 1 || self.factors().len() > 1 {
+                return Err("--store: give one dataset and one --downscale-factor".into());
+            }
             output::check_output(path)?;
         }
         Ok(())
+    }
+
+    /// How many times smaller pictures are.
+    fn factors(&self) -> &[u32] {
+        match (&self.downscale_factor[..], self.quick || !self.train.is_empty()) {
+            ([], false) if self.models.is_empty() => &[1, 2],
+            ([], _) => &[1],
+            (given, _) => given,
+        }
     }
 
     /// How many rounds are timed, where one takes so many seconds.
@@ -223,13 +236,14 @@ impl Chart {
 
     /// Everything that decides what is measured, to know the same wish again.
     fn asked(&self, common: &Common) -> String {
-        let Self { data, train, models, precision, sampling, downscale_factor, .. } = self;
+        let Self { data, train, models, precision, sampling, .. } = self;
         let Self { split, background, reading, peers, lpips_weights, .. } = self;
         format!(
-            "{data:?} {} {train:?} {models:?} {precision:?} {:?} {sampling:?} {downscale_factor:?} \
+            "{data:?} {} {train:?} {models:?} {precision:?} {:?} {sampling:?} {:?} \
              {split} {:?} {background:?} {reading:?} {peers:?} {lpips_weights:?} {:?} {:?} {:?}",
             self.quick,
             self.qualities(common),
+            self.factors(),
             self.n_views(),
             self.rounds,
             common.threads,

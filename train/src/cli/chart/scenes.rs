@@ -38,7 +38,7 @@ impl Chart {
             let (reading, split, views) = (self.reading, self.split, self.n_views());
             let scene = Scene { name, data, reading, split, views };
             // Refused now, not after an hour of training.
-            for factor in &self.downscale_factor {
+            for factor in self.factors() {
                 let dataset = scene.held_out(*factor)?;
                 if !common.quiet {
                     dataset.notes.iter().for_each(|note| eprintln!("note: {note}"));

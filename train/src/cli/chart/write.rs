@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::Chart;
-use super::measure::{Pictures, now};
+use super::measure::{Measured, now};
 use crate::bench::Machine;
 use crate::chart::{
     self, Axis, MachineFacts, Point, Program, Protocol, bjontegaard, drawing, page, table,
@@ -24,12 +24,12 @@ impl Chart {
     /// Writes everything; nothing is written before all of it is made.
     pub(super) fn write(
         &self,
-        points: Vec<Point>,
-        pictures: &Pictures,
-        (rounds, asked): (usize, String),
+        measured: Measured,
+        asked: String,
         metrics: &Metrics,
         common: &Common,
     ) -> Result<chart::Chart, Failure> {
+        let Measured { points, pictures, rounds, slowdown } = measured;
         let machine = MachineFacts::of(&Machine::measure(common.simd(), true)?);
         let comparisons = COMPARED.iter().flat_map(|cost| bjontegaard::compare(&points, *cost));
         let chart = chart::Chart {
@@ -37,6 +37,7 @@ impl Chart {
             machine,
             protocol: Protocol {
                 rounds,
+                slowdown,
                 unsteady_above: Point::UNSTEADY,
                 lpips: metrics.lpips.as_ref().map(|lpips| lpips.network().to_owned()),
                 command: command(),
@@ -51,7 +52,7 @@ impl Chart {
         let rgb = drawing::rgb(&chart.points, self.y, &self.x)?;
         let png = encode_rgb(width, height, &rgb)?;
         let mut shown = page::Pictures::new();
-        for (id, path) in pictures {
+        for (id, path) in &pictures {
             let picture = image::open(path).map_err(|e| format!("{}: {e}", path.display()))?;
             let picture = picture.into_rgb8();
             let address = page::picture(picture.width(), picture.height(), picture.as_raw())?;
