@@ -51,16 +51,17 @@ fn name(options: &[String]) -> String {
     if name.is_empty() { "default".to_owned() } else { name }
 }
 
-/// A chart in less than five minutes: the first picture of what a scene needs.
+/// A chart in less than five minutes, on a machine half of which is busy too: the first
+/// picture of what a scene needs.
 #[must_use]
 pub fn quick() -> Vec<Recipe> {
     vec![
-        Recipe::of("--seconds 12 --log2-hashmap-size 11 --n-levels 5 --hidden-width 32"),
-        Recipe::of("--seconds 15 --log2-hashmap-size 13 --n-levels 6 --hidden-width 32"),
-        Recipe::of("--seconds 15 --log2-hashmap-size 15 --hidden-width 16"),
-        Recipe::with("--seconds 30 --log2-hashmap-size 15", &[Precision::I8, Precision::F16]),
-        Recipe::of("--seconds 15 --method nerf --depth 4 --width 64 --batch-rays 1024"),
-        Recipe::of("--seconds 45 --method nerf --depth 4 --width 128 --batch-rays 1024"),
+        Recipe::of("--seconds 10 --log2-hashmap-size 11 --n-levels 5 --hidden-width 32"),
+        Recipe::of("--seconds 12 --log2-hashmap-size 13 --n-levels 6 --hidden-width 32"),
+        Recipe::of("--seconds 12 --log2-hashmap-size 15 --hidden-width 16"),
+        Recipe::with("--seconds 25 --log2-hashmap-size 15", &[Precision::I8, Precision::F16]),
+        Recipe::of("--seconds 12 --method nerf --depth 4 --width 64 --batch-rays 1024"),
+        Recipe::of("--seconds 30 --method nerf --depth 4 --width 128 --batch-rays 1024"),
     ]
 }
 

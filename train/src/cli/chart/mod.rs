@@ -77,7 +77,7 @@ pub(super) struct Chart {
     /// Which views: val or test.
     #[arg(long, default_value = "test")]
     split: Split,
-    /// Compare so many views, spread evenly; all unless told, 8 with --quick.
+    /// Compare so many views, spread evenly; all unless told, 4 with --quick.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     views: Option<u32>,
     /// What models and truth are composited on: white, black or R,G,B; the models' own
@@ -87,7 +87,7 @@ pub(super) struct Chart {
     #[command(flatten)]
     reading: Reading,
     /// Rounds in which every point is timed once; 15 unless told, with --quick 5 to 9,
-    /// as many as fit into a minute.
+    /// as many as fit into 40 seconds.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: Option<u32>,
     /// Points of other programs (docs/accuracy-and-speed.md has the columns).
@@ -225,13 +225,13 @@ impl Chart {
 
     /// How many rounds are timed, where one takes so many seconds.
     fn rounds(&self, seconds: f64) -> usize {
-        let usual = if self.quick { (60.0 / seconds).clamp(5.0, 9.0) as usize } else { 15 };
+        let usual = if self.quick { (40.0 / seconds).clamp(5.0, 9.0) as usize } else { 15 };
         self.rounds.map_or(usual, |n| n as usize)
     }
 
     /// Views that are compared; all: `None`.
     fn n_views(&self) -> Option<usize> {
-        self.views.map(|n| n as usize).or(self.quick.then_some(8))
+        self.views.map(|n| n as usize).or(self.quick.then_some(4))
     }
 
     /// Everything that decides what is measured, to know the same wish again.
