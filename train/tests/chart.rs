@@ -62,16 +62,19 @@ fn from_a_sweep_to_a_page_and_a_choice() {
     let peers = folder.path().join("peers.csv");
     let rows = "program,scene,width,height,psnr,ms_per_frame,bytes,source\n\
                 other,builtin,50,50,21.5,3.5,100000,\"</script><b>a paper</b>\"\n\
+                other,builtin,60,60,25,1,1,nobody\n\
                 other,elsewhere,50,50,30,1,1,nobody\n";
     std::fs::write(&peers, rows).unwrap();
-    let said = done(&chart(&out, &["--precision=i8,f16", "--peers", text(&peers)]));
+    let all = ["--precision=i8,f16", "--peers", text(&peers)];
+    let said = done(&chart(&out, &all));
     assert!(said.contains("nerf against hash-grid, by ms_per_frame: BD-rate"), "{said}");
     let first = points(&out);
-    let all = first["points"].as_array().unwrap();
-    // Two models, two precisions, two qualities; the peer of this scene.
-    assert_eq!(all.len(), 9);
-    assert!(all[..8].iter().any(|point| point["frontier"] == true));
-    for point in &all[..8] {
+    let points_of_all = first["points"].as_array().unwrap();
+    // Two models, two precisions, two qualities; the peers of this scene, one of another
+    // size.
+    assert_eq!(points_of_all.len(), 10);
+    assert!(points_of_all[..8].iter().any(|point| point["frontier"] == true));
+    for point in &points_of_all[..8] {
         assert_eq!((&point["scene"], &point["width"]), (&"builtin".into(), &50.into()));
         assert_eq!((&point["views"], &point["background"]), (&3.into(), &"1,1,1".into()));
         for known in [
@@ -100,7 +103,7 @@ fn from_a_sweep_to_a_page_and_a_choice() {
         let picture = out.join("pictures").join(format!("{}.png", point["id"].as_str().unwrap()));
         assert_eq!(image::image_dimensions(picture).unwrap(), (150, 50));
     }
-    assert_eq!(column(&out, "psnr").len(), 9);
+    assert_eq!(column(&out, "psnr").len(), 10);
     assert_eq!(column(&out, "unsteady").iter().filter(|flag| !flag.is_empty()).count(), 8);
     for key in ["cpu", "peak_gflops", "peak_gb_per_s", "simd"] {
         assert!(!first["machine"][key].is_null(), "{key}");
@@ -110,14 +113,14 @@ fn from_a_sweep_to_a_page_and_a_choice() {
     }
 
     the_page_works(&out.join("index.html"));
-    what_a_chart_says_can_be_repeated(&all[0], &out);
+    what_a_chart_says_can_be_repeated(&points_of_all[0], &out);
 
     // Again: models and scores are kept, to the bit, times are measured anew.
     let model = out
         .join("models")
         .join("builtin.steps20-downscale-factor8-nerf-D2-W16-batch-rays64.f32.pnerf");
     let trained = std::fs::metadata(&model).unwrap().modified().unwrap();
-    done(&chart(&out, &["--precision=i8,f16"]));
+    done(&chart(&out, &all));
     assert_eq!(std::fs::metadata(&model).unwrap().modified().unwrap(), trained);
     let second = points(&out);
     let exact = |value: &Value| -> Vec<Value> {
@@ -132,15 +135,15 @@ fn from_a_sweep_to_a_page_and_a_choice() {
     // Answers come from what is there; the choice can be kept in a file.
     let before = std::fs::read(out.join("points.json")).unwrap();
     let stored = folder.path().join("chosen.pnerf");
-    let wish = ["--precision=i8,f16", "--recommend=smallest=5", "--store", text(&stored)];
-    let said = done(&chart(&out, &wish));
+    let wish = ["--recommend=smallest=5", "--store", text(&stored)];
+    let said = done(&chart(&out, &[&all[..], &wish].concat()));
     assert!(said.contains("smallest file with at least 5 dB: builtin."), "{said}");
     assert!(said.contains(": pocketnerf train builtin --out scene.pnerf --steps"), "{said}");
     assert_eq!(std::fs::read(out.join("points.json")).unwrap(), before);
     let bytes = std::fs::read(&stored).unwrap();
     let file = pocketnerf_formats::open_verified(&bytes).unwrap();
     assert!(matches!(file.about.quality, Some(0.0 | 1.0)));
-    let none = chart(&out, &["--precision=i8,f16", "--recommend=fastest=99"]);
+    let none = chart(&out, &[&all[..], &["--recommend=fastest=99"]].concat());
     assert!(done(&none).contains("fastest with at least 99 dB: none of the points is"));
 }
 

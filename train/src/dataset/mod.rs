@@ -99,12 +99,17 @@ fn list(path: &Path, split: Split, options: &LoadOptions) -> Result<Listing, Dat
 impl Dataset {
     /// Keeps at most `n` views, spread evenly.
     pub fn thin(&mut self, n: usize) {
-        let all = self.views.len();
-        if n < all {
-            let mut number = 0..all;
-            // The first view, and then each that begins another n-th part.
-            self.views.retain(|_| number.next().is_some_and(|i| i * n % all < n));
-        }
+        thin(&mut self.views, n);
+    }
+}
+
+/// Keeps at most `n` of a list, spread evenly.
+pub(crate) fn thin<T>(list: &mut Vec<T>, n: usize) {
+    let all = list.len();
+    if n < all {
+        let mut number = 0..all;
+        // The first, and then each that begins another n-th part.
+        list.retain(|_| number.next().is_some_and(|i| i * n % all < n));
     }
 }
 

@@ -14,10 +14,10 @@ impl Chart {
     /// that was asked for.
     pub(super) fn answer(&self, points: &[Point], common: &Common) -> Result<(), Failure> {
         let mut answers = Vec::new();
-        for group in groups(points) {
-            let of_group = || points.iter().filter(move |point| point.group() == group);
+        let ours: Vec<Point> = points.iter().filter(|point| point.is_ours()).cloned().collect();
+        for group in groups(&ours) {
             for wish in &self.recommend {
-                let chosen = wish.choose(of_group());
+                let chosen = wish.choose(ours.iter().filter(|point| point.group() == group));
                 if let (Some(point), Some(path)) = (chosen, &self.store) {
                     self.keep(point, path)?;
                 }

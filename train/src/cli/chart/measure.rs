@@ -15,6 +15,7 @@ use crate::chart::statistics::Summary;
 use crate::chart::{Axis, OURS, Point, frontier};
 use crate::cli::train::quoted;
 use crate::cli::{Common, Failure, make_folder, open_to_render};
+use crate::dataset;
 use crate::lens::Lens;
 use crate::metrics::Metrics;
 use crate::picture::{self, Sampling, Settings};
@@ -59,7 +60,7 @@ pub(super) fn measure(
         .zip(&mut tables)
         .map(|(model, table)| open_to_render(&model.path, &model.bytes, table))
         .collect::<Result<_, _>>()?;
-    let n_ways = chart.qualities(common).len() * chart.sampling.len() * chart.factors().len();
+    let n_ways = chart.ways(common).len() * chart.factors().len();
     let mut progress = Progress::new("scoring", n_ways * files.len(), common.quiet);
     let (mut points, mut pictures, mut timed) = (Vec::new(), Vec::new(), Vec::new());
     for (i, scene) in scenes.iter().enumerate() {
@@ -75,9 +76,7 @@ pub(super) fn measure(
                 }
                 let mut cameras: Vec<(Camera, Lens)> =
                     dataset.views.iter().map(|view| (view.camera, view.lens)).collect();
-                let n = cameras.len();
-                let mut number = 0..n;
-                cameras.retain(|_| number.next().is_some_and(|i| i * TIMED % n < TIMED));
+                dataset::thin(&mut cameras, TIMED);
                 for settings in chart.ways(common) {
                     stop.check()?;
                     let way = Way::new(scene, model, factor, settings);
@@ -237,10 +236,4 @@ impl<'m> Way<'m> {
             ..Point::default()
         }
     }
-}
-
-/// Seconds since 1970.
-pub(super) fn now() -> u64 {
-    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-    since.map_or(0, |since| since.as_secs())
 }

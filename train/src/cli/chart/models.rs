@@ -207,6 +207,10 @@ impl<'a> Job<'a> {
     fn train(&self, common: &Common, stop: &Stop) -> Result<(), Failure> {
         let checkpoint = checkpoint_path(&self.path);
         let resumes = checkpoint.is_file() && self.recorded().is_some();
+        if !resumes && checkpoint.is_file() {
+            // Of other options: nobody shall go on from it.
+            std::fs::remove_file(&checkpoint)?;
+        }
         self.write_record(None)?;
         let mut command = Command::new(std::env::current_exe()?);
         command.arg("train").arg(&self.record.data).arg("--out").arg(&self.path);

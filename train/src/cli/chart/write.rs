@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::Chart;
-use super::measure::{Measured, now};
+use super::measure::Measured;
 use crate::bench::Machine;
 use crate::chart::{
     self, Axis, MachineFacts, Point, Program, Protocol, bjontegaard, drawing, page, table,
@@ -120,4 +120,10 @@ pub(super) fn measured(out: &Path, asked: &str) -> Option<Vec<Point>> {
 fn command() -> String {
     let words = std::env::args_os().skip(1).map(|word| quoted(Path::new(&word)));
     std::iter::once("pocketnerf".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// Seconds since 1970.
+fn now() -> u64 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    since.map_or(0, |since| since.as_secs())
 }
