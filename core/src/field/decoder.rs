@@ -107,17 +107,12 @@ impl Decoder<'_> {
         rows
     }
 
-    /// From encoded points in `work.a` to sigma and channels in `work.output`,
-    /// see [`Field::density_features`](crate::field::Field::density_features).
-    pub fn density_features<S: Simd, T: Store>(
-        &self,
-        simd: S,
-        samples: Samples<'_>,
-        work: &mut Workspace<'_>,
-    ) {
-        let (n, stride) = (samples.len(), work.stride);
-        let Workspace { a, b, output, panel, .. } = work;
-        self.density.forward::<S, T>(simd, a, b, output, n, stride, panel);
+    /// From encoded points in `work.a` to sigma and features in `work.output`: without the
+    /// colours of per-sample shading, [`density_features`](Self::density_features).
+    #[inline(always)]
+    pub fn densities<S: Simd, T: Store>(&self, simd: S, n: usize, work: &mut Workspace<'_>) {
+        let Workspace { a, b, output, panel, stride } = work;
+        self.density.forward::<S, T>(simd, a, b, output, n, *stride, panel);
         simd.vectorize(
             #[inline(always)]
             || {
@@ -129,9 +124,21 @@ impl Decoder<'_> {
                 }
             },
         );
+    }
+
+    /// From encoded points in `work.a` to sigma and channels in `work.output`,
+    /// see [`Field::density_features`](crate::field::Field::density_features).
+    pub fn density_features<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        samples: Samples<'_>,
+        work: &mut Workspace<'_>,
+    ) {
+        let (n, stride) = (samples.len(), work.stride);
+        self.densities::<S, T>(simd, n, work);
         if self.shading == Shading::PerSample {
-            let features = &output[stride..(1 + self.n_features as usize) * stride];
-            a[..features.len()].copy_from_slice(features);
+            let features = &work.output[stride..(1 + self.n_features as usize) * stride];
+            work.a[..features.len()].copy_from_slice(features);
             self.colors::<S, T>(simd, samples.directions, n, work);
         }
     }

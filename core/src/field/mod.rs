@@ -155,6 +155,18 @@ impl<D: Decoded> Field for D {
     fn decode<S: Simd, T: Store>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
         self.decoder().density_features::<S, T>(simd, samples, work);
     }
+
+    /// Without the colour network.
+    #[inline(always)]
+    fn densities<S: Simd, T: Store>(
+        &self,
+        simd: S,
+        samples: Samples<'_>,
+        work: &mut Workspace<'_>,
+    ) {
+        self.encode(simd, samples.points, work);
+        self.decoder().densities::<S, T>(simd, samples.len(), work);
+    }
 }
 
 /// A field of any kind that this build links: the type at the file boundary.
