@@ -9,7 +9,7 @@
 mod detail;
 mod driver;
 mod finish;
-mod flight;
+pub(crate) mod flight;
 mod foreground;
 mod group;
 mod observe;
@@ -26,7 +26,7 @@ pub use observe::{Observer, Stage, observe_tile};
 pub use progressive::{Refinement, Refinements, refine_tile};
 pub use rehearse::rehearse_tile;
 
-use crate::sampler::{Hierarchical, LANES};
+use crate::sampler::Hierarchical;
 use crate::scratch::{Limits, Tuning, scratch_len};
 use crate::{Camera, Error, Model, Ray, SimdLevel};
 use driver::Job;
@@ -96,15 +96,7 @@ impl RenderOptions {
             }
         }
         self.detail.validate()?;
-        let Tuning { samples, rays } = self.tuning;
-        let multiples = samples.is_multiple_of(32) && rays.is_multiple_of(LANES);
-        // Rays are known by whole numbers in f32.
-        if !multiples || rays == 0 || rays > samples || rays > 1 << f32::MANTISSA_DIGITS {
-            return Err(Error::Range(
-                "tuning: samples a multiple of 32, rays of 16 and no more than samples or 2^24",
-            ));
-        }
-        Ok(())
+        self.tuning.validate()
     }
 
     /// `f32` values of scratch to hand to [`render_tile`].

@@ -1,5 +1,6 @@
 //! The caller's working memory, cut into the buffers that a tile needs.
 
+use crate::Error;
 use crate::network::panel_len;
 use crate::sampler::LANES;
 
@@ -57,6 +58,22 @@ impl Tuning {
     pub const SMALL: Self = Self { samples: 32, rays: 16 };
     /// At most 1 MiB with [`Limits::SMALL`]: what fits a core's second-level cache.
     pub const FAST: Self = Self { samples: 1024, rays: 512 };
+
+    /// Checks that scratch can be cut up like this.
+    ///
+    /// # Errors
+    /// [`Error::Range`].
+    pub fn validate(&self) -> Result<(), Error> {
+        let Self { samples, rays } = *self;
+        let multiples = samples.is_multiple_of(32) && rays.is_multiple_of(LANES);
+        // Rays are known by whole numbers in f32.
+        if !multiples || rays == 0 || rays > samples || rays > 1 << f32::MANTISSA_DIGITS {
+            return Err(Error::Range(
+                "tuning: samples a multiple of 32, rays of 16 and no more than samples or 2^24",
+            ));
+        }
+        Ok(())
+    }
 
     /// Distance between rows of a batch. Not a power of two, or the rows would
     /// compete for the same lines of the cache.

@@ -9,13 +9,13 @@ use crate::scratch::RAY_LEN;
 
 /// A ray in flight.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Flight {
-    pub(super) walk: Walk,
-    pub(super) gathered: Gathered,
+pub(crate) struct Flight {
+    pub(crate) walk: Walk,
+    pub(crate) gathered: Gathered,
     /// Part of the light that passed its last sample.
-    pub(super) passed: f32,
+    pub(crate) passed: f32,
     /// The number of its pixel.
-    pub(super) pixel: u32,
+    pub(crate) pixel: u32,
     /// Samples that will stand for as many steps as the last.
     left: f32,
 }
@@ -23,13 +23,13 @@ pub(super) struct Flight {
 impl Flight {
     /// The ray in a lane of a bundle, which has gathered nothing.
     #[inline(always)]
-    pub(super) fn start(bundle: &Bundle, lane: usize, pixel: u32) -> Self {
+    pub(crate) fn start(bundle: &Bundle, lane: usize, pixel: u32) -> Self {
         let walk = bundle.walk(lane);
         Self { walk, gathered: Gathered::NOTHING, passed: 1.0, pixel, left: 0.0 }
     }
 
     #[inline(always)]
-    pub(super) fn load(from: &[f32; RAY_LEN]) -> Self {
+    pub(crate) fn load(from: &[f32; RAY_LEN]) -> Self {
         let [ox, oy, oz, dx, dy, dz, phase, next, end, rest @ ..] = *from;
         let [transmittance, opacity, depth, passed, pixel, steps, left] = rest;
         Self {
@@ -42,7 +42,7 @@ impl Flight {
     }
 
     #[inline(always)]
-    pub(super) fn store(self, to: &mut [f32; RAY_LEN]) {
+    pub(crate) fn store(self, to: &mut [f32; RAY_LEN]) {
         let Self { walk, gathered, passed, pixel, left } = self;
         let Walk { origin: [ox, oy, oz], direction: [dx, dy, dz], phase, next, end, steps } = walk;
         let Gathered { transmittance, opacity, depth } = gathered;
@@ -56,7 +56,7 @@ impl Flight {
     /// changes after every [`RUN`] samples of a ray and nowhere else: what a ray
     /// gathers does not depend on the rays beside it.
     #[inline(always)]
-    pub(super) fn wants(&mut self, [min_transmittance, late]: [f32; 2], room: usize) -> usize {
+    pub(crate) fn wants(&mut self, [min_transmittance, late]: [f32; 2], room: usize) -> usize {
         let transmittance = self.gathered.transmittance;
         let [needed] =
             composite::samples_needed(&[transmittance], &[self.passed], min_transmittance, room);
@@ -69,16 +69,16 @@ impl Flight {
 
     /// Notes how many it has taken.
     #[inline(always)]
-    pub(super) fn took(&mut self, n: usize) {
+    pub(crate) fn took(&mut self, n: usize) {
         self.left -= n as f32;
     }
 }
 
 /// What is left of the samples that a ray has added to a batch, one after another.
 #[derive(Clone, Copy)]
-pub(super) struct Run {
-    pub(super) ray: usize,
-    pub(super) len: usize,
+pub(crate) struct Run {
+    pub(crate) ray: usize,
+    pub(crate) len: usize,
 }
 
 impl Run {
@@ -91,7 +91,7 @@ impl Run {
     /// Whose the samples from the first on are, and as many of them as there are; the next
     /// run's where nothing is left of this one.
     #[inline(always)]
-    pub(super) fn next(
+    pub(crate) fn next(
         &mut self,
         runs: &[f32],
         samples: Range<usize>,
@@ -110,15 +110,15 @@ impl Run {
 }
 
 /// Rays in flight, and what is written down of a batch's samples.
-pub(super) struct Flights<'s, 'f> {
-    pub(super) rays: &'f mut [[f32; RAY_LEN]],
+pub(crate) struct Flights<'s, 'f> {
+    pub(crate) rays: &'f mut [[f32; RAY_LEN]],
     /// At the first of a ray's samples: whose they are, and how many.
-    pub(super) runs: &'f mut [f32],
+    pub(crate) runs: &'f mut [f32],
     /// Where samples want directions.
-    pub(super) directions: Option<&'f mut [&'s mut [f32]; 3]>,
-    pub(super) space: &'f Space,
+    pub(crate) directions: Option<&'f mut [&'s mut [f32]; 3]>,
+    pub(crate) space: &'f Space,
     /// Where rays end, and from where samples are late.
-    pub(super) limits: [f32; 2],
+    pub(crate) limits: [f32; 2],
 }
 
 impl Travellers for Flights<'_, '_> {
