@@ -31,6 +31,15 @@ pub enum Error {
         /// Values given.
         given: usize,
     },
+    /// One of the caller's input slices does not fit the other.
+    InputLength {
+        /// Values needed.
+        needed: usize,
+        /// Values given.
+        given: usize,
+    },
+    /// The question has no answer in a model like this; the text says which.
+    Unsupported(&'static str),
     /// The model is larger than the [`Limits`](crate::scratch::Limits) the scratch was sized for.
     Limits(&'static str),
     /// This build leaves out the cargo feature that was asked for.
@@ -53,6 +62,10 @@ impl fmt::Display for Error {
             Self::OutputLength { needed, given } => {
                 write!(f, "output holds {given} values where {needed} are needed")
             }
+            Self::InputLength { needed, given } => {
+                write!(f, "input holds {given} values where {needed} are needed")
+            }
+            Self::Unsupported(what) => write!(f, "the model cannot answer this: {what}"),
             Self::Limits(what) => write!(f, "the model exceeds the limits given: {what}"),
             Self::Feature(name) => {
                 write!(f, "this build leaves it out: it needs the cargo feature `{name}`")

@@ -3,7 +3,8 @@
 //!
 //! The modules stand in the order in which a ray passes through them:
 //! [`camera`] → [`space`] → [`occupancy`] → [`sampler`] → [`encoding`] →
-//! [`network`] → [`field`] → [`composite`] → [`render`].
+//! [`network`] → [`field`] → [`composite`] → [`render`]. What else a program may ask of a
+//! model stands in [`query`].
 //!
 //! # Features
 //! * `std` (default): detects the machine's SIMD level; everything else is the
@@ -80,6 +81,7 @@ pub mod math;
 pub mod model;
 pub mod network;
 pub mod occupancy;
+pub mod query;
 pub mod reference;
 pub mod render;
 pub mod sampler;
@@ -94,6 +96,7 @@ pub use error::Error;
 pub use field::AnyField;
 pub use model::{ColorSpace, Display, Model};
 pub use occupancy::Occupancy;
+pub use query::Probe;
 pub use render::{RenderOptions, SamplingMode, Tile, render_tile};
 pub use sampler::Sampling;
 pub use scratch::{Limits, Tuning};
