@@ -2,6 +2,7 @@
 //! where the model comes from.
 
 use pocketnerf_core::Camera;
+use pocketnerf_core::query::Similarity;
 
 /// Everything in a file that is not the model itself.
 ///
@@ -62,22 +63,23 @@ impl Default for Scene<'_> {
 }
 
 impl Scene<'_> {
+    /// The transform without the name.
+    #[must_use]
+    pub const fn similarity(&self) -> Similarity {
+        let Self { scale, rotation, translation, .. } = *self;
+        Similarity { scale, rotation, translation }
+    }
+
     /// A point in scene units to dataset coordinates.
     #[must_use]
     pub fn to_dataset(&self, p: [f32; 3]) -> [f32; 3] {
-        let row = |i: usize| -> f32 {
-            let r = self.rotation[i];
-            self.scale * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2]) + self.translation[i]
-        };
-        [row(0), row(1), row(2)]
+        self.similarity().to_dataset(p)
     }
 
     /// A direction in dataset coordinates as one in the model's, of the same length.
     #[must_use]
     pub fn to_model_direction(&self, d: [f32; 3]) -> [f32; 3] {
-        // The inverse of a rotation is its transpose.
-        let r = &self.rotation;
-        [0, 1, 2].map(|i| r[0][i] * d[0] + r[1][i] * d[1] + r[2][i] * d[2])
+        self.similarity().to_model_direction(d)
     }
 
     /// A camera in dataset coordinates as one in scene units.
@@ -98,7 +100,7 @@ impl Scene<'_> {
     /// A point in dataset coordinates to scene units.
     #[must_use]
     pub fn to_model(&self, p: [f32; 3]) -> [f32; 3] {
-        self.to_model_direction([0, 1, 2].map(|i| (p[i] - self.translation[i]) / self.scale))
+        self.similarity().to_model(p)
     }
 }
 

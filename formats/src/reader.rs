@@ -1,7 +1,7 @@
 //! From bytes to a model.
 
 use pocketnerf_core::sampler::Hierarchical;
-use pocketnerf_core::{Model, Occupancy, TensorView};
+use pocketnerf_core::{Error, Model, Occupancy, Probe, SimdLevel, TensorView, Tuning};
 
 use crate::about::About;
 use crate::container::Container;
@@ -97,6 +97,15 @@ impl<'a> ModelFile<'a> {
             Some((name, _)) => Err(FormatError::NotFinite(name)),
             None => Ok(()),
         }
+    }
+
+    /// Questions to the model, in the dataset's coordinates and units: SCENE's transform is
+    /// applied.
+    ///
+    /// # Errors
+    /// Those of [`Probe::new`] and [`Probe::with_similarity`].
+    pub fn probe(&self, simd: SimdLevel, tuning: Tuning) -> Result<Probe<'_>, Error> {
+        Probe::new(&self.model, simd, tuning)?.with_similarity(self.about.scene.similarity())
     }
 
     /// The file as sections, for listing them or finding a program's own.

@@ -1,5 +1,6 @@
 //! SCENE, DISPLAY, DETAIL and PROVENANCE.
 
+use pocketnerf_core::query::is_rotation;
 use pocketnerf_core::{ColorSpace, Display};
 use serde::{Deserialize, Serialize};
 
@@ -30,20 +31,6 @@ pub(crate) fn read_scene<'a>(mut fields: Fields<'a>) -> Result<Scene<'a>, Format
 pub(crate) fn write_scene(scene: &Scene<'_>) -> alloc::vec::Vec<u8> {
     let Scene { scale, rotation, translation, name } = *scene;
     super::encode(&SceneV1 { scale, rotation, translation, name })
-}
-
-/// Whether the rows are orthonormal and right-handed, to three digits.
-/// False for NaN.
-fn is_rotation(r: &[[f32; 3]; 3]) -> bool {
-    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let [a, b, c] = *r;
-    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let close = |value: f32, to: f32| (value - to).abs() < 1e-3;
-    close(dot(a, a), 1.0)
-        && close(dot(b, b), 1.0)
-        && close(dot(c, c), 1.0)
-        && close(dot(a, b), 0.0)
-        && close(dot(cross, c), 1.0)
 }
 
 /// Codes of [`ColorSpace`].
