@@ -9,4 +9,5 @@ mod ndc;
 mod nerf;
 mod paper;
 mod picture;
+mod query;
 mod refusals;
