@@ -81,6 +81,7 @@ pub mod math;
 pub mod model;
 pub mod network;
 pub mod occupancy;
+pub mod pixel;
 pub mod query;
 pub mod reference;
 pub mod render;

@@ -20,11 +20,13 @@ mod progressive;
 mod rehearse;
 mod source;
 mod target;
+mod tiles;
 
 pub use detail::Detail;
 pub use observe::{Observer, Stage, observe_tile};
 pub use progressive::{Refinement, Refinements, refine_tile};
 pub use rehearse::rehearse_tile;
+pub use tiles::Tiles;
 
 use crate::sampler::Hierarchical;
 use crate::scratch::{Limits, Tuning, scratch_len};

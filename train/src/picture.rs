@@ -1,35 +1,13 @@
 //! Whole pictures of a model, tiles in parallel.
 
-use pocketnerf_core::render::RenderStats;
-use pocketnerf_core::render::render_rays;
+use pocketnerf_core::render::{RenderStats, Tiles, render_rays};
 use pocketnerf_core::{
-    Camera, Error, Model, Ray, RenderOptions, SimdLevel, Tile, Tuning, render_tile,
+    Camera, Error, Model, Ray, RenderOptions, SimdLevel, Tile, Tuning, pixel, render_tile,
 };
 use rayon::prelude::*;
 
 use crate::lens::Lens;
 use crate::pool::Pool;
-
-/// Width and height of a tile: so many pixels that its passes fill batches, so
-/// few that its part of the tables stays in the cache.
-pub(crate) const TILE: [u32; 2] = [128, 64];
-/// Tiles of a picture at least, so that threads end together.
-const TILES: u32 = 48;
-/// Widths of tiles are multiples of this, the spacing of the coarsest picture.
-const WIDTH_STEP: u32 = 16;
-/// Rows of a tile at least.
-const LEAST_ROWS: u32 = 16;
-
-/// Width and height of the tiles of such a picture: as wide as [`TILE`] or a little
-/// narrower, so that none is left much narrower than the others.
-pub(crate) fn tile_size(width: u32, height: u32) -> [u32; 2] {
-    let [w, mut h] = TILE;
-    let columns = width.div_ceil(w).max(1);
-    while h > LEAST_ROWS && columns.saturating_mul(height.div_ceil(h)) < TILES {
-        h /= 2;
-    }
-    [width.div_ceil(columns).next_multiple_of(WIDTH_STEP).clamp(WIDTH_STEP, w), h]
-}
 
 /// Where along a ray the field is asked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -110,12 +88,7 @@ impl Picture {
     #[must_use]
     pub fn over(&self, background: [f32; 3]) -> Vec<f32> {
         let pixels = self.rgba.as_chunks::<4>().0.iter();
-        pixels
-            .flat_map(|[r, g, b, a]| {
-                let [br, bg, bb] = background.map(|c| c * (1.0 - a));
-                [r + br, g + bg, b + bb]
-            })
-            .collect()
+        pixels.flat_map(|rgba| pixel::over(*rgba, background)).collect()
     }
 }
 
@@ -130,9 +103,10 @@ struct Part<'p> {
 /// Cuts a picture of so many columns into tiles.
 fn parts<'p>(width: u32, height: u32, rgba: &'p mut [f32], depth: &'p mut [f32]) -> Vec<Part<'p>> {
     let part = |tile| Part { tile, rgba: Vec::new(), depth: Vec::new() };
-    let mut parts: Vec<Part<'p>> = tiles(width, height).into_iter().map(part).collect();
+    let tiles = Tiles::new(width, height);
+    let [w, h] = tiles.size().map(|side| side as usize);
+    let mut parts: Vec<Part<'p>> = tiles.map(part).collect();
     let row = width.max(1) as usize;
-    let [w, h] = tile_size(width, height).map(|side| side as usize);
     let first = |y: usize| y / h * row.div_ceil(w);
     for (y, row) in rgba.chunks_mut(4 * row).enumerate() {
         let pieces = row.chunks_mut(4 * w).zip(&mut parts[first(y)..]);
@@ -155,7 +129,7 @@ struct Worker {
 
 impl Worker {
     fn new(options: &RenderOptions, depth: bool) -> Self {
-        let n = (TILE[0] * TILE[1]) as usize;
+        let n = Tiles::MOST_PIXELS;
         let scratch = vec![0.0; options.scratch_len()];
         Self { scratch, rgba: vec![0.0; 4 * n], depth: vec![0.0; if depth { n } else { 0 }] }
     }
@@ -208,16 +182,6 @@ pub(crate) fn copy_rows(from: &[f32], to: &mut [f32], channels: usize, tile: Til
     for (from, to) in from.chunks_exact(n).zip(to.chunks_exact_mut(row * channels)) {
         to[tile.x as usize * channels..][..n].copy_from_slice(from);
     }
-}
-
-/// The tiles of a picture, row after row.
-pub(crate) fn tiles(width: u32, height: u32) -> Vec<Tile> {
-    let starts = |n: u32, side: u32| (0..n).step_by(side as usize);
-    let [w, h] = tile_size(width, height);
-    let corners = starts(height, h).flat_map(|y| starts(width, w).map(move |x| (x, y)));
-    corners
-        .map(|(x, y)| Tile { x, y, width: w.min(width - x), height: h.min(height - y) })
-        .collect()
 }
 
 /// Renders pictures one after another, in memory that it keeps.
@@ -285,7 +249,7 @@ impl<'m> Renderer<'m> {
 /// what lies around its cells, and scratch and a tile for each thread of the current pool.
 #[must_use]
 pub fn memory_bytes(model: &Model<'_>, settings: &Settings) -> u64 {
-    let tile = (TILE[0] * TILE[1]) as usize * if settings.depth { 5 } else { 4 };
+    let tile = Tiles::MOST_PIXELS * if settings.depth { 5 } else { 4 };
     let floats = settings.options(model).scratch_len() + tile;
     (model.table_len() + rayon::current_num_threads() * floats * size_of::<f32>()) as u64
 }
@@ -317,7 +281,7 @@ mod tests {
             let field = layout.view(&config.field, &parameters).unwrap();
             let tuning = Tuning::FAST;
             let scratch = pocketnerf_core::scratch::scratch_len(field.limits(), tuning);
-            let tile = 4 * (TILE[0] * TILE[1]) as usize;
+            let tile = 4 * Tiles::MOST_PIXELS;
             let bytes = size_of::<f32>() * (scratch + tile) + TABLE;
             assert!(bytes <= 1 << 20, "{bytes}");
         }

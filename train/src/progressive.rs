@@ -3,11 +3,11 @@
 
 use std::time::{Duration, Instant};
 
-use pocketnerf_core::render::{Refinement, Refinements, RenderStats, refine_tile};
+use pocketnerf_core::render::{Refinement, Refinements, RenderStats, Tiles, refine_tile};
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
 use rayon::prelude::*;
 
-use crate::picture::{Picture, Settings, copy_rows, tile_size};
+use crate::picture::{Picture, Settings, copy_rows};
 
 /// Time to put tiles together, a pixel: kept back from the deadline.
 const ASSEMBLE: Duration = Duration::from_nanos(6);
@@ -41,7 +41,7 @@ impl<'m> Progressive<'m> {
     /// The picture that `camera` takes, nothing of it rendered.
     #[must_use]
     pub fn new(model: &'m Model<'m>, camera: &Camera, settings: &Settings) -> Self {
-        let tile = tile_size(camera.width, camera.height);
+        let tile = Tiles::new(camera.width, camera.height).size();
         let coarsest = Refinements::new([camera.width, camera.height], tile);
         let parts = coarsest.take_while(|piece| piece.known == 0).map(|piece| Part {
             tile: piece.tile,

@@ -1,7 +1,7 @@
 //! Views of a model, to train another one from: no photographs needed.
 
 use pocketnerf_core::field::Shading;
-use pocketnerf_core::{Camera, Error, Model, Space, math};
+use pocketnerf_core::{Camera, Error, Model, Space, math, pixel};
 
 use crate::dataset::{Dataset, Split, View};
 use crate::field::{EncodingConfig, Layout};
@@ -139,11 +139,7 @@ pub fn config(
 /// RGBA, not premultiplied.
 fn straight(rgba: &[f32]) -> Vec<u8> {
     let pixels = rgba.as_chunks::<4>().0.iter();
-    let pixel = |[r, g, b, a]: &[f32; 4]| {
-        let color = |c: f32| if *a > 0.0 { c / a } else { 0.0 };
-        [color(*r), color(*g), color(*b), *a].map(quantize)
-    };
-    pixels.flat_map(pixel).collect()
+    pixels.flat_map(|rgba| pixel::straight(*rgba).map(quantize)).collect()
 }
 
 /// RGBA without transparency.

@@ -17,16 +17,10 @@ mod window;
 pub use depth::{DepthError, depth_error};
 pub use lpips::{Lpips, LpipsError};
 pub use ms_ssim::ms_ssim;
+pub use pocketnerf_core::pixel::quantize;
 pub use psnr::psnr;
 pub use scores::{Metrics, Scores};
 pub use ssim::ssim;
-
-/// A channel in 0..1 as 8 bits: `round(clamp(x, 0, 1) * 255)`; NaN becomes 0.
-#[must_use]
-pub fn quantize(x: f32) -> u8 {
-    // A cast takes NaN to 0.
-    (x.clamp(0.0, 1.0) * 255.0).round() as u8
-}
 
 /// [`quantize`] for a whole picture.
 #[must_use]

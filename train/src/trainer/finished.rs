@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Error, Model};
 
 use super::cells::Packed;
@@ -9,7 +10,6 @@ use super::effort::Effort;
 use super::occupancy_grid::{OccupancyGrid, PERIOD};
 use super::trial::Trial;
 use super::{Trainer, emptier, tolerance};
-use crate::picture::TILE;
 
 /// Cells along an axis at most: the format's limit.
 const MAX_RESOLUTION: u32 = 512;
@@ -56,7 +56,7 @@ impl Trainer {
 
     /// So many tiles of the training views.
     pub(super) fn trial(&self, tiles: usize) -> Trial<'_> {
-        let size = if self.config.is_dear() { SMALL_TILE } else { TILE };
+        let size = if self.config.is_dear() { SMALL_TILE } else { Tiles::LARGEST };
         Trial { source: &self.source, aim: &self.aim, seed: self.seed, tiles, size }
     }
 

@@ -1,11 +1,10 @@
 //! A picture with a stopwatch between the renderer's stages.
 
 use fearless_simd::dispatch;
-use pocketnerf_core::render::{self, observe_tile};
+use pocketnerf_core::render::{self, Tiles, observe_tile};
 use pocketnerf_core::sampler::{Bundle, LANES, Marcher};
 use pocketnerf_core::{Camera, Error, Model, Ray, RenderOptions};
 
-use crate::picture;
 use crate::stopwatch::{Laps, Stage, Stopwatch};
 
 /// What the rays of a picture have met.
@@ -33,7 +32,7 @@ pub(super) fn watch(
 ) -> Result<(), Error> {
     let mut scratch = vec![0.0; options.scratch_len()];
     let mut rgba = Vec::new();
-    for tile in picture::tiles(camera.width, camera.height) {
+    for tile in Tiles::new(camera.width, camera.height) {
         rgba.resize(4 * tile.pixels(), 0.0);
         counts.pixels += tile.pixels() as u64;
         let mut laps = Laps::begin(Some(stopwatch));
