@@ -22,7 +22,8 @@ pub struct Camera {
     pub camera_to_world: [f32; 16],
 }
 
-/// A half line in scene space.
+/// A half line in scene space. In memory it is its six numbers, for hosts that hand over such.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Where it starts, scene units.
