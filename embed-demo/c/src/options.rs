@@ -76,7 +76,7 @@ impl Options {
     }
 
     pub(crate) fn simd(&self) -> Result<SimdLevel, Failure> {
-        Ok(match self.simd {
+        let level = match self.simd {
             0 => SimdLevel::detect(),
             1 => SimdLevel::Portable,
             2 => SimdLevel::Sse42,
@@ -84,7 +84,9 @@ impl Options {
             4 => SimdLevel::Avx512,
             5 => SimdLevel::Neon,
             other => return Err(unknown("simd", other)),
-        })
+        };
+        level.token()?;
+        Ok(level)
     }
 
     pub(crate) fn memory(&self) -> Result<Memory, Failure> {
