@@ -1,7 +1,6 @@
 //! Cameras, in the caller's coordinates.
 
 use pocketnerf_core::query::is_rotation;
-use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera as CoreCamera, Space, math};
 use pocketnerf_formats::MAX_PICTURE_SIDE;
 
@@ -134,10 +133,11 @@ pub unsafe extern "C" fn pnrf_default_camera(
 
 /// A pose and a field of view for a model without a view of its own, in its coordinates.
 fn aside(space: &Space) -> ([f32; 16], f32) {
-    if let Space::Ndc(Ndc { slope, near, .. }) = space {
+    #[cfg(feature = "ndc")]
+    if let Space::Ndc(ndc) = space {
         // Where the photographs were taken from.
-        let pose = CoreCamera::look_at([0.0; 3], [0.0, 0.0, -near], [0.0, 1.0, 0.0]);
-        return (pose, 2.0 * (1.0 / slope[0]).atan());
+        let pose = CoreCamera::look_at([0.0; 3], [0.0, 0.0, -ndc.near], [0.0, 1.0, 0.0]);
+        return (pose, 2.0 * (1.0 / ndc.slope[0]).atan());
     }
     let (target, distance) = (space.center(), 2.0 / space.unit_map().scale);
     let (sin, cos) = math::sin_cos(0.5);
