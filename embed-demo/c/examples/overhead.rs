@@ -11,8 +11,8 @@ use std::ptr::{null, null_mut};
 use std::time::Instant;
 
 use pocketnerf_c::{
-    Camera, Image, Status, pnrf_close, pnrf_default_camera, pnrf_open_file, pnrf_render,
-    pnrf_scratch_length,
+    Camera, Image, Info, Status, pnrf_close, pnrf_default_camera, pnrf_info, pnrf_open_file,
+    pnrf_render, pnrf_scratch_length, pnrf_sphere_clear,
 };
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{
@@ -36,12 +36,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let name = CString::new(path)?;
     let mut opened = null_mut();
     // SAFETY: numbers may be zero.
-    let mut camera: Camera = unsafe { std::mem::zeroed() };
+    let (mut camera, mut info): (Camera, Info) = unsafe { std::mem::zeroed() };
     let mut length = 0;
     // SAFETY: places of ours.
     unsafe {
         expect(pnrf_open_file(name.as_ptr(), 0, &raw mut opened, null_mut()));
         expect(pnrf_default_camera(opened, side, side, &raw mut camera, null_mut()));
+        expect(pnrf_info(opened, &raw mut info, null_mut()));
         expect(pnrf_scratch_length(opened, null(), &raw mut length, null_mut()));
     }
     let (mut scratch, mut pixels) = (vec![0.0; length], vec![0u8; 4 * (side * side) as usize]);
@@ -70,6 +71,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         direct.push(begun.elapsed().as_secs_f64());
     }
     assert!(own == pixels, "other bytes");
+    let ball = [info.center[0], info.center[1], info.center[2], 0.1 * info.radius];
+    let (calls, mut clear) = (10_000, 0);
+    let begun = Instant::now();
+    for _ in 0..calls {
+        // SAFETY: places of ours.
+        expect(unsafe { pnrf_sphere_clear(opened, ball.as_ptr(), 1, &raw mut clear, null_mut()) });
+    }
+    let asked = begun.elapsed().as_secs_f64() / f64::from(calls);
+    println!("a call of pnrf_sphere_clear for one ball: {:.2} microseconds", 1e6 * asked);
     // SAFETY: nobody uses it any more.
     unsafe { pnrf_close(opened) };
     let ratios: Vec<f64> = through_c.iter().zip(&direct).map(|(c, rust)| c / rust).collect();

@@ -5,6 +5,7 @@
     reason = "each calls the interface with places of the test's own"
 )]
 
+mod handover;
 mod picture;
 mod query;
 

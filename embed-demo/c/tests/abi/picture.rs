@@ -61,7 +61,7 @@ fn render(model: &Open, camera: &Camera, options: &Options, image: &Image) -> St
 }
 
 /// Bytes of an image in this format and alpha, without gaps.
-fn bytes_of(model: &Open, camera: &Camera, options: &Options, image: Image) -> Vec<u8> {
+pub(crate) fn bytes_of(model: &Open, camera: &Camera, options: &Options, image: Image) -> Vec<u8> {
     let pixel = if image.format == Format::RgbaF32 as u32 { 16 } else { 4 };
     let mut bytes = vec![0xa5; pixel * (camera.width * camera.height) as usize];
     let image = Image { pixels: bytes.as_mut_ptr().cast(), size: bytes.len(), ..image };
