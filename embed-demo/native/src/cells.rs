@@ -1,0 +1,185 @@
+//! The cells of a model's occupancy, as one would see them if they were solid.
+
+use pocketnerf_core::occupancy::BLOCK;
+use pocketnerf_core::space::UnitMap;
+use pocketnerf_core::{Model, Occupancy, Ray};
+
+/// Cubes of cells, cells along each side.
+const BLOCK_CELLS: f32 = BLOCK as f32;
+
+/// Looks for the cells of a model.
+#[derive(Clone, Copy, Debug)]
+pub struct Cells<'m> {
+    model: &'m Model<'m>,
+    map: UnitMap,
+    /// Cells along each axis.
+    resolution: f32,
+    /// Of the model's box, in cells.
+    corner: [f32; 3],
+}
+
+/// Where a ray enters an occupied cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Distance along the ray in the space's own coordinates.
+    pub t: f32,
+    /// The axis across the face.
+    pub axis: usize,
+    /// The cell.
+    pub cell: [u32; 3],
+}
+
+impl<'m> Cells<'m> {
+    /// Of a model; without occupancy, all of its box is occupied.
+    #[must_use]
+    pub fn new(model: &'m Model<'m>) -> Self {
+        let map = model.space.unit_map();
+        let resolution = model.occupancy.map_or(128, |occupancy| occupancy.resolution()) as f32;
+        let corner = map.apply(model.space.bounds()[1]).map(|u| u * resolution);
+        Self { model, map, resolution, corner }
+    }
+
+    /// The box around all that is occupied, to the block, local coordinates.
+    #[must_use]
+    pub fn bounds(&self) -> [[f32; 3]; 2] {
+        let all = self.model.space.bounds();
+        let Some(occupancy) = &self.model.occupancy else { return all };
+        let n = occupancy.resolution() / BLOCK;
+        let (mut low, mut high) = ([n; 3], [0; 3]);
+        let blocks = (0..n * n * n).map(|i| [i % n, i / n % n, i / (n * n)]);
+        for block in blocks.filter(|[x, y, z]| occupancy.block(*x, *y, *z).is_some()) {
+            for a in 0..3 {
+                low[a] = low[a].min(block[a]);
+                high[a] = high[a].max(block[a] + 1);
+            }
+        }
+        if low[0] >= high[0] {
+            return all;
+        }
+        let place = |a: usize, block: u32| {
+            let cells = block as f32 * BLOCK_CELLS;
+            (self.map.min[a] + cells / self.resolution / self.map.scale).clamp(all[0][a], all[1][a])
+        };
+        [[0, 1, 2].map(|a| place(a, low[a])), [0, 1, 2].map(|a| place(a, high[a]))]
+    }
+
+    /// The first occupied cell along a ray.
+    #[must_use]
+    pub fn first(&self, ray: &Ray) -> Option<Face> {
+        let ray = self.model.space.local(ray)?;
+        let per_unit = self.map.scale * self.resolution;
+        let from = self.map.apply(ray.origin).map(|u| u * self.resolution);
+        let speed = ray.direction.map(|d| d * per_unit);
+        let ([mut t, end], mut axis) = self.inside(from, speed)?;
+        // A little into the cell, so that rounding does not look at the one before.
+        let nudge = 1e-3 / per_unit;
+        while t < end {
+            let at = [0, 1, 2].map(|a| from[a] + (t + nudge) * speed[a]);
+            let cell = at.map(|v| v.max(0.0) as u32);
+            let Some(occupancy) = &self.model.occupancy else {
+                return Some(Face { t, axis, cell });
+            };
+            if occupancy.cell(cell[0], cell[1], cell[2]) {
+                return Some(Face { t, axis, cell });
+            }
+            let (leaves, across) = leave(from, speed, cell, side(occupancy, cell));
+            t = leaves.max(t + nudge);
+            axis = across;
+        }
+        None
+    }
+
+    /// From where to where a ray is in the model's box, and across which axis it enters.
+    fn inside(&self, from: [f32; 3], speed: [f32; 3]) -> Option<([f32; 2], usize)> {
+        let ([mut enters, mut leaves], mut axis) = ([0f32, f32::INFINITY], 2);
+        for a in 0..3 {
+            let ends = [-from[a] / speed[a], (self.corner[a] - from[a]) / speed[a]];
+            let [first, last] = if speed[a] < 0.0 { [ends[1], ends[0]] } else { ends };
+            // NaN, of a ray within a wall, is neither.
+            if first > enters {
+                (enters, axis) = (first, a);
+            }
+            leaves = leaves.min(last);
+        }
+        (enters < leaves).then_some(([enters, leaves], axis))
+    }
+}
+
+/// Cells along each side of the empty cube around an empty cell.
+fn side(occupancy: &Occupancy<'_>, [x, y, z]: [u32; 3]) -> f32 {
+    match occupancy.block(x / BLOCK, y / BLOCK, z / BLOCK) {
+        Some(_) => 1.0,
+        None => BLOCK_CELLS,
+    }
+}
+
+/// Where a ray leaves the cube with sides of so many cells around a cell, and across which
+/// axis.
+fn leave(from: [f32; 3], speed: [f32; 3], cell: [u32; 3], side: f32) -> (f32, usize) {
+    let mut first = (f32::INFINITY, 0);
+    for a in 0..3 {
+        let low = (cell[a] as f32 / side).floor() * side;
+        let wall = if speed[a] < 0.0 { low } else { low + side };
+        let t = (wall - from[a]) / speed[a];
+        if t < first.0 {
+            first = (t, a);
+        }
+    }
+    first
+}
+
+/// Three greys, as if light came from above, and every other cell a little darker.
+#[must_use]
+pub fn color(face: &Face) -> [f32; 3] {
+    let light = [0.62, 0.78, 0.95][face.axis];
+    let parity = face.cell.iter().sum::<u32>() % 2;
+    let blocks = face.cell.iter().map(|c| c / BLOCK).sum::<u32>() % 2;
+    let tint = if blocks == 0 { [0.55, 0.75, 1.0] } else { [1.0, 0.8, 0.5] };
+    tint.map(|c| c * light * (1.0 - 0.08 * parity as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_the_cell_of_the_golden_file() {
+        let bytes = include_bytes!("../../../tests/golden/hash-grid-f16.pnerf");
+        let file = pocketnerf_formats::open(bytes).unwrap();
+        let (model, cells) = (&file.model, Cells::new(&file.model));
+        let occupancy = model.occupancy.unwrap();
+        let [min, max] = model.space.bounds();
+        let n = occupancy.resolution();
+        let mut met = 0;
+        // Straight down each column of cells: the topmost occupied one.
+        for (x, y) in (0..n).flat_map(|y| (0..n).map(move |x| (x, y))) {
+            let place = |a: usize, c: u32| min[a] + (c as f32 + 0.5) / n as f32 / cells.map.scale;
+            let ray = Ray {
+                origin: [place(0, x), place(1, y), max[2] + 1.0],
+                direction: [0.0, 0.0, -1.0],
+            };
+            if place(0, x) > max[0] || place(1, y) > max[1] {
+                continue;
+            }
+            let expected = (0..n).rev().find(|z| occupancy.cell(x, y, *z));
+            let found = cells.first(&ray);
+            assert_eq!(found.map(|face| face.cell), expected.map(|z| [x, y, z]));
+            assert!(found.is_none_or(|face| face.axis == 2));
+            met += usize::from(found.is_some());
+        }
+        assert!(met > 0);
+        let [low, high] = cells.bounds();
+        assert!((0..3).all(|a| min[a] <= low[a] && low[a] < high[a] && high[a] <= max[a]));
+    }
+
+    #[test]
+    fn rays_that_go_nowhere_meet_nothing() {
+        let bytes = include_bytes!("../../../tests/golden/hash-grid-f16.pnerf");
+        let file = pocketnerf_formats::open(bytes).unwrap();
+        let cells = Cells::new(&file.model);
+        let aside = Ray { origin: [1e3, 0.0, 0.0], direction: [1.0, 0.0, 0.0] };
+        assert_eq!(cells.first(&aside), None);
+        let nowhere = Ray { origin: [f32::NAN; 3], direction: [1.0, 0.0, 0.0] };
+        let _ = cells.first(&nowhere);
+    }
+}

@@ -1,0 +1,138 @@
+//! What pictures take: for the overlay, and for whoever measures.
+
+use std::time::{Duration, Instant};
+
+use pocketnerf_core::render::RenderStats;
+
+/// Frames further apart than this do not belong to one movement.
+const APART: Duration = Duration::from_millis(250);
+
+/// What pictures take.
+#[derive(Clone, Debug, Default)]
+pub struct Figures {
+    /// Milliseconds that the last moving picture took to paint.
+    pub frame_ms: f64,
+    /// Moving pictures a second: those shown, about the last ten.
+    pub fps: f64,
+    /// Part of the window's width that the picture was rendered in.
+    pub scale: f64,
+    /// Quality of the picture.
+    pub quality: f32,
+    /// Rays and samples of the picture.
+    pub stats: RenderStats,
+    /// Milliseconds from the last change to the whole picture.
+    pub rest_ms: f64,
+    /// Of the last moving picture, against the whole one from the same place, dB.
+    pub moving_psnr: Option<f32>,
+    /// When a moving picture was last shown.
+    last: Option<Instant>,
+    /// Everything so far, for whoever measures.
+    log: Option<Log>,
+}
+
+/// Everything so far.
+#[derive(Clone, Debug, Default)]
+struct Log {
+    /// From a moving picture to the next, ms.
+    frames: Vec<f64>,
+    scales: Vec<f64>,
+    rests: Vec<f64>,
+    psnrs: Vec<f64>,
+}
+
+impl Figures {
+    /// Keeps all figures from now on.
+    pub fn keep(&mut self) {
+        self.log = Some(Log::default());
+    }
+
+    /// A picture was painted, or the first tiles of one.
+    pub(crate) fn painted(&mut self, stats: RenderStats, scale: f64, quality: f32) {
+        (self.stats, self.scale, self.quality) = (stats, scale, quality);
+    }
+
+    /// More tiles of the same picture.
+    pub(crate) fn add(&mut self, stats: RenderStats) {
+        self.stats += stats;
+    }
+
+    /// A moving picture took so long to paint.
+    pub(crate) fn took(&mut self, time: Duration) {
+        self.frame_ms = 1e3 * time.as_secs_f64();
+    }
+
+    /// A moving picture is on the screen.
+    pub(crate) fn shown(&mut self) {
+        let now = Instant::now();
+        let since = self.last.map(|last| now - last).filter(|since| *since < APART);
+        self.last = Some(now);
+        let Some(seconds) = since.map(|since| since.as_secs_f64()) else { return };
+        let before = if self.fps > 0.0 { 1.0 / self.fps } else { seconds };
+        self.fps = 1.0 / (before + 0.1 * (seconds - before));
+        if let Some(log) = &mut self.log {
+            log.frames.push(1e3 * seconds);
+            log.scales.push(self.scale);
+        }
+    }
+
+    /// The whole picture is there, so long after the last change.
+    pub(crate) fn rested(&mut self, after: Duration, psnr: Option<f32>) {
+        self.rest_ms = 1e3 * after.as_secs_f64();
+        self.moving_psnr = psnr;
+        if let Some(log) = &mut self.log {
+            log.rests.push(self.rest_ms);
+            log.psnrs.extend(psnr.map(f64::from));
+        }
+    }
+
+    /// All that was kept, as one line of JSON.
+    #[must_use]
+    pub fn json(&self) -> String {
+        let log = self.log.clone().unwrap_or_default();
+        let number = |v: Option<f64>| v.map_or_else(|| "null".to_owned(), |v| format!("{v:.2}"));
+        let at = |values: &[f64], part| number(quantile(values, part));
+        let fps = quantile(&log.frames, 0.5).map(|ms| 1e3 / ms);
+        format!(
+            "{{\"frames\":{},\"fps\":{},\"frame_ms\":{},\"frame_ms_p95\":{},\"frame_ms_max\":{},\
+             \"scale\":{},\"rests\":{},\"rest_ms\":{},\"rest_ms_max\":{},\"moving_psnr\":{}}}",
+            log.frames.len(),
+            number(fps),
+            at(&log.frames, 0.5),
+            at(&log.frames, 0.95),
+            at(&log.frames, 1.0),
+            at(&log.scales, 0.5),
+            log.rests.len(),
+            number(log.rests.last().copied()),
+            at(&log.rests, 1.0),
+            number(log.psnrs.last().copied()),
+        )
+    }
+}
+
+/// The value that this part of the values is not above.
+fn quantile(values: &[f64], part: f64) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    sorted.get((part * last as f64).round() as usize).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_by_hand() {
+        let values: Vec<f64> = (0..=20).rev().map(f64::from).collect();
+        assert_eq!(quantile(&values, 0.5), Some(10.0));
+        assert_eq!(quantile(&values, 0.95), Some(19.0));
+        assert_eq!(quantile(&values, 1.0), Some(20.0));
+        assert_eq!(quantile(&[], 0.5), None);
+    }
+
+    #[test]
+    fn nothing_is_null() {
+        let json = Figures::default().json();
+        assert!(json.starts_with("{\"frames\":0,\"fps\":null,") && json.ends_with("null}"));
+    }
+}

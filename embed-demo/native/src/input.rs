@@ -1,0 +1,152 @@
+//! What people do, apart from how a window system says it.
+
+use std::sync::mpsc::Sender;
+
+use winit::event::MouseButton;
+use winit::keyboard::{Key, NamedKey};
+
+use crate::modes::Mode;
+
+/// Something that was done.
+#[derive(Clone, Debug)]
+pub enum Input {
+    /// A drag over so many pixels around the scene.
+    Turn([f32; 2]),
+    /// A drag over so many pixels that takes the scene along.
+    Pull([f32; 2]),
+    /// Nearer by so many steps.
+    Approach(f32),
+    /// A key, by the letter or the name that [`key`] gives it, and whether shift was held.
+    Key(String, bool),
+    /// Say so when the picture is whole.
+    TellAtRest(Sender<()>),
+    /// No more.
+    Quit,
+}
+
+/// What a key does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// Shows something else.
+    Mode(Mode),
+    /// More or less quality.
+    Quality(f32),
+    /// The next of a few qualities.
+    NextQuality,
+    /// The next of a few frame rates.
+    NextRate,
+    /// The first view.
+    Reset,
+    /// Figures on or off.
+    Overlay,
+    /// Writes the picture.
+    Screenshot,
+    /// Goes around, radians.
+    Turn([f32; 2]),
+    /// Goes aside, parts of the distance.
+    Shift([f32; 2]),
+    /// Nearer by so many steps.
+    Approach(f32),
+    /// No more.
+    Quit,
+}
+
+/// What is said about keys.
+pub const HELP: &str = "\
+drag, arrows: go around · right or middle drag, shift+arrows: go aside · wheel, + -: nearer, farther
+1 colour · 2 depth · 3 normals · 4 occupancy · q [ ] quality · t frames a second · r first view
+h figures · s or F12 screenshot · Esc quit";
+
+/// Radians of an arrow key.
+const TURN: f32 = std::f32::consts::PI / 36.0;
+/// Part of the distance that an arrow key shifts.
+const SHIFT: f32 = 1.0 / 32.0;
+
+/// The name of a key that does something here.
+#[must_use]
+pub fn key(key: &Key) -> Option<String> {
+    let name = match key {
+        Key::Character(text) => return Some(text.to_lowercase()),
+        Key::Named(NamedKey::ArrowLeft) => "left",
+        Key::Named(NamedKey::ArrowRight) => "right",
+        Key::Named(NamedKey::ArrowUp) => "up",
+        Key::Named(NamedKey::ArrowDown) => "down",
+        Key::Named(NamedKey::Escape) => "escape",
+        Key::Named(NamedKey::F12) => "f12",
+        _ => return None,
+    };
+    Some(name.to_owned())
+}
+
+/// What a key of this name does.
+#[must_use]
+pub fn command(name: &str, shift: bool) -> Option<Command> {
+    let way = match name {
+        "left" => [-1.0, 0.0],
+        "right" => [1.0, 0.0],
+        "up" => [0.0, 1.0],
+        "down" => [0.0, -1.0],
+        _ => [0.0; 2],
+    };
+    Some(match name {
+        "1" => Command::Mode(Mode::Colour),
+        "2" => Command::Mode(Mode::Depth),
+        "3" => Command::Mode(Mode::Normals),
+        "4" => Command::Mode(Mode::Occupancy),
+        "q" => Command::NextQuality,
+        "[" => Command::Quality(-0.05),
+        "]" => Command::Quality(0.05),
+        "t" => Command::NextRate,
+        "r" => Command::Reset,
+        "h" => Command::Overlay,
+        "s" | "f12" => Command::Screenshot,
+        "+" | "=" => Command::Approach(1.0),
+        "-" => Command::Approach(-1.0),
+        "escape" => Command::Quit,
+        "left" | "right" | "up" | "down" if shift => Command::Shift(way.map(|w| w * SHIFT)),
+        "left" | "right" | "up" | "down" => Command::Turn(way.map(|w| w * TURN)),
+        _ => return None,
+    })
+}
+
+/// The input of a drag over so many pixels with this button.
+#[must_use]
+pub const fn drag(button: MouseButton, shift: bool, way: [f32; 2]) -> Option<Input> {
+    match button {
+        MouseButton::Left if !shift => Some(Input::Turn(way)),
+        MouseButton::Left | MouseButton::Right | MouseButton::Middle => Some(Input::Pull(way)),
+        _ => None,
+    }
+}
+
+/// The distance after so many steps nearer, as a factor.
+#[must_use]
+pub fn nearer(steps: f32) -> f32 {
+    1.1f32.powf(-steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_do_what_is_said_about_them() {
+        assert_eq!(command("3", false), Some(Command::Mode(Mode::Normals)));
+        assert_eq!(command("right", false), Some(Command::Turn([TURN, 0.0])));
+        assert_eq!(command("down", true), Some(Command::Shift([0.0, -SHIFT])));
+        assert_eq!(command("s", false), command("f12", false));
+        assert_eq!(command("x", false), None);
+        assert_eq!(key(&Key::Named(NamedKey::Escape)).as_deref(), Some("escape"));
+        assert_eq!(key(&Key::Character("H".into())).as_deref(), Some("h"));
+        assert_eq!(key(&Key::Named(NamedKey::Tab)), None);
+    }
+
+    #[test]
+    fn drags() {
+        let left = |shift| drag(MouseButton::Left, shift, [1.0, 2.0]);
+        assert!(matches!(left(false), Some(Input::Turn([1.0, 2.0]))));
+        assert!(matches!(left(true), Some(Input::Pull(_))));
+        assert!(matches!(drag(MouseButton::Right, false, [0.0; 2]), Some(Input::Pull(_))));
+        assert!(drag(MouseButton::Back, false, [0.0; 2]).is_none());
+    }
+}

@@ -1,0 +1,221 @@
+//! Tiles of a picture, on all threads.
+
+use std::sync::{Mutex, PoisonError};
+
+use pocketnerf_core::query::{Depth, normal};
+use pocketnerf_core::render::{RenderStats, Tiles};
+use pocketnerf_core::{
+    Camera, Error, Model, Probe, RenderOptions, SimdLevel, Tile, Tuning, pixel, render_tile,
+};
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+use crate::cells::{self, Cells};
+use crate::modes::{Mode, Range};
+use crate::picture::{Picture, pack};
+
+/// Which picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shot {
+    /// From where, and how large.
+    pub camera: Camera,
+    /// What of.
+    pub mode: Mode,
+    /// From 0, the fastest, to 1, the finest: see [`Model::detail`].
+    pub quality: f32,
+}
+
+/// Paints pictures of a model.
+#[derive(Debug)]
+pub struct Painter<'m> {
+    model: &'m Model<'m>,
+    simd: SimdLevel,
+    /// `None` for spaces that are no box.
+    probe: Option<Probe<'m>>,
+    cells: Cells<'m>,
+    occupied: [[f32; 3]; 2],
+    pool: ThreadPool,
+    /// Memory of threads that have none to do.
+    idle: Mutex<Vec<Worker>>,
+}
+
+/// What a thread needs.
+#[derive(Debug)]
+struct Worker {
+    scratch: Vec<f32>,
+    rgba: Vec<f32>,
+    depth: Vec<f32>,
+}
+
+impl<'m> Painter<'m> {
+    /// Of `model`, on so many threads; 0: as many as the machine has cores.
+    ///
+    /// # Errors
+    /// One line, where the system gives no threads.
+    pub fn new(model: &'m Model<'m>, threads: usize) -> Result<Self, String> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|e| format!("{threads} threads: {e}; give --threads 1"))?;
+        let (simd, cells) = (SimdLevel::detect(), Cells::new(model));
+        Ok(Self {
+            model,
+            simd,
+            probe: Probe::new(model, simd, Tuning::FAST).ok(),
+            cells,
+            occupied: cells.bounds(),
+            pool,
+            idle: Mutex::default(),
+        })
+    }
+
+    /// The model.
+    #[must_use]
+    pub const fn model(&self) -> &'m Model<'m> {
+        self.model
+    }
+
+    /// Threads that paint.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Whether the model can be shown in this way: normals need a box.
+    #[must_use]
+    pub const fn shows(&self, mode: Mode) -> bool {
+        self.probe.is_some() || !matches!(mode, Mode::Normals)
+    }
+
+    /// The depths that have colours.
+    #[must_use]
+    pub fn range(&self, camera: &Camera) -> Range {
+        Range::seen(camera, &self.model.space, self.occupied)
+    }
+
+    /// All of a picture.
+    ///
+    /// # Errors
+    /// Those of [`paint`](Self::paint).
+    pub fn picture(&self, shot: &Shot) -> Result<(Picture, RenderStats), Error> {
+        let mut picture = Picture::new(shot.camera.width, shot.camera.height);
+        let stats = self.paint(shot, Tiles::new(picture.width, picture.height), &mut picture)?;
+        Ok((picture, stats))
+    }
+
+    /// Some tiles of a picture.
+    ///
+    /// # Errors
+    /// Whatever [`render_tile`] and [`Probe`] report.
+    pub fn paint(
+        &self,
+        shot: &Shot,
+        tiles: impl Iterator<Item = Tile> + Send,
+        picture: &mut Picture,
+    ) -> Result<RenderStats, Error> {
+        let quality = self.model.detail(shot.quality);
+        let options = RenderOptions::new(self.model, self.simd, Tuning::FAST);
+        let options = RenderOptions { detail: quality, ..options };
+        let range = self.range(&shot.camera);
+        let paint = |tile| {
+            let mut worker = self.take(&options);
+            let painted = self.paint_tile(shot, tile, &options, &range, &mut worker);
+            self.idle().push(worker);
+            Ok((tile, painted?))
+        };
+        // A bridge hands tiles out in their order: neighbours at the same time.
+        let painted: Result<Vec<_>, Error> =
+            self.pool.install(|| tiles.par_bridge().map(paint).collect());
+        let mut all = RenderStats::default();
+        for (tile, (pixels, stats)) in painted? {
+            picture.put(tile, &pixels);
+            all += stats;
+        }
+        Ok(all)
+    }
+
+    /// Runs something else on the painter's threads.
+    pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(work)
+    }
+
+    fn paint_tile(
+        &self,
+        shot: &Shot,
+        tile: Tile,
+        options: &RenderOptions,
+        range: &Range,
+        worker: &mut Worker,
+    ) -> Result<(Vec<u32>, RenderStats), Error> {
+        let Worker { scratch, rgba, depth } = worker;
+        let (rgba, depth) = (&mut rgba[..4 * tile.pixels()], &mut depth[..tile.pixels()]);
+        let (camera, model, behind) = (&shot.camera, self.model, self.model.display.background);
+        let finish = |rgb: [f32; 3]| pack(rgb.map(pixel::quantize));
+        let mut stats = RenderStats::default();
+        let pixels = match (shot.mode, &self.probe) {
+            (Mode::Colour, _) => {
+                stats = render_tile(model, camera, tile, options, scratch, rgba, None)?;
+                let rgba = rgba.as_chunks::<4>().0.iter();
+                rgba.map(|p| finish(pixel::over(*p, behind))).collect()
+            }
+            (Mode::Depth, _) => {
+                stats = render_tile(model, camera, tile, options, scratch, rgba, Some(depth))?;
+                let pixels = rgba.as_chunks::<4>().0.iter().zip(depth);
+                let color = |([.., alpha], depth): (&[f32; 4], &mut f32)| {
+                    let [r, g, b] = range.color(*depth).map(|c| c * alpha);
+                    finish(pixel::over([r, g, b, *alpha], behind))
+                };
+                pixels.map(color).collect()
+            }
+            (Mode::Normals, Some(probe)) => {
+                let rays: Vec<_> = rays(camera, tile).collect();
+                stats.rays = rays.len() as u64;
+                probe.depths(&rays, Depth::Median, None, scratch, depth)?;
+                let met = |t: f32| if t.is_finite() { t } else { 0.0 };
+                let place = |(ray, t): (&pocketnerf_core::Ray, &mut f32)| {
+                    [0, 1, 2].map(|a| ray.origin[a] + met(*t) * ray.direction[a])
+                };
+                let points: Vec<_> = rays.iter().zip(&mut *depth).map(place).collect();
+                let mut slopes = vec![[0.0; 3]; points.len()];
+                probe.density_gradient(&points, scratch, &mut slopes)?;
+                let color = |(slope, t): (&[f32; 3], &mut f32)| match t.is_finite() {
+                    true => finish(normal(*slope).map(|v| 0.5 + 0.5 * v)),
+                    false => finish(behind),
+                };
+                slopes.iter().zip(depth).map(color).collect()
+            }
+            (Mode::Normals, None) => {
+                return Err(Error::Unsupported("normals: its space is no box"));
+            }
+            (Mode::Occupancy, _) => {
+                stats.rays = tile.pixels() as u64;
+                let color = |ray| self.cells.first(&ray).map_or(behind, |face| cells::color(&face));
+                rays(camera, tile).map(|ray| finish(color(ray))).collect()
+            }
+        };
+        Ok((pixels, stats))
+    }
+
+    fn take(&self, options: &RenderOptions) -> Worker {
+        let idle = self.idle().pop();
+        idle.unwrap_or_else(|| {
+            let probe = self.probe.map_or(0, |probe| probe.scratch_len());
+            let n = Tiles::MOST_PIXELS;
+            Worker {
+                scratch: vec![0.0; options.scratch_len().max(probe)],
+                rgba: vec![0.0; 4 * n],
+                depth: vec![0.0; n],
+            }
+        })
+    }
+
+    fn idle(&self) -> std::sync::MutexGuard<'_, Vec<Worker>> {
+        // Memory that may hold anything cannot be poisoned.
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The rays of a tile's pixels.
+fn rays(camera: &Camera, tile: Tile) -> impl Iterator<Item = pocketnerf_core::Ray> + '_ {
+    let Tile { x, y, width, height } = tile;
+    let pixels = (y..y + height).flat_map(move |y| (x..x + width).map(move |x| (x, y)));
+    pixels.map(|(x, y)| camera.ray(x as f32 + 0.5, y as f32 + 0.5))
+}
