@@ -1,19 +1,22 @@
-//! Renders an orbit of a `.pnerf` file: `pocketnerf-embed-demo [MODEL [FOLDER]]`,
-//! without arguments of the model that is part of this program.
+//! Renders an orbit of a `.pnerf` file: `cargo run --release -p pocketnerf-view --example
+//! orbit [MODEL [FOLDER]]`, without arguments of the model that is part of this program.
 //!
-//! All that an embedding program needs: open the bytes, size the scratch, and
-//! call `render_tile` from as many threads as it likes.
+//! All that an embedding program needs: open the bytes, size the scratch, and call
+//! `render_tile` from as many threads as it likes. It uses core and formats alone.
 
 use std::borrow::Cow;
 use std::error::Error;
 use std::f32::consts::TAU;
 use std::path::Path;
 
-use pocketnerf_core::{Camera, Model, RenderOptions, SimdLevel, Tile, Tuning, math, render_tile};
+use pocketnerf_core::render::Tiles;
+use pocketnerf_core::{
+    Camera, Model, RenderOptions, SimdLevel, Tile, Tuning, math, pixel, render_tile,
+};
 use rayon::prelude::*;
 
 /// What `pocketnerf demo --log2-hashmap-size 12` made of the built-in scene.
-const STILL_LIFE: &[u8] = include_bytes!("../still-life.pnerf");
+const STILL_LIFE: &[u8] = include_bytes!("../../still-life.pnerf");
 const VIEWS: u32 = 8;
 const SIDE: u32 = 400;
 
@@ -52,22 +55,25 @@ fn orbit(model: &Model<'_>, view: u32) -> Camera {
     Camera::from_fov_x(SIDE, SIDE, 0.7, Camera::look_at(eye, target, [0.0, 0.0, 1.0]))
 }
 
-/// One row of pixels a task, on all cores.
+/// Red, green and blue of every pixel: a tile a task, on all cores.
 fn picture(model: &Model<'_>, camera: &Camera) -> Result<Vec<u8>, pocketnerf_core::Error> {
     let options = RenderOptions::new(model, SimdLevel::detect(), Tuning::FAST);
-    let background = model.display.background;
-    let rows: Result<Vec<Vec<u8>>, _> = (0..camera.height)
-        .into_par_iter()
-        .map_init(
-            || (vec![0.0; options.scratch_len()], vec![0.0; 4 * camera.width as usize]),
-            |(scratch, rgba), y| {
-                let tile = Tile { x: 0, y, width: camera.width, height: 1 };
-                render_tile(model, camera, tile, &options, scratch, rgba, None)?;
-                let over = |p: &[f32; 4]| [0, 1, 2].map(|c| p[c] + (1.0 - p[3]) * background[c]);
-                let to_byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-                Ok(rgba.as_chunks::<4>().0.iter().flat_map(|p| over(p).map(to_byte)).collect())
-            },
-        )
-        .collect();
-    Ok(rows?.concat())
+    let memory = || (vec![0.0; options.scratch_len()], vec![0.0; 4 * Tiles::MOST_PIXELS]);
+    let paint = |(scratch, rgba): &mut (Vec<f32>, Vec<f32>), tile: Tile| {
+        render_tile(model, camera, tile, &options, scratch, rgba, None)?;
+        let pixels = &rgba.as_chunks::<4>().0[..tile.pixels()];
+        let over = |p: &[f32; 4]| pixel::over(*p, model.display.background).map(pixel::quantize);
+        Ok((tile, pixels.iter().map(over).collect::<Vec<_>>()))
+    };
+    let tiles: Vec<Tile> = Tiles::new(camera.width, camera.height).collect();
+    let tiles: Result<Vec<_>, _> = tiles.into_par_iter().map_init(memory, paint).collect();
+    let row = camera.width as usize;
+    let mut rgb = vec![[0; 3]; row * camera.height as usize];
+    for (tile, pixels) in tiles? {
+        let rows = rgb.chunks_exact_mut(row).skip(tile.y as usize);
+        for (row, pixels) in rows.zip(pixels.chunks_exact(tile.width as usize)) {
+            row[tile.x as usize..][..pixels.len()].copy_from_slice(pixels);
+        }
+    }
+    Ok(rgb.into_flattened())
 }

@@ -3,7 +3,6 @@
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::rc::Rc;
-use std::time::Instant;
 
 use softbuffer::{Context, Surface};
 use winit::application::ApplicationHandler;
@@ -65,10 +64,14 @@ struct App<'m> {
 /// # Errors
 /// One line: no display, or what the window system or the renderer reported.
 pub fn run(mut show: Show<'_>, settings: Settings) -> Result<(), Failure> {
-    const INSTEAD: &str = "on a machine without one, --headless --out FILE.png or --terminal";
     let no_display = |e: &dyn std::fmt::Display| {
-        let reason = e.to_string().replace('\n', " ");
-        format!("no window: {reason}; a display is needed, or {INSTEAD}")
+        let text = e.to_string().replace('\n', " ");
+        // What comes before are lines of winit's source.
+        let reason = text.rsplit(": ").next().unwrap_or_default().trim_end_matches('.');
+        format!(
+            "no window: {reason}; a display is needed, or without one --headless --out FILE.png, \
+             or --terminal"
+        )
     };
     let events = EventLoop::<Input>::with_user_event().build().map_err(|e| no_display(&e))?;
     let context = Context::new(events.owned_display_handle()).map_err(|e| no_display(&e))?;
@@ -138,7 +141,6 @@ impl App<'_> {
     fn draw(&mut self) -> Result<(), Failure> {
         let Some((window, surface)) = &mut self.window else { return Ok(()) };
         let painted = self.show.work()?;
-        let begun = Instant::now();
         let picture = self.show.shown();
         let (width, height) = (picture.width, picture.height);
         let (Some(w), Some(h)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
@@ -155,8 +157,7 @@ impl App<'_> {
         window.pre_present_notify();
         buffer.present()?;
         if painted {
-            self.show.pace.shown(begun.elapsed().as_secs_f64());
-            self.show.figures.shown();
+            self.show.presented();
         }
         Ok(())
     }

@@ -4,13 +4,10 @@ use std::time::{Duration, Instant};
 
 use pocketnerf_core::render::RenderStats;
 
-/// Frames further apart than this do not belong to one movement.
-const APART: Duration = Duration::from_millis(250);
-
 /// What pictures take.
 #[derive(Clone, Debug, Default)]
 pub struct Figures {
-    /// Milliseconds that the last moving picture took to paint.
+    /// Milliseconds that the last moving picture took, on the screen and all.
     pub frame_ms: f64,
     /// Moving pictures a second: those shown, about the last ten.
     pub fps: f64,
@@ -56,16 +53,11 @@ impl Figures {
         self.stats += stats;
     }
 
-    /// A moving picture took so long to paint.
-    pub(crate) fn took(&mut self, time: Duration) {
-        self.frame_ms = 1e3 * time.as_secs_f64();
-    }
-
-    /// A moving picture is on the screen.
-    pub(crate) fn shown(&mut self) {
+    /// A moving picture is on the screen, so long after it was begun.
+    pub(crate) fn shown(&mut self, took: Duration) {
+        self.frame_ms = 1e3 * took.as_secs_f64();
         let now = Instant::now();
-        let since = self.last.map(|last| now - last).filter(|since| *since < APART);
-        self.last = Some(now);
+        let since = self.last.replace(now).map(|last| now - last);
         let Some(seconds) = since.map(|since| since.as_secs_f64()) else { return };
         let before = if self.fps > 0.0 { 1.0 / self.fps } else { seconds };
         self.fps = 1.0 / (before + 0.1 * (seconds - before));
@@ -73,6 +65,11 @@ impl Figures {
             log.frames.push(1e3 * seconds);
             log.scales.push(self.scale);
         }
+    }
+
+    /// The next moving picture belongs to another movement.
+    pub(crate) fn paused(&mut self) {
+        self.last = None;
     }
 
     /// The whole picture is there, so long after the last change.

@@ -14,6 +14,7 @@ pub mod figures;
 pub mod headless;
 pub mod input;
 pub mod modes;
+pub mod normals;
 pub mod overlay;
 pub mod pace;
 pub mod painter;

@@ -3,7 +3,7 @@
 /// Part of a frame's time that is planned for: the rest is for what cannot be foreseen.
 const PLANNED: f64 = 0.85;
 /// Scales are multiples of this, so that the picture does not swim.
-const STEP: f64 = 1.0 / 16.0;
+const STEP: f64 = 1.0 / 32.0;
 /// How much the last frame counts against those before.
 const NEWEST: f64 = 0.3;
 
@@ -119,7 +119,7 @@ mod tests {
         let mut pace = Pace::new(60.0);
         run(&mut pace, 1.0, 3);
         assert_eq!(pace.scale(), STEP);
-        assert_eq!(pace.size([3, 800]), [1, 50]);
+        assert_eq!(pace.size([3, 800]), [1, 25]);
         pace.rendered(0.0, 0.0, 1.0);
     }
 }

@@ -2,7 +2,6 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use pocketnerf_core::query::{Depth, normal};
 use pocketnerf_core::render::{RenderStats, Tiles};
 use pocketnerf_core::{
     Camera, Error, Model, Probe, RenderOptions, SimdLevel, Tile, Tuning, pixel, render_tile,
@@ -12,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::cells::{self, Cells};
 use crate::modes::{Mode, Range};
+use crate::normals;
 use crate::picture::{Picture, pack};
 
 /// Which picture.
@@ -166,21 +166,11 @@ impl<'m> Painter<'m> {
                 pixels.map(color).collect()
             }
             (Mode::Normals, Some(probe)) => {
+                stats.rays = tile.pixels() as u64;
                 let rays: Vec<_> = rays(camera, tile).collect();
-                stats.rays = rays.len() as u64;
-                probe.depths(&rays, Depth::Median, None, scratch, depth)?;
-                let met = |t: f32| if t.is_finite() { t } else { 0.0 };
-                let place = |(ray, t): (&pocketnerf_core::Ray, &mut f32)| {
-                    [0, 1, 2].map(|a| ray.origin[a] + met(*t) * ray.direction[a])
-                };
-                let points: Vec<_> = rays.iter().zip(&mut *depth).map(place).collect();
-                let mut slopes = vec![[0.0; 3]; points.len()];
-                probe.density_gradient(&points, scratch, &mut slopes)?;
-                let color = |(slope, t): (&[f32; 3], &mut f32)| match t.is_finite() {
-                    true => finish(normal(*slope).map(|v| 0.5 + 0.5 * v)),
-                    false => finish(behind),
-                };
-                slopes.iter().zip(depth).map(color).collect()
+                let normals = normals::of(probe, &rays, scratch, depth)?;
+                let color = |n: [f32; 3]| finish(n.map(|v| 0.5 + 0.5 * v));
+                normals.into_iter().map(|n| n.map_or(finish(behind), color)).collect()
             }
             (Mode::Normals, None) => {
                 return Err(Error::Unsupported("normals: its space is no box"));

@@ -20,7 +20,7 @@ const SETTLES: Duration = Duration::from_millis(60);
 const BATCH: Duration = Duration::from_millis(15);
 /// Quality of moving pictures, where they are smaller than the window: at equal time more
 /// pixels in less quality come nearer to the whole picture (docs/window.md).
-const MOVING_QUALITY: f32 = 0.25;
+const MOVING_QUALITY: f32 = 0.0;
 
 /// What is to be done next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +62,8 @@ pub struct Show<'m> {
     pub figures: Figures,
     work: Work,
     changed: Instant,
+    /// When the last moving picture was begun, and how long it was painted.
+    frame: (Instant, Duration),
     /// The picture that is shown, as large as the window.
     shown: Picture,
     small: Picture,
@@ -75,6 +77,7 @@ impl<'m> Show<'m> {
     /// Nothing yet: [`resize`](Self::resize) begins.
     #[must_use]
     pub fn new(painter: Painter<'m>, view: View, mode: Mode, quality: f32, fps: f64) -> Self {
+        let now = Instant::now();
         Self {
             painter,
             view,
@@ -83,7 +86,8 @@ impl<'m> Show<'m> {
             pace: Pace::new(fps),
             figures: Figures::default(),
             work: Work::Rest,
-            changed: Instant::now(),
+            changed: now,
+            frame: (now, Duration::ZERO),
             shown: Picture::default(),
             small: Picture::default(),
             moving: Picture::default(),
@@ -168,6 +172,14 @@ impl<'m> Show<'m> {
         Ok(false)
     }
 
+    /// A moving picture is on the screen.
+    pub fn presented(&mut self) {
+        let (begun, painting) = self.frame;
+        let all = begun.elapsed();
+        self.pace.shown(all.saturating_sub(painting).as_secs_f64());
+        self.figures.shown(all);
+    }
+
     /// A picture that is there in time.
     fn paint_moving(&mut self) -> Result<(), Error> {
         let begun = Instant::now();
@@ -194,7 +206,7 @@ impl<'m> Show<'m> {
         let (painter, small, shown) = (&self.painter, &self.small, &mut self.shown);
         painter.install(|| small.enlarge(shown));
         self.figures.painted(stats, f64::from(width) / f64::from(window[0]), shot.quality);
-        self.figures.took(begun.elapsed());
+        self.frame = (begun, took);
         self.work = match is_whole {
             true => Work::Rest,
             false => Work::Settle(self.changed + SETTLES),
@@ -210,6 +222,7 @@ impl<'m> Show<'m> {
         if done == 0 {
             self.moving.clone_from(&self.shown);
             self.figures.painted(RenderStats::default(), 1.0, self.quality);
+            self.figures.paused();
         }
         let (begun, shot) = (Instant::now(), self.shot());
         let tiles = Tiles::new(self.shown.width, self.shown.height);
