@@ -103,12 +103,25 @@ pub fn run(mut show: Show<'_>, settings: Settings) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The model's own size, or as much of it as fits on the screen with a frame around it.
+fn fitting(size: [u32; 2], events: &ActiveEventLoop) -> LogicalSize<f64> {
+    const ROOM: f64 = 0.9;
+    let [width, height] = size.map(f64::from);
+    let monitor = events.primary_monitor().or_else(|| events.available_monitors().next());
+    let part = monitor.map_or(1.0, |monitor| {
+        let room: LogicalSize<f64> = monitor.size().to_logical(monitor.scale_factor());
+        (ROOM * room.width / width).min(ROOM * room.height / height)
+    });
+    // A screen that says nothing of its size says 0.
+    let part = if part > 0.0 { part.min(1.0) } else { 1.0 };
+    LogicalSize::new((width * part).round(), (height * part).round())
+}
+
 impl App<'_> {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), Failure> {
-        let [width, height] = self.show.view.size();
         let size = match self.settings.size {
             Some([width, height]) => Size::Physical(PhysicalSize { width, height }),
-            None => Size::Logical(LogicalSize::new(width.into(), height.into())),
+            None => Size::Logical(fitting(self.show.view.size(), events)),
         };
         let title = self.title();
         let attributes = Window::default_attributes().with_title(title).with_inner_size(size);

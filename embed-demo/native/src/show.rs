@@ -18,8 +18,8 @@ use crate::view::View;
 const SETTLES: Duration = Duration::from_millis(60);
 /// How long tiles are rendered before events are looked for.
 const BATCH: Duration = Duration::from_millis(15);
-/// Quality of moving pictures, where they are smaller than the window: at equal time more
-/// pixels in less quality come nearer to the whole picture (docs/window.md).
+/// Quality of moving pictures: at equal time, more pixels in less quality come nearer to the
+/// whole picture (docs/window.md).
 const MOVING_QUALITY: f32 = 0.0;
 
 /// What is to be done next.
@@ -185,11 +185,9 @@ impl<'m> Show<'m> {
         let begun = Instant::now();
         let window = [self.shown.width, self.shown.height];
         let [width, height] = self.pace.size(window);
-        let is_whole = [width, height] == window;
         let mut shot = self.shot();
-        if !is_whole {
-            shot.quality = shot.quality.min(MOVING_QUALITY);
-        }
+        shot.quality = shot.quality.min(MOVING_QUALITY);
+        let is_whole = [width, height] == window && shot.quality == self.quality;
         let [across, down] = [width as f32 / window[0] as f32, height as f32 / window[1] as f32];
         let camera = &mut shot.camera;
         (camera.width, camera.height) = (width, height);

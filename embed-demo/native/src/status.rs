@@ -5,6 +5,9 @@ use std::fmt::Write;
 use crate::modes::Mode;
 use crate::show::Show;
 
+/// Enough to find the others.
+const KEYS: &str = "drag, wheel, 1 2 3 4, q t r s; h hides this";
+
 /// The figures of what is shown, a few lines of plain text.
 #[must_use]
 pub fn status(show: &Show<'_>, name: &str, note: &str) -> String {
@@ -17,7 +20,7 @@ pub fn status(show: &Show<'_>, name: &str, note: &str) -> String {
     let (frame, fps, wanted) = (figures.frame_ms, figures.fps, show.pace.fps);
     line(format_args!("moving: {frame:.0} ms a frame, {fps:.0} frames/s (of {wanted:.0})"));
     match show.is_at_rest() {
-        true => line(format_args!("whole after {:.0} ms", figures.rest_ms)),
+        true => line(format_args!("scale 1, whole after {:.0} ms", figures.rest_ms)),
         false => line(format_args!("scale {:.2}", figures.scale)),
     }
     let (rays, samples) = (figures.stats.rays, figures.stats.samples);
@@ -39,5 +42,6 @@ pub fn status(show: &Show<'_>, name: &str, note: &str) -> String {
     if !note.is_empty() {
         line(format_args!("{note}"));
     }
+    line(format_args!("{KEYS}"));
     text
 }
