@@ -47,7 +47,7 @@ struct Arguments {
     screenshots: PathBuf,
     #[arg(long, value_name = "FILE", help = script::HELP, conflicts_with = "headless")]
     script: Option<PathBuf>,
-    /// No window: write a picture, or those of --orbit.
+    /// No window: write a picture (view.png unless --out), or those of --orbit (orbit).
     #[arg(long)]
     headless: bool,
     /// The picture without a window, or the folder of an orbit; implies --headless.
