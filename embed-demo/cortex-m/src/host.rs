@@ -24,6 +24,7 @@ pub(crate) fn tell(stats: &RenderStats, meter: &Meter) {
         ("rays", stats.rays as u32),
         ("instructions_to_open", meter.to_open()),
         ("instructions_to_render", meter.to_render()),
+        ("stack_to_open", meter.stack_to_open()),
         ("static_ram", meter.static_ram()),
         ("stack", meter.stack()),
     ] {

@@ -26,6 +26,7 @@ pub(crate) struct Meter {
     last: u32,
     ticks: u32,
     ticks_to_open: u32,
+    stack_to_open: u32,
 }
 
 impl Meter {
@@ -37,7 +38,7 @@ impl Meter {
             clock.clear_current();
             clock.enable_counter();
         }
-        Self { clock, last: SYST::get_current(), ticks: 0, ticks_to_open: 0 }
+        Self { clock, last: SYST::get_current(), ticks: 0, ticks_to_open: 0, stack_to_open: 0 }
     }
 
     /// Notes that a part is over. Parts must be shorter than the clock's round, 0.67 s.
@@ -53,6 +54,7 @@ impl Meter {
     pub(crate) fn opened(&mut self) {
         self.line();
         self.ticks_to_open = self.ticks;
+        self.stack_to_open = self.stack();
     }
 
     pub(crate) const fn to_open(&self) -> u32 {
@@ -61,6 +63,11 @@ impl Meter {
 
     pub(crate) const fn to_render(&self) -> u32 {
         (self.ticks - self.ticks_to_open).saturating_mul(INSTRUCTIONS_PER_TICK)
+    }
+
+    /// Bytes of stack that opening has used.
+    pub(crate) const fn stack_to_open(&self) -> u32 {
+        self.stack_to_open
     }
 
     /// Bytes of variables.
