@@ -1,0 +1,97 @@
+// An instance of the module: numbers and memory in, pictures and texts out. Knows no worker.
+
+const TEXTS = ["name", "kind", "method", "program", "dataset"];
+
+/** A file that is open. What fails throws an `Error` with the module's own text. */
+export class Instance {
+  #exports;
+
+  /**
+   * @param {WebAssembly.Module} module
+   * @param {Uint8Array} bytes of a `.pnerf` file; copied
+   */
+  constructor(module, bytes) {
+    this.#exports = new WebAssembly.Instance(module).exports;
+    const address = this.#checked(this.#exports.input(bytes.length));
+    new Uint8Array(this.#exports.memory.buffer, address, bytes.length).set(bytes);
+    this.#checked(this.#exports.open());
+  }
+
+  /** Bytes of memory, the file's included. */
+  get memory() {
+    return this.#exports.memory.buffer.byteLength;
+  }
+
+  /** What is known of the file. */
+  get info() {
+    const f = [...this.#floats(this.#exports.facts(), 56)];
+    const texts = TEXTS.map((name, which) => [name, this.#text(this.#exports.text(which))]);
+    return {
+      ...Object.fromEntries(texts),
+      camera: { pose: f.slice(0, 16), tangent: f[16], width: f[17], height: f[18], isOwn: f[19] > 0 },
+      center: f.slice(20, 23),
+      size: f[23],
+      background: f.slice(24, 27),
+      isLinear: f[27] > 0,
+      quality: f[28],
+      hasDepth: f[29] > 0,
+      step: f[30],
+      occupancy: f[31],
+      box: { min: f.slice(32, 35), max: f.slice(35, 38) },
+      scene: { scale: f[38], rotation: f.slice(39, 48), translation: f.slice(48, 51) },
+      near: f[51],
+    };
+  }
+
+  /** Begins a picture; the number of its tiles. */
+  begin(camera, quality) {
+    this.#look(camera);
+    return this.#checked(this.#exports.begin(camera.width, camera.height, quality));
+  }
+
+  /** Renders a tile of it: where it is, and its pixels, four bytes each. */
+  tile(number) {
+    const length = this.#checked(this.#exports.tile(number));
+    const [x, y, width, height] = this.#floats(this.#exports.answer(), 4);
+    const { buffer } = this.#exports.memory;
+    const pixels = new Uint8ClampedArray(buffer, this.#exports.pixels(), length).slice();
+    return { x, y, width, height, pixels };
+  }
+
+  /** Rays and samples of the picture so far. */
+  get stats() {
+    return { rays: this.#exports.rays(), samples: this.#exports.samples() };
+  }
+
+  /** What the camera sees at a point: its distance and where it is, or null for nothing. */
+  pick(camera, x, y) {
+    this.#look(camera);
+    const found = this.#exports.pick(camera.width, camera.height, x, y);
+    if (found < 0) this.#fail();
+    const [depth, ...point] = this.#floats(this.#exports.answer(), 4);
+    return depth === Infinity ? null : { depth, point };
+  }
+
+  #look({ pose, focal, center }) {
+    this.#floats(this.#exports.view(), 20).set([...pose, ...focal, ...center]);
+  }
+
+  // Memory may have moved since the last call: views are made when they are used.
+  #floats(address, length) {
+    return new Float32Array(this.#exports.memory.buffer, address, length);
+  }
+
+  #text(length) {
+    const { buffer } = this.#exports.memory;
+    return new TextDecoder().decode(new Uint8Array(buffer, this.#exports.message(), length));
+  }
+
+  #fail() {
+    throw new Error(this.#text(this.#exports.message_length()));
+  }
+
+  #checked(result) {
+    if (result === 0) this.#fail();
+    return result;
+  }
+}

@@ -1,0 +1,198 @@
+//! The functions that a page calls. A number goes in, a number comes out; what is longer lies
+//! in memory that the module owns, at an address that it tells.
+
+#![allow(unsafe_code, reason = "names that JavaScript can call; nothing else in here is unsafe")]
+
+use alloc::string::String;
+use alloc::vec::Vec;
+#[cfg(not(target_family = "wasm"))]
+use std::cell::RefCell;
+
+use pocketnerf_core::SimdLevel;
+
+use crate::facts::{Facts, LENGTH};
+use crate::scene::{Scene, View};
+
+#[cfg(target_family = "wasm")]
+static INSTANCE: crate::runtime::Single<Instance> = crate::runtime::Single::new(Instance::new());
+#[cfg(not(target_family = "wasm"))]
+std::thread_local! {
+    static INSTANCE: RefCell<Instance> = const { RefCell::new(Instance::new()) };
+}
+
+/// What an instance of the module holds.
+struct Instance {
+    input: Vec<u8>,
+    scene: Option<Scene>,
+    facts: [f32; LENGTH],
+    /// A camera, from the page: pose (16), focal lengths, principal point.
+    view: [f32; 20],
+    /// Of a pick, distance and point; of a tile, where it is.
+    answer: [f32; 4],
+    text: String,
+}
+
+impl Instance {
+    const fn new() -> Self {
+        Self {
+            input: Vec::new(),
+            scene: None,
+            facts: [0.0; LENGTH],
+            view: [0.0; 20],
+            answer: [0.0; 4],
+            text: String::new(),
+        }
+    }
+
+    fn scene(&mut self) -> Result<&mut Scene, String> {
+        self.scene.as_mut().ok_or_else(|| "no file is open".into())
+    }
+
+    fn view(&self, width: u32, height: u32) -> View {
+        let mut pose = [0.0; 16];
+        pose.copy_from_slice(&self.view[..16]);
+        let [fx, fy, cx, cy] = [16, 17, 18, 19].map(|i| self.view[i]);
+        View { width, height, focal: [fx, fy], center: [cx, cy], camera_to_world: pose }
+    }
+
+    fn open(&mut self) -> Result<u32, String> {
+        if self.scene.is_some() {
+            return Err("a file is open already: another needs an instance of its own".into());
+        }
+        // Until the instance goes.
+        let bytes = core::mem::take(&mut self.input).leak();
+        let scene = Scene::open(bytes, SimdLevel::compiled())?;
+        let Facts(facts) = scene.facts();
+        (self.facts, self.scene) = (facts, Some(scene));
+        Ok(1)
+    }
+
+    /// What `work` gives, or 0 and a message.
+    fn try_to<T: Default>(&mut self, work: impl FnOnce(&mut Self) -> Result<T, String>) -> T {
+        // Given back first: see `runtime`.
+        self.text = String::new();
+        work(self).unwrap_or_else(|why| {
+            self.text = why;
+            T::default()
+        })
+    }
+}
+
+fn with<T>(work: impl FnOnce(&mut Instance) -> T) -> T {
+    INSTANCE.with_borrow_mut(work)
+}
+
+/// Makes room for a file of so many bytes; its address, 0 where there is no such memory.
+#[unsafe(no_mangle)]
+pub extern "C" fn input(length: usize) -> *mut u8 {
+    with(|instance| {
+        let mut room = Vec::new();
+        if room.try_reserve_exact(length).is_err() {
+            instance.text = "no memory for a file of this size".into();
+            return core::ptr::null_mut();
+        }
+        room.resize(length, 0);
+        instance.input = room;
+        instance.input.as_mut_ptr()
+    })
+}
+
+/// Opens the file that was written there, once. 1, or 0 and a [`message`].
+#[unsafe(no_mangle)]
+pub extern "C" fn open() -> u32 {
+    with(|instance| instance.try_to(Instance::open))
+}
+
+/// Address of the numbers that are known of the file; see [`Facts`].
+#[unsafe(no_mangle)]
+pub extern "C" fn facts() -> *const f32 {
+    with(|instance| instance.facts.as_ptr())
+}
+
+/// Finds a text of the file's, see [`Scene::text`]: its length; [`message`] is its address.
+#[unsafe(no_mangle)]
+pub extern "C" fn text(which: u32) -> usize {
+    with(|instance| {
+        instance.text = String::new();
+        instance.text = instance.scene.as_ref().map_or("", |scene| scene.text(which)).into();
+        instance.text.len()
+    })
+}
+
+/// Address of the last text: why something failed, or what [`text`] found. UTF-8.
+#[unsafe(no_mangle)]
+pub extern "C" fn message() -> *const u8 {
+    with(|instance| instance.text.as_ptr())
+}
+
+/// Length of that text, bytes.
+#[unsafe(no_mangle)]
+pub extern "C" fn message_length() -> usize {
+    with(|instance| instance.text.len())
+}
+
+/// Address of 20 numbers, in which the page describes a camera: pose, row after row, focal
+/// lengths, principal point; the dataset's coordinates.
+#[unsafe(no_mangle)]
+pub extern "C" fn view() -> *mut f32 {
+    with(|instance| instance.view.as_mut_ptr())
+}
+
+/// Begins the picture of that camera: the number of its tiles, or 0 and a [`message`].
+#[unsafe(no_mangle)]
+pub extern "C" fn begin(width: u32, height: u32, quality: f32) -> u32 {
+    with(|instance| {
+        let view = instance.view(width, height);
+        instance.try_to(|instance| instance.scene()?.begin(&view, quality))
+    })
+}
+
+/// Renders a tile of it: the number of its bytes, or 0 and a [`message`].
+#[unsafe(no_mangle)]
+pub extern "C" fn tile(number: u32) -> usize {
+    with(|instance| {
+        instance.try_to(|instance| {
+            let (tile, pixels) = instance.scene()?.tile(number)?;
+            let length = pixels.len();
+            instance.answer = [tile.x, tile.y, tile.width, tile.height].map(|n| n as f32);
+            Ok(length)
+        })
+    })
+}
+
+/// Address of the tile's bytes: red, green, blue and 255 for each pixel.
+#[unsafe(no_mangle)]
+pub extern "C" fn pixels() -> *const u8 {
+    with(|instance| instance.scene.as_ref().map_or(core::ptr::null(), Scene::pixels))
+}
+
+/// Rays of the picture so far.
+#[unsafe(no_mangle)]
+pub extern "C" fn rays() -> f64 {
+    with(|instance| instance.scene.as_ref().map_or(0.0, |scene| scene.stats().rays as f64))
+}
+
+/// Samples of the picture so far.
+#[unsafe(no_mangle)]
+pub extern "C" fn samples() -> f64 {
+    with(|instance| instance.scene.as_ref().map_or(0.0, |scene| scene.stats().samples as f64))
+}
+
+/// How far away what the camera in [`view`] shows at this point is: the distance, infinite
+/// where nothing is, or -1 and a [`message`].
+#[unsafe(no_mangle)]
+pub extern "C" fn pick(width: u32, height: u32, x: f32, y: f32) -> f32 {
+    with(|instance| {
+        let view = instance.view(width, height);
+        let found = instance.try_to(|instance| instance.scene()?.pick(&view, [x, y]).map(Some));
+        instance.answer = found.unwrap_or([-1.0; 4]);
+        instance.answer[0]
+    })
+}
+
+/// Address of what was found: the distance, and the point in the dataset's coordinates. After
+/// [`tile`]: its leftmost column and topmost row, its width and height.
+#[unsafe(no_mangle)]
+pub extern "C" fn answer() -> *const f32 {
+    with(|instance| instance.answer.as_ptr())
+}

@@ -1,0 +1,243 @@
+//! A file that is open, and the picture that is being made of it.
+
+use alloc::string::{String, ToString};
+use alloc::vec;
+use alloc::vec::Vec;
+
+use pocketnerf_core::query::is_rotation;
+use pocketnerf_core::render::{Detail, RenderStats, Tiles};
+use pocketnerf_core::{
+    Camera, Model, RenderOptions, Sampling, SimdLevel, Tile, Tuning, math, pixel, render_tile,
+};
+use pocketnerf_formats::{MAX_PICTURE_SIDE, ModelFile, Scene as Coordinates, open_verified};
+
+use crate::facts::Facts;
+
+/// A camera as a page has it: like [`Camera`], in the dataset's coordinates.
+pub type View = Camera;
+
+/// A file that is open, with the memory that its pictures need.
+#[derive(Debug)]
+pub struct Scene {
+    file: ModelFile<'static>,
+    model: Model<'static>,
+    simd: SimdLevel,
+    scratch: Vec<f32>,
+    rgba: Vec<f32>,
+    pixels: Vec<u8>,
+    /// The picture that was begun last.
+    picture: Option<(Camera, RenderOptions)>,
+    /// What it took so far.
+    stats: RenderStats,
+}
+
+impl Scene {
+    /// Opens a file, every byte of it checked.
+    ///
+    /// # Errors
+    /// One line: what is wrong with the file.
+    pub fn open(bytes: &'static [u8], simd: SimdLevel) -> Result<Self, String> {
+        let file = open_verified(bytes).map_err(|error| error.to_string())?;
+        let coordinates = file.about.scene;
+        coordinates.similarity().validate().map_err(|error| error.to_string())?;
+        // The scene lives as long as the instance: one table, never given back.
+        let table = vec![0; file.model.table_len()].leak();
+        let model = file.model.with_table(table).map_err(|error| error.to_string())?;
+        let scratch = RenderOptions::new(&model, simd, Tuning::FAST).scratch_len();
+        Ok(Self {
+            file,
+            model,
+            simd,
+            scratch: vec![0.0; scratch],
+            rgba: vec![0.0; 4 * Tiles::MOST_PIXELS],
+            pixels: vec![0; 4 * Tiles::MOST_PIXELS],
+            picture: None,
+            stats: RenderStats::default(),
+        })
+    }
+
+    /// What is known of it, in numbers.
+    #[must_use]
+    pub fn facts(&self) -> Facts {
+        Facts::of(&self.file)
+    }
+
+    /// What is known of it, in words: 0 the scene's name, 1 the field's kind, 2 the method, 3 the
+    /// program that wrote it, 4 the dataset. Empty where the file says nothing.
+    #[must_use]
+    pub fn text(&self, which: u32) -> &str {
+        let provenance = self.file.about.provenance.unwrap_or_default();
+        match which {
+            0 => self.file.about.scene.name.unwrap_or_default(),
+            1 => self.file.model.field.kind(),
+            2 => provenance.method,
+            3 => provenance.program,
+            4 => provenance.dataset,
+            _ => "",
+        }
+    }
+
+    /// The file's own camera (or one beside the scene), for a picture of this size: as wide as
+    /// the file says, and as high as that makes it.
+    #[must_use]
+    pub fn own_camera(&self, width: u32, height: u32) -> View {
+        let facts = self.facts().0;
+        let focal = 0.5 * width as f32 / facts[16];
+        let mut pose = [0.0; 16];
+        pose.copy_from_slice(&facts[..16]);
+        Camera {
+            width,
+            height,
+            focal: [focal; 2],
+            center: [0.5 * width as f32, 0.5 * height as f32],
+            camera_to_world: pose,
+        }
+    }
+
+    /// Begins a picture; the number of its tiles, which are to be rendered one by one.
+    /// `quality`: 0, the fastest, to 1, the finest.
+    ///
+    /// # Errors
+    /// One line: why this is no camera.
+    pub fn begin(&mut self, view: &View, quality: f32) -> Result<u32, String> {
+        check(view)?;
+        if quality.is_nan() {
+            return Err("quality: not a number, expected 0 to 1".into());
+        }
+        let camera = self.file.about.scene.camera_to_model(view);
+        let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
+        let options = RenderOptions { detail: self.model.detail(quality), ..options };
+        self.picture = Some((camera, options));
+        self.stats = RenderStats::default();
+        Ok(Tiles::new(view.width, view.height).len() as u32)
+    }
+
+    /// Renders a tile of the picture that was begun: red, green, blue and 255 in four bytes a
+    /// pixel, over the model's background, row after row.
+    ///
+    /// # Errors
+    /// One line: there is no such tile, or the model cannot be rendered.
+    pub fn tile(&mut self, number: u32) -> Result<(Tile, &[u8]), String> {
+        let (camera, options) = self.picture.as_ref().ok_or("tile: no picture was begun")?;
+        let tile = Tiles::new(camera.width, camera.height).get(number);
+        let tile = tile.ok_or("tile: the picture has none of this number")?;
+        let rgba = &mut self.rgba[..4 * tile.pixels()];
+        let stats = render_tile(&self.model, camera, tile, options, &mut self.scratch, rgba, None);
+        self.stats += stats.map_err(|error| error.to_string())?;
+        let pixels = &mut self.pixels[..4 * tile.pixels()];
+        let background = self.model.display.background;
+        for (to, from) in pixels.as_chunks_mut::<4>().0.iter_mut().zip(rgba.as_chunks::<4>().0) {
+            let [r, g, b] = pixel::over(*from, background).map(pixel::quantize);
+            *to = [r, g, b, 255];
+        }
+        Ok((tile, pixels))
+    }
+
+    /// Where the bytes of a tile are.
+    pub(crate) const fn pixels(&self) -> *const u8 {
+        self.pixels.as_ptr()
+    }
+
+    /// Rays and samples of the picture so far.
+    #[must_use]
+    pub const fn stats(&self) -> RenderStats {
+        self.stats
+    }
+
+    /// How far away what `view` shows at (`x`, `y`), pixels from the top left corner, is: where
+    /// half of the light has been held back; and that point. The distance is infinite where
+    /// nothing is.
+    ///
+    /// # Errors
+    /// One line: this is no camera, or the space is no box and has no distances.
+    pub fn pick(&mut self, view: &View, [x, y]: [f32; 2]) -> Result<[f32; 4], String> {
+        check(view)?;
+        if ![x, y].iter().all(|v| v.abs() < 1e9) {
+            return Err("pick: x and y, expected pixels below 1e9".into());
+        }
+        if self.model.space.scene_box().is_none() {
+            return Err("pick: its space is no box, and has no distances".into());
+        }
+        // A picture of one pixel, in the model's coordinates.
+        let camera = self.file.about.scene.camera_to_model(view);
+        let center = [camera.center[0] - x + 0.5, camera.center[1] - y + 0.5];
+        let camera = Camera { width: 1, height: 1, center, ..camera };
+        let depth = self.file.about.scene.scale * self.median(&camera)?;
+        let ray = view.ray(x, y);
+        let [a, b, c] = [0, 1, 2].map(|a| ray.origin[a] + depth * ray.direction[a]);
+        Ok([depth, a, b, c])
+    }
+
+    /// Where half of the light has been held back, scene units: what `Probe::depths` finds as
+    /// `Depth::Median`. That would be 20 kB of code; this asks the renderer that is here anyway
+    /// how opaque the scene is up to some step, a dozen times.
+    fn median(&mut self, camera: &Camera) -> Result<f32, String> {
+        let Sampling { step, near, far, .. } = self.model.sampling;
+        let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
+        let options = RenderOptions { detail: Detail::FINEST, ..options };
+        let mut model = self.model;
+        let mut passes = |steps: u32| {
+            // The last sample lies half a step before the end of the last step.
+            model.sampling.far = near + (steps as f32 - 0.25) * step;
+            let tile = Tile { x: 0, y: 0, width: 1, height: 1 };
+            let (scratch, rgba) = (&mut self.scratch, &mut self.rgba[..4]);
+            render_tile(&model, camera, tile, &options, scratch, rgba, None)
+                .map_err(|error| error.to_string())?;
+            Ok::<f32, String>(1.0 - rgba[3])
+        };
+        let (mut low, mut high) = (0, ((far - near) / step) as u32 + 1);
+        let (mut before, mut after) = (1.0, passes(high)?);
+        if after > 0.5 {
+            return Ok(f32::INFINITY);
+        }
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            let found = passes(middle)?;
+            match found > 0.5 {
+                true => (low, before) = (middle, found),
+                false => (high, after) = (middle, found),
+            }
+        }
+        // Within the step light fades exponentially.
+        let part = match after > 0.0 {
+            true => math::ln(before / 0.5) / math::ln(before / after),
+            false => 0.0,
+        };
+        Ok(near + (low as f32 + part) * step)
+    }
+}
+
+/// Whether these numbers are a camera.
+fn check(view: &View) -> Result<(), String> {
+    let fail = |text: &str| Err(text.into());
+    let m = &view.camera_to_world;
+    if [view.width, view.height].iter().any(|side| !(1..=MAX_PICTURE_SIDE).contains(side)) {
+        return fail("camera: width and height, expected 1 to 16384 pixels");
+    }
+    if !view.focal.iter().all(|f| (1e-3..1e9).contains(f)) {
+        return fail("camera: focal lengths, expected 0.001 to 1e9 pixels");
+    }
+    if !view.center.iter().all(|c| c.abs() < 1e9) {
+        return fail("camera: principal point, expected pixels below 1e9");
+    }
+    if !is_rotation(&[0, 4, 8].map(|row| [m[row], m[row + 1], m[row + 2]])) {
+        return fail("camera: pose, expected unit vectors right, up and back, right-handed, in its columns");
+    }
+    if ![m[3], m[7], m[11]].iter().all(|v| v.abs() <= 1e11) {
+        return fail("camera: position, expected finite numbers");
+    }
+    Ok(())
+}
+
+/// A pose of the model's coordinates in the dataset's.
+pub(crate) fn to_dataset(scene: &Coordinates<'_>, pose: &[f32; 16]) -> [f32; 16] {
+    let position = scene.to_dataset([pose[3], pose[7], pose[11]]);
+    let mut to = *pose;
+    for (row, turn) in scene.rotation.iter().enumerate() {
+        for column in 0..3 {
+            to[4 * row + column] = (0..3).map(|i| turn[i] * pose[4 * i + column]).sum();
+        }
+        to[4 * row + 3] = position[row];
+    }
+    to
+}
