@@ -1,0 +1,92 @@
+// A camera that goes around something, and keeps what is up up: as embed-demo/native has it.
+
+/** Farthest from the horizon that it rises or sinks, radians. */
+const STEEPEST = 1.55;
+const NEAREST = 1 / 64;
+const FARTHEST = 16;
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const add = (a, b, scale = 1) => a.map((v, i) => v + scale * b[i]);
+const clamp = (v, low, high) => Math.min(Math.max(v, low), high);
+const column = (pose, c) => [pose[c], pose[4 + c], pose[8 + c]];
+
+/** `v` turned about the unit vector `axis`. */
+function turned(v, axis, angle) {
+  const [cos, sin, along] = [Math.cos(angle), Math.sin(angle), dot(v, axis)];
+  const aside = [
+    axis[1] * v[2] - axis[2] * v[1],
+    axis[2] * v[0] - axis[0] * v[2],
+    axis[0] * v[1] - axis[1] * v[0],
+  ];
+  return v.map((x, i) => x * cos + aside[i] * sin + axis[i] * along * (1 - cos));
+}
+
+/** Begins as the scene's own camera and remembers how it was turned since: nothing adds up. */
+export class Orbit {
+  #scene;
+  #axes;
+  #target;
+  #up;
+  #far;
+
+  constructor(scene) {
+    this.#scene = scene;
+    const { info } = scene;
+    const { pose } = info.camera;
+    const [right, up, back, eye] = [0, 1, 2, 3].map((c) => column(pose, c));
+    this.#axes = [right, up, back];
+    const along = info.hasDepth ? -dot(add(info.center, eye, -1), back) : 4 * info.near;
+    // A camera with its back to the scene turns around what is before it.
+    this.#far = Math.max(along, 0.1 * info.size);
+    this.#target = add(eye, back, -this.#far);
+    // What is up in the scene, or, where the camera lies on its side to it, in its picture.
+    this.#up = info.hasDepth && up[2] > 0.5 ? [0, 0, 1] : up;
+    this.reset();
+  }
+
+  reset() {
+    [this.yaw, this.rise, this.distance, this.pan] = [0, 0, 1, [0, 0, 0]];
+  }
+
+  /** Goes around as a drag over so many pixels of a picture of this height does. */
+  drag(x, y, height) {
+    this.turn((-x * Math.PI) / height, (y * Math.PI) / height);
+  }
+
+  /** So many radians to the right, and so many up. */
+  turn(right, up) {
+    const begun = Math.asin(clamp(dot(this.#axes[2], this.#up), -1, 1));
+    const [low, high] = [-Math.max(STEEPEST, -begun) - begun, Math.max(STEEPEST, begun) - begun];
+    this.yaw = (this.yaw + right) % (2 * Math.PI);
+    this.rise = clamp(this.rise + up, low, high);
+  }
+
+  /** Goes aside: what is in the middle stays under the hand. */
+  pull(x, y, width, height) {
+    const [focal] = this.#scene.camera(width, height).focal;
+    const [right, up] = this.#turnedAxes();
+    const length = (this.#far * this.distance) / focal;
+    this.pan = add(add(this.pan, right, -x * length), up, y * length);
+  }
+
+  /** `factor` times the distance. */
+  approach(factor) {
+    this.distance = clamp(this.distance * factor, NEAREST, FARTHEST);
+  }
+
+  /** The camera for a picture of this size. */
+  camera(width, height) {
+    const camera = this.#scene.camera(width, height);
+    const isUntouched = !this.yaw && !this.rise && this.distance === 1 && !this.pan.some(Boolean);
+    if (isUntouched) return camera;
+    const [right, up, back] = this.#turnedAxes();
+    const eye = add(add(this.#target, this.pan), back, this.#far * this.distance);
+    const rows = [0, 1, 2].flatMap((i) => [right[i], up[i], back[i], eye[i]]);
+    return { ...camera, pose: [...rows, 0, 0, 0, 1] };
+  }
+
+  #turnedAxes() {
+    const [right] = this.#axes;
+    return this.#axes.map((v) => turned(turned(v, right, -this.rise), this.#up, this.yaw));
+  }
+}
