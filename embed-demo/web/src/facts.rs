@@ -17,10 +17,8 @@ impl Facts {
     pub(crate) fn of(file: &ModelFile<'_>) -> Self {
         let (model, scene) = (&file.model, &file.about.scene);
         let (space, own) = (&model.space, file.about.camera);
-        let (pose, tangent) = own.map_or_else(
-            || beside(file),
-            |own| (own.camera_to_world, math::tan(0.5 * own.fov_x)),
-        );
+        let (pose, tangent) = own
+            .map_or_else(|| beside(file), |own| (own.camera_to_world, math::tan(0.5 * own.fov_x)));
         let size = own.map_or([800; 2], |own| [own.width, own.height]);
         let mut facts = [0.0; LENGTH];
         let mut at = 0;
@@ -77,8 +75,7 @@ fn beside(file: &ModelFile<'_>) -> ([f32; 16], f32) {
     let (space, scene) = (&file.model.space, &file.about.scene);
     #[cfg(feature = "ndc")]
     if let Space::Ndc(ndc) = space {
-        let pose =
-            pocketnerf_core::Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
+        let pose = pocketnerf_core::Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
         return (pose, 1.0 / ndc.slope[0]);
     }
     let (middle, distance) = (space.center(), 2.0 / space.unit_map().scale);

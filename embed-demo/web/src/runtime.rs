@@ -46,8 +46,7 @@ impl Stack {
     /// Moves the end of what is used, if there is so much memory.
     fn reach(&self, end: usize) -> bool {
         let missing = end.saturating_sub(wasm32::memory_size(0) * PAGE);
-        let is_there =
-            missing == 0 || wasm32::memory_grow(0, missing.div_ceil(PAGE)) != usize::MAX;
+        let is_there = missing == 0 || wasm32::memory_grow(0, missing.div_ceil(PAGE)) != usize::MAX;
         if is_there {
             self.free.set(end);
         }

@@ -77,12 +77,18 @@ impl Scene {
         }
     }
 
-    /// The file's own camera (or one beside the scene), for a picture of this size: as wide as
-    /// the file says, and as high as that makes it.
+    /// The file's own camera (or one beside the scene), for a picture of this size: all that
+    /// the file's own picture shows is in it. What `pocketnerf.js` calls `camera`.
     #[must_use]
     pub fn own_camera(&self, width: u32, height: u32) -> View {
         let facts = self.facts().0;
-        let focal = 0.5 * width as f32 / facts[16];
+        let [tangent, own_width, own_height] = [facts[16], facts[17], facts[18]];
+        let mut focal = 0.5 * width as f32 / tangent;
+        let wide =
+            f64::from(width) * f64::from(own_height) / (f64::from(height) * f64::from(own_width));
+        if wide > 1.0 {
+            focal = (f64::from(focal) / wide) as f32;
+        }
         let mut pose = [0.0; 16];
         pose.copy_from_slice(&facts[..16]);
         Camera {
@@ -221,7 +227,9 @@ fn check(view: &View) -> Result<(), String> {
         return fail("camera: principal point, expected pixels below 1e9");
     }
     if !is_rotation(&[0, 4, 8].map(|row| [m[row], m[row + 1], m[row + 2]])) {
-        return fail("camera: pose, expected unit vectors right, up and back, right-handed, in its columns");
+        return fail(
+            "camera: pose, expected unit vectors right, up and back, right-handed, in its columns",
+        );
     }
     if ![m[3], m[7], m[11]].iter().all(|v| v.abs() <= 1e11) {
         return fail("camera: position, expected finite numbers");

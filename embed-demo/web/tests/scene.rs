@@ -1,0 +1,83 @@
+//! What the page asks, asked here.
+
+use pocketnerf_core::query::Depth;
+use pocketnerf_core::render::Tiles;
+use pocketnerf_core::{Camera, RenderOptions, SimdLevel, Tuning, pixel, render_tile};
+use pocketnerf_web::Scene;
+
+const STILL_LIFE: &[u8] = include_bytes!("../../still-life.pnerf");
+
+#[test]
+fn tiles_are_those_of_every_host() {
+    let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    let own = file.about.camera.unwrap();
+    let simd = SimdLevel::detect();
+    let mut scene = Scene::open(STILL_LIFE, simd).unwrap();
+    let camera = scene.own_camera(90, 100);
+    assert_eq!(camera, Camera::from_fov_x(90, 100, own.fov_x, own.camera_to_world));
+    let options = RenderOptions::new(&file.model, simd, Tuning::FAST);
+    let mut scratch = vec![0.0; options.scratch_len()];
+    let count = scene.begin(&camera, 0.5).unwrap();
+    assert_eq!(count as usize, Tiles::new(90, 100).len());
+    for (number, tile) in Tiles::new(90, 100).enumerate() {
+        let mut rgba = vec![0.0; 4 * tile.pixels()];
+        render_tile(&file.model, &camera, tile, &options, &mut scratch, &mut rgba, None).unwrap();
+        let over = |p: &[f32; 4]| {
+            let [r, g, b] = pixel::over(*p, file.model.display.background).map(pixel::quantize);
+            [r, g, b, 255]
+        };
+        let expected: Vec<u8> = rgba.as_chunks::<4>().0.iter().flat_map(over).collect();
+        assert_eq!(scene.tile(number as u32).unwrap(), (tile, &expected[..]));
+    }
+    assert!(scene.stats().samples > 0);
+}
+
+#[test]
+fn a_pick_is_the_median_depth() {
+    let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    let simd = SimdLevel::detect();
+    let mut scene = Scene::open(STILL_LIFE, simd).unwrap();
+    let camera = scene.own_camera(40, 40);
+    let probe = file.probe(simd, Tuning::SMALL).unwrap();
+    let mut scratch = vec![0.0; probe.scratch_len()];
+    let (mut hits, step) = (0, file.model.sampling.step);
+    for i in 0..1600 {
+        let [x, y] = [(i % 40) as f32 + 0.5, (i / 40) as f32 + 0.5];
+        let (mut depth, ray) = ([0.0], camera.ray(x, y));
+        probe.depths(&[ray], Depth::Median, None, &mut scratch, &mut depth).unwrap();
+        let [found, at @ ..] = scene.pick(&camera, [x, y]).unwrap();
+        if depth[0].is_infinite() || found.is_infinite() {
+            assert_eq!(depth[0].is_infinite(), found.is_infinite(), "{x} {y}: {depth:?} {found}");
+            continue;
+        }
+        assert!((found - depth[0]).abs() < 0.1 * step, "{x} {y}: {found} {depth:?}, step {step}");
+        let length: f32 = (0..3).map(|a| (at[a] - ray.origin[a]).powi(2)).sum::<f32>().sqrt();
+        assert!((length - found).abs() < 1e-4);
+        hits += 1;
+    }
+    assert!(hits > 200, "{hits}");
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    let simd = SimdLevel::detect();
+    let broken = &STILL_LIFE[..STILL_LIFE.len() / 2];
+    let expected = pocketnerf_formats::open_verified(broken).unwrap_err().to_string();
+    assert_eq!(Scene::open(broken, simd).unwrap_err(), expected);
+    let mut scene = Scene::open(STILL_LIFE, simd).unwrap();
+    let good = scene.own_camera(8, 8);
+    assert!(scene.tile(0).unwrap_err().contains("no picture was begun"));
+    for (camera, expected) in [
+        (Camera { width: 0, ..good }, "width and height"),
+        (Camera { focal: [f32::NAN; 2], ..good }, "focal"),
+        (Camera { center: [f32::INFINITY; 2], ..good }, "principal point"),
+        (Camera { camera_to_world: [0.0; 16], ..good }, "pose"),
+    ] {
+        assert!(scene.begin(&camera, 0.5).unwrap_err().contains(expected));
+        assert!(scene.pick(&camera, [1.0; 2]).unwrap_err().contains(expected));
+    }
+    assert!(scene.begin(&good, f32::NAN).unwrap_err().contains("quality"));
+    let tiles = scene.begin(&good, 0.5).unwrap();
+    assert!(scene.tile(tiles).unwrap_err().contains("none of this number"));
+    assert!(scene.pick(&good, [f32::NAN, 0.0]).unwrap_err().contains("pick"));
+}
