@@ -81,6 +81,7 @@ async function settle() {
     if (!image || !isCurrent()) return;
     tell(`${scene.stats.ms.toFixed(0)} ms for the whole picture, ${width} × ${height}`);
     canvas.dataset.state = "rest";
+    performance.mark("whole picture");
   } catch (error) {
     if (isCurrent()) say(error.message);
   }

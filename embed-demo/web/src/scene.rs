@@ -182,6 +182,8 @@ impl Scene {
         let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
         let options = RenderOptions { detail: Detail::FINEST, ..options };
         let mut model = self.model;
+        // Or whatever is nearly opaque would count as opaque, and not say how much it is.
+        model.sampling.min_transmittance = 1e-12;
         let mut passes = |steps: u32| {
             // The last sample lies half a step before the end of the last step.
             model.sampling.far = near + (steps as f32 - 0.25) * step;
