@@ -99,6 +99,7 @@ fn the_page_follows_the_hand() {
     page.until(&format!("picture.width === 780 && {AT_REST}"));
     keep(&mut page, "phone");
     page.resize([1000, 700], 1.0, false);
+    page.go(&format!("{home}/?model=still-life.pnerf"));
     page.until(&format!("picture.width === 1000 && {AT_REST}"));
     keep(&mut page, "screen");
     assert_eq!(page.complaints, [""; 0]);
