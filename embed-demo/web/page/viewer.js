@@ -38,10 +38,12 @@ async function move() {
   isMoving = true;
   while (hasChanged) {
     hasChanged = false;
+    const { scene } = shown;
     try {
       await paintSmall(shown);
     } catch (error) {
-      say(error.message);
+      // A scene that was closed for another one has nothing to say.
+      if (scene === shown.scene) say(error.message);
     }
     // One for each of the screen's frames is enough.
     await new Promise(requestAnimationFrame);
@@ -137,8 +139,14 @@ watch(canvas, {
     const { scene, orbit } = shown;
     const by = perPixel();
     const camera = orbit.camera(canvas.width, canvas.height);
-    const found = await scene.pick(x * by, y * by, camera).catch((error) => say(error.message));
-    if (found === undefined || scene !== shown.scene) return;
+    let found;
+    try {
+      found = await scene.pick(x * by, y * by, camera);
+    } catch (error) {
+      if (scene === shown.scene) say(error.message);
+      return;
+    }
+    if (scene !== shown.scene) return;
     const at = found?.point.map((v) => v.toFixed(2)).join(", ");
     tell(found ? `${found.depth.toFixed(2)} away, at (${at})` : "nothing there");
   },

@@ -89,6 +89,8 @@ fn the_page_follows_the_hand() {
     assert!(seen(&mut page) == before);
     drop_file(&mut page, "paper.pnerf", NERF);
     page.until("message.textContent.startsWith('paper.pnerf: ')");
+    let said = page.value("message.textContent");
+    assert!(said.as_str().unwrap().contains("nerf`"), "{said}");
     drop_file(&mut page, "other.pnerf", STILL_LIFE);
     page.until(&format!("{AT_REST} && figures.textContent.startsWith('other.pnerf: ')"));
     assert_eq!(page.value("message.textContent"), "");
