@@ -6,6 +6,9 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use glam::Vec3;
 
+use crate::Error;
+use crate::query::is_rotation;
+
 /// A pinhole camera with its pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -62,6 +65,38 @@ impl Camera {
             right.z, up.z, back.z, eye.z, //
             0.0, 0.0, 0.0, 1.0,
         ]
+    }
+
+    /// Pixels along a side of a picture at most.
+    pub const MAX_SIDE: u32 = 1 << 14;
+
+    /// Checks numbers that come from elsewhere: picture size, focal lengths and principal
+    /// point, and whether the pose is a rotation and a place. Rendering does not ask for that: a camera
+    /// without sense takes pictures of nothing.
+    ///
+    /// # Errors
+    /// [`Error::Range`].
+    pub fn validate(&self) -> Result<(), Error> {
+        let Self { width, height, focal, center, camera_to_world: m } = self;
+        let fail = |what| Err(Error::Range(what));
+        if [width, height].iter().any(|side| !(1..=Self::MAX_SIDE).contains(*side)) {
+            return fail("camera: width and height, expected 1 to 16384 pixels");
+        }
+        if !focal.iter().all(|f| (1e-3..1e9).contains(f)) {
+            return fail("camera: focal lengths, expected 0.001 to 1e9 pixels");
+        }
+        if !center.iter().all(|c| c.abs() < 1e9) {
+            return fail("camera: principal point, expected pixels below 1e9");
+        }
+        if !is_rotation(&[0, 4, 8].map(|row| [m[row], m[row + 1], m[row + 2]])) {
+            return fail(
+                "camera: pose, expected unit vectors right, up and back, right-handed, in its columns",
+            );
+        }
+        if ![m[3], m[7], m[11]].iter().all(|v| v.abs() <= 1e11) {
+            return fail("camera: position, expected finite numbers");
+        }
+        Ok(())
     }
 
     /// The camera's position in scene units.

@@ -97,6 +97,21 @@ impl Scene<'_> {
         model
     }
 
+    /// A camera in scene units as one in dataset coordinates.
+    #[must_use]
+    pub fn camera_to_dataset(&self, camera: &Camera) -> Camera {
+        let (from, position) = (&camera.camera_to_world, self.to_dataset(camera.position()));
+        let mut dataset = *camera;
+        for (row, turn) in self.rotation.iter().enumerate() {
+            let to = &mut dataset.camera_to_world[4 * row..];
+            for column in 0..3 {
+                to[column] = (0..3).map(|i| turn[i] * from[4 * i + column]).sum();
+            }
+            to[3] = position[row];
+        }
+        dataset
+    }
+
     /// A point in dataset coordinates to scene units.
     #[must_use]
     pub fn to_model(&self, p: [f32; 3]) -> [f32; 3] {
@@ -119,7 +134,7 @@ pub struct DefaultCamera {
 
 /// The largest side of a suggested picture: no file asks for more memory than
 /// such a picture takes.
-pub const MAX_PICTURE_SIDE: u32 = 1 << 14;
+pub const MAX_PICTURE_SIDE: u32 = Camera::MAX_SIDE;
 
 impl DefaultCamera {
     /// The camera in core's terms.
@@ -175,6 +190,8 @@ mod tests {
             assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4), "{a:?} {b:?}");
         };
         close(&model.position(), &[3.0, 1.0, 2.0]);
+        let back = scene.camera_to_dataset(&model);
+        close(&back.camera_to_world, &camera.camera_to_world);
         let p = [0.25, 0.5, -0.75];
         let [seen, expected] = [model.project(p), camera.project(scene.to_dataset(p))];
         close(&seen.unwrap(), &expected.unwrap());

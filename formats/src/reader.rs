@@ -1,7 +1,11 @@
 //! From bytes to a model.
 
+#[cfg(feature = "ndc")]
+use pocketnerf_core::Space;
 use pocketnerf_core::sampler::Hierarchical;
-use pocketnerf_core::{Error, Model, Occupancy, Probe, SimdLevel, TensorView, Tuning};
+use pocketnerf_core::{
+    Camera, Error, Model, Occupancy, Probe, SimdLevel, TensorView, Tuning, math,
+};
 
 use crate::about::About;
 use crate::container::Container;
@@ -97,6 +101,28 @@ impl<'a> ModelFile<'a> {
             Some((name, _)) => Err(FormatError::NotFinite(name)),
             None => Ok(()),
         }
+    }
+
+    /// A camera that shows the model, in scene units: the file's own view, or, where it has
+    /// none, one half a radian above the dataset's x axis, z up; of a forward-facing capture,
+    /// one where the photographs were taken.
+    #[must_use]
+    pub fn camera(&self, width: u32, height: u32) -> Camera {
+        if let Some(own) = self.about.camera {
+            return Camera::from_fov_x(width, height, own.fov_x, own.camera_to_world);
+        }
+        let (space, scene) = (&self.model.space, &self.about.scene);
+        #[cfg(feature = "ndc")]
+        if let Space::Ndc(ndc) = space {
+            let pose = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
+            let ahead = Camera::from_fov_x(width, height, 1.0, pose);
+            return Camera { focal: [0.5 * width as f32 * ndc.slope[0]; 2], ..ahead };
+        }
+        let (middle, distance) = (space.center(), 2.0 / space.unit_map().scale);
+        let [x, z] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| scene.to_model_direction(axis));
+        let (sin, cos) = math::sin_cos(0.5);
+        let eye = [0, 1, 2].map(|a| middle[a] + distance * (cos * x[a] + sin * z[a]));
+        Camera::from_fov_x(width, height, 0.7, Camera::look_at(eye, middle, z))
     }
 
     /// Questions to the model, in the dataset's coordinates and units: SCENE's transform is

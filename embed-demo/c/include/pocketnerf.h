@@ -420,7 +420,7 @@ PnrfStatus pnrf_look_at(const float *eye,
                         struct PnrfError *error);
 
 // A camera that shows the model: the file's own view, or, where it has none, one from
-// aside and above. 0 for width and height: the file's own size.
+// aside and above, z up. 0 for width and height: the file's own size.
 PnrfStatus pnrf_default_camera(const struct PnrfModel *model,
                                uint32_t width,
                                uint32_t height,

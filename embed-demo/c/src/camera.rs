@@ -1,8 +1,6 @@
 //! Cameras, in the caller's coordinates.
 
-use pocketnerf_core::query::is_rotation;
-use pocketnerf_core::{Camera as CoreCamera, Space, math};
-use pocketnerf_formats::MAX_PICTURE_SIDE;
+use pocketnerf_core::Camera as CoreCamera;
 
 use crate::border;
 use crate::model::Model;
@@ -10,7 +8,7 @@ use crate::status::{Error, Failure, Status, call};
 
 /// Pixels along a side of a picture at most.
 pub const MAX_SIDE: u32 = 16384;
-const _: () = assert!(MAX_SIDE == MAX_PICTURE_SIDE);
+const _: () = assert!(MAX_SIDE == CoreCamera::MAX_SIDE);
 
 /// A pinhole camera. Axes are OpenGL's: x right, y up, looking along -z. The centre of the
 /// upper left pixel is at (0.5, 0.5).
@@ -34,27 +32,9 @@ pub struct Camera {
 impl Camera {
     /// Checked, in the coordinates of the model.
     pub(crate) fn to_model(self, model: &Model) -> Result<CoreCamera, Failure> {
-        let fail = |text: &str| Err(Failure::new(Status::Camera, text));
-        let Self { width, height, focal, center, camera_to_world: m } = self;
-        if [width, height].iter().any(|side| !(1..=MAX_SIDE).contains(side)) {
-            let text = format!("camera: {width}x{height} pixels, expected 1 to {MAX_SIDE} a side");
-            return Err(Failure::new(Status::Camera, text));
-        }
-        if !focal.iter().all(|f| (1e-3..1e9).contains(f)) {
-            return fail("camera: focal lengths, expected 0.001 to 1e9 pixels");
-        }
-        if !center.iter().all(|c| c.abs() < 1e9) {
-            return fail("camera: principal point, expected pixels below 1e9");
-        }
-        if !is_rotation(&[0, 4, 8].map(|row| [m[row], m[row + 1], m[row + 2]])) {
-            return fail(
-                "camera: camera_to_world, expected unit vectors right, up and back, right-handed, in its columns",
-            );
-        }
-        if ![m[3], m[7], m[11]].iter().all(|v| v.abs() <= 1e11) {
-            return fail("camera: position, expected finite numbers");
-        }
-        let camera = CoreCamera { width, height, focal, center, camera_to_world: m };
+        let Self { width, height, focal, center, camera_to_world } = self;
+        let camera = CoreCamera { width, height, focal, center, camera_to_world };
+        camera.validate().map_err(|error| Failure::new(Status::Camera, error))?;
         Ok(model.scene().camera_to_model(&camera))
     }
 }
@@ -104,7 +84,7 @@ pub unsafe extern "C" fn pnrf_look_at(
 }
 
 /// A camera that shows the model: the file's own view, or, where it has none, one from
-/// aside and above. 0 for width and height: the file's own size.
+/// aside and above, z up. 0 for width and height: the file's own size.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_default_camera(
     model: *const Model,
@@ -117,44 +97,14 @@ pub unsafe extern "C" fn pnrf_default_camera(
         // SAFETY: the caller's promise.
         let model = unsafe { border::read(model, "model")? };
         let own = model.file().about.camera;
-        let size = own.map_or([400; 2], |own| [own.width, own.height]);
+        let size = own.map_or([800; 2], |own| [own.width, own.height]);
         let [width, height] = if width == 0 && height == 0 { size } else { [width, height] };
-        let pose = own.map(|own| (own.camera_to_world, own.fov_x));
-        let (pose, fov_x) = pose.unwrap_or_else(|| aside(&model.file().model.space));
-        let mut made = Camera::from(CoreCamera::from_fov_x(width, height, fov_x, pose));
-        made.camera_to_world = to_caller(model, &pose);
+        let view = model.file().camera(width, height);
+        let made = Camera::from(model.scene().camera_to_dataset(&view));
         made.to_model(model)?;
         // SAFETY: the caller's promise.
         unsafe { border::write(camera, made, "camera") }
     };
     // SAFETY: the caller's promise.
     unsafe { call(error, work) }
-}
-
-/// A pose and a field of view for a model without a view of its own, in its coordinates.
-fn aside(space: &Space) -> ([f32; 16], f32) {
-    #[cfg(feature = "ndc")]
-    if let Space::Ndc(ndc) = space {
-        // Where the photographs were taken from.
-        let pose = CoreCamera::look_at([0.0; 3], [0.0, 0.0, -ndc.near], [0.0, 1.0, 0.0]);
-        return (pose, 2.0 * (1.0 / ndc.slope[0]).atan());
-    }
-    let (target, distance) = (space.center(), 2.0 / space.unit_map().scale);
-    let (sin, cos) = math::sin_cos(0.5);
-    let eye = [target[0] + distance * cos, target[1], target[2] + distance * sin];
-    (CoreCamera::look_at(eye, target, [0.0, 0.0, 1.0]), 0.7)
-}
-
-/// A pose of the model's coordinates in the caller's.
-fn to_caller(model: &Model, pose: &[f32; 16]) -> [f32; 16] {
-    let scene = model.scene();
-    let position = scene.to_dataset([pose[3], pose[7], pose[11]]);
-    let mut to = *pose;
-    for (row, turn) in scene.rotation.iter().enumerate() {
-        for column in 0..3 {
-            to[4 * row + column] = (0..3).map(|i| turn[i] * pose[4 * i + column]).sum();
-        }
-        to[4 * row + 3] = position[row];
-    }
-    to
 }

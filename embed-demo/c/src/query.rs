@@ -1,7 +1,7 @@
 //! Questions beside pictures, in the caller's coordinates and units.
 
+use pocketnerf_core::Probe;
 use pocketnerf_core::query::{Depth as CoreDepth, normal};
-use pocketnerf_core::{Probe, Ray};
 
 use crate::border;
 use crate::model::Model;
@@ -21,6 +21,37 @@ pub enum Depth {
     FirstSigma = 2,
     /// Where a part of the light, the threshold, from 1e-6 to below 1, has been held back.
     FirstOpacity = 3,
+}
+
+/// A list of things that is asked about.
+type Questions<'n> = (*const f32, usize, &'n str);
+/// Where as many answers go.
+type Answers<'n> = (*mut f32, &'n str);
+/// Values that are the caller's, and how many.
+type Scratch = (*mut f32, usize);
+
+/// Asks about many things, each a `Q`, into an `A` each.
+///
+/// # Safety
+/// `Q` and `A` are made of `f32` and nothing else, in the order of their fields; for the rest, the
+/// crate's one condition.
+unsafe fn each<Q, A>(
+    (model, options): (*const Model, *const Options),
+    (questions, n, name): Questions<'_>,
+    (answers, name_of_answers): Answers<'_>,
+    (scratch, scratch_length): Scratch,
+    error: *mut Error,
+    ask: impl FnOnce(&Probe<'_>, &[Q], &mut [f32], &mut [A]) -> Result<(), Failure>,
+) -> Status {
+    // SAFETY: the caller's promise.
+    let work = || unsafe {
+        let probe = probe(model, options)?;
+        let questions = border::list(questions.cast(), n, name)?;
+        let scratch = border::room(scratch, scratch_length, "scratch")?;
+        ask(&probe, questions, scratch, border::room(answers.cast(), n, name_of_answers)?)
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(error, work) }
 }
 
 /// # Safety
@@ -46,15 +77,18 @@ pub unsafe extern "C" fn pnrf_density(
     scratch_length: usize,
     error: *mut Error,
 ) -> Status {
+    let (whose, points, place) = ((model, options), (points, n, "points"), (sigma, "sigma"));
     // SAFETY: the caller's promise.
-    let work = || unsafe {
-        let probe = probe(model, options)?;
-        let points = vectors(points, n, "points")?;
-        let scratch = border::room(scratch, scratch_length, "scratch")?;
-        Ok(probe.density(points, scratch, border::room(sigma, n, "sigma")?)?)
-    };
-    // SAFETY: the caller's promise.
-    unsafe { call(error, work) }
+    unsafe {
+        each(
+            whose,
+            points,
+            place,
+            (scratch, scratch_length),
+            error,
+            |probe, points, scratch, out| Ok(probe.density(points, scratch, out)?),
+        )
+    }
 }
 
 /// Colour and sigma of `n` points, three numbers each, seen along `directions`, three
@@ -72,17 +106,22 @@ pub unsafe extern "C" fn pnrf_radiance(
     scratch_length: usize,
     error: *mut Error,
 ) -> Status {
+    let (whose, points) = ((model, options), (points, n, "points"));
+    let place = (rgb_sigma, "rgb_sigma");
     // SAFETY: the caller's promise.
-    let work = || unsafe {
-        let probe = probe(model, options)?;
-        let points = vectors(points, n, "points")?;
-        let directions = vectors(directions, n, "directions")?;
-        let scratch = border::room(scratch, scratch_length, "scratch")?;
-        let out = border::room(rgb_sigma, times(n, 4)?, "rgb_sigma")?.as_chunks_mut().0;
-        Ok(probe.radiance(points, directions, scratch, out)?)
-    };
-    // SAFETY: the caller's promise.
-    unsafe { call(error, work) }
+    unsafe {
+        each(
+            whose,
+            points,
+            place,
+            (scratch, scratch_length),
+            error,
+            |probe, points, scratch, out| {
+                let directions = border::list(directions.cast(), n, "directions")?;
+                Ok(probe.radiance(points, directions, scratch, out)?)
+            },
+        )
+    }
 }
 
 /// The slope of sigma at `n` points, three numbers each, into three values each of
@@ -98,16 +137,18 @@ pub unsafe extern "C" fn pnrf_density_gradient(
     scratch_length: usize,
     error: *mut Error,
 ) -> Status {
+    let (whose, points, place) = ((model, options), (points, n, "points"), (gradient, "gradient"));
     // SAFETY: the caller's promise.
-    let work = || unsafe {
-        let probe = probe(model, options)?;
-        let points = vectors(points, n, "points")?;
-        let scratch = border::room(scratch, scratch_length, "scratch")?;
-        let out = border::room(gradient, times(n, 3)?, "gradient")?.as_chunks_mut().0;
-        Ok(probe.density_gradient(points, scratch, out)?)
-    };
-    // SAFETY: the caller's promise.
-    unsafe { call(error, work) }
+    unsafe {
+        each(
+            whose,
+            points,
+            place,
+            (scratch, scratch_length),
+            error,
+            |probe, points, scratch, out| Ok(probe.density_gradient(points, scratch, out)?),
+        )
+    }
 }
 
 /// Where surfaces at `n` points face, three numbers each, into a unit vector each of `normals`,
@@ -123,18 +164,22 @@ pub unsafe extern "C" fn pnrf_normals(
     scratch_length: usize,
     error: *mut Error,
 ) -> Status {
+    let (whose, points, place) = ((model, options), (points, n, "points"), (normals, "normals"));
     // SAFETY: the caller's promise.
-    let work = || unsafe {
-        let probe = probe(model, options)?;
-        let points = vectors(points, n, "points")?;
-        let scratch = border::room(scratch, scratch_length, "scratch")?;
-        let out = border::room(normals, times(n, 3)?, "normals")?.as_chunks_mut().0;
-        probe.density_gradient(points, scratch, out)?;
-        out.iter_mut().for_each(|v| *v = normal(*v));
-        Ok(())
-    };
-    // SAFETY: the caller's promise.
-    unsafe { call(error, work) }
+    unsafe {
+        each(
+            whose,
+            points,
+            place,
+            (scratch, scratch_length),
+            error,
+            |probe, points, scratch, out| {
+                probe.density_gradient(points, scratch, out)?;
+                out.iter_mut().for_each(|v| *v = normal(*v));
+                Ok(())
+            },
+        )
+    }
 }
 
 /// Whether there may be something at `n` points, three numbers each, into one byte each of
@@ -150,7 +195,7 @@ pub unsafe extern "C" fn pnrf_occupied(
     // SAFETY: the caller's promise.
     let work = || unsafe {
         let probe = probe(model, std::ptr::null())?;
-        let points: &[[f32; 3]] = vectors(points, n, "points")?;
+        let points: &[[f32; 3]] = border::list(points.cast(), n, "points")?;
         let out = border::room(occupied, n, "occupied")?.iter_mut();
         out.zip(points).for_each(|(out, point)| *out = probe.occupied(*point).into());
         Ok(())
@@ -173,7 +218,7 @@ pub unsafe extern "C" fn pnrf_sphere_clear(
     // SAFETY: the caller's promise.
     let work = || unsafe {
         let probe = probe(model, std::ptr::null())?;
-        let balls: &[[f32; 4]] = vectors(balls, n, "balls")?;
+        let balls: &[[f32; 4]] = border::list(balls.cast(), n, "balls")?;
         let out = border::room(clear, n, "clear")?.iter_mut();
         out.zip(balls).for_each(|(out, [x, y, z, radius])| {
             *out = probe.sphere_clear([*x, *y, *z], *radius).into();
@@ -197,16 +242,19 @@ pub unsafe extern "C" fn pnrf_segment_transmittance(
     scratch_length: usize,
     error: *mut Error,
 ) -> Status {
+    let (whose, place) = ((model, options), (passes, "passes"));
+    let segments = (segments, n, "segments");
     // SAFETY: the caller's promise.
-    let work = || unsafe {
-        let probe = probe(model, options)?;
-        let segments: &[[f32; 3]] = vectors(segments, times(n, 2)?, "segments")?;
-        let scratch = border::room(scratch, scratch_length, "scratch")?;
-        let out = border::room(passes, n, "passes")?;
-        Ok(probe.segment_transmittance(segments.as_chunks().0, scratch, out)?)
-    };
-    // SAFETY: the caller's promise.
-    unsafe { call(error, work) }
+    unsafe {
+        each(
+            whose,
+            segments,
+            place,
+            (scratch, scratch_length),
+            error,
+            |probe, all, scratch, out| Ok(probe.segment_transmittance(all, scratch, out)?),
+        )
+    }
 }
 
 /// The probability that a body hits something (CATNIPS): 1 - exp(-sum of sigma * volume /
@@ -228,7 +276,7 @@ pub unsafe extern "C" fn pnrf_collision_probability(
     // SAFETY: the caller's promise.
     let work = || unsafe {
         let probe = probe(model, options)?;
-        let points = vectors(points, n, "points")?;
+        let points = border::list(points.cast(), n, "points")?;
         let scratch = border::room(scratch, scratch_length, "scratch")?;
         let found = probe.collision_probability(points, volume, particle_area, scratch)?;
         border::write(probability, found, "probability")
@@ -263,37 +311,12 @@ pub unsafe extern "C" fn pnrf_depths(
         3 => Ok(CoreDepth::FirstOpacity(threshold)),
         other => Err(unknown("kind", other)),
     };
-    // SAFETY: the caller's promise.
-    let work = || unsafe {
-        let (probe, depth) = (probe(model, options)?, depth?);
-        // A ray is its six numbers, in this order.
-        let rays: &[Ray] = border::list(rays.cast(), n, "rays")?;
-        let axis: Option<[f32; 3]> = match axis.is_null() {
-            true => None,
-            false => Some(vectors(axis, 1, "axis")?[0]),
-        };
-        let scratch = border::room(scratch, scratch_length, "scratch")?;
-        let out = border::room(depths, n, "depths")?;
-        Ok(probe.depths(rays, depth, axis, scratch, out)?)
-    };
-    // SAFETY: the caller's promise.
-    unsafe { call(error, work) }
-}
-
-/// So many vectors of K numbers.
-///
-/// # Safety
-/// As [`border::list`].
-unsafe fn vectors<'c, const K: usize>(
-    pointer: *const f32,
-    n: usize,
-    name: &str,
-) -> Result<&'c [[f32; K]], Failure> {
-    // SAFETY: the caller's promise.
-    unsafe { border::list(pointer.cast(), n, name) }
-}
-
-fn times(n: usize, values: usize) -> Result<usize, Failure> {
-    let text = "n: so many fit no memory";
-    n.checked_mul(values).ok_or_else(|| Failure::new(Status::Argument, text))
+    let (whose, rays, place) = ((model, options), (rays, n, "rays"), (depths, "depths"));
+    // SAFETY: the caller's promise; a core `Ray` is its six numbers, in this order.
+    unsafe {
+        each(whose, rays, place, (scratch, scratch_length), error, |probe, rays, scratch, out| {
+            let axis = border::read_or_none(axis.cast(), "axis")?.copied();
+            Ok(probe.depths(rays, depth?, axis, scratch, out)?)
+        })
+    }
 }

@@ -31,12 +31,9 @@ impl View {
     #[must_use]
     pub fn new(file: &ModelFile<'_>) -> Self {
         let (space, scene) = (&file.model.space, &file.about.scene);
-        let axis = |d| Vec3::from(scene.to_model_direction(d)).normalize_or(Vec3::Z);
-        let z = axis([0.0, 0.0, 1.0]);
-        let start = file
-            .about
-            .camera
-            .map_or_else(|| beside(space, axis([1.0, 0.0, 0.0]), z), |own| own.camera());
+        let z = Vec3::from(scene.to_model_direction([0.0, 0.0, 1.0])).normalize_or(Vec3::Z);
+        let [width, height] = file.about.camera.map_or([800; 2], |own| [own.width, own.height]);
+        let start = file.camera(width, height);
         Self::around(start, space, z)
     }
 
@@ -163,19 +160,6 @@ impl View {
             0.0, 0.0, 0.0, 1.0,
         ]
     }
-}
-
-/// A camera for a model that has none.
-fn beside(space: &Space, x: Vec3, z: Vec3) -> Camera {
-    const SIDE: u32 = 800;
-    if let Space::Ndc(ndc) = space {
-        let pose = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
-        return Camera::from_fov_x(SIDE, SIDE, 2.0 * (1.0 / ndc.slope[0]).atan(), pose);
-    }
-    let middle = Vec3::from(space.center());
-    let eye = middle + (x * 0.5f32.cos() + z * 0.5f32.sin()) * (2.0 / space.unit_map().scale);
-    let pose = Camera::look_at(eye.to_array(), middle.to_array(), z.to_array());
-    Camera::from_fov_x(SIDE, SIDE, 0.7, pose)
 }
 
 /// Right (0), up (1) or back (2) of a camera.

@@ -3,8 +3,6 @@
 use pocketnerf_core::{ColorSpace, Space, math};
 use pocketnerf_formats::ModelFile;
 
-use crate::scene::to_dataset;
-
 /// How many numbers there are.
 pub const LENGTH: usize = 56;
 
@@ -17,9 +15,10 @@ impl Facts {
     pub(crate) fn of(file: &ModelFile<'_>) -> Self {
         let (model, scene) = (&file.model, &file.about.scene);
         let (space, own) = (&model.space, file.about.camera);
-        let (pose, tangent) = own
-            .map_or_else(|| beside(file), |own| (own.camera_to_world, math::tan(0.5 * own.fov_x)));
         let size = own.map_or([800; 2], |own| [own.width, own.height]);
+        let view = scene.camera_to_dataset(&file.camera(size[0], size[1]));
+        let seen = 0.5 * size[0] as f32 / view.focal[0];
+        let tangent = own.map_or(seen, |own| math::tan(0.5 * own.fov_x));
         let mut facts = [0.0; LENGTH];
         let mut at = 0;
         let mut tell = |numbers: &[f32]| {
@@ -29,7 +28,7 @@ impl Facts {
         let flag = |is: bool| f32::from(u8::from(is));
         // 0: the file's own camera, or one beside the scene, and how wide it sees: the tangent
         // of half its angle, from which a page has the same focal length to the bit.
-        tell(&to_dataset(scene, &pose));
+        tell(&view.camera_to_world);
         tell(&[tangent, size[0] as f32, size[1] as f32, flag(own.is_some())]);
         // 20: the middle of what there is to see, and the longest side of its box.
         tell(&scene.to_dataset(space.center()));
@@ -67,20 +66,4 @@ fn near(space: &Space) -> f32 {
         Space::Ndc(ndc) => ndc.near,
         _ => 0.0,
     }
-}
-
-/// A pose in the model's coordinates, and the tangent of half the angle that it sees, where the file has none: half a
-/// radian above the dataset's x axis; a forward-facing capture from where it was taken.
-fn beside(file: &ModelFile<'_>) -> ([f32; 16], f32) {
-    let (space, scene) = (&file.model.space, &file.about.scene);
-    #[cfg(feature = "ndc")]
-    if let Space::Ndc(ndc) = space {
-        let pose = pocketnerf_core::Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
-        return (pose, 1.0 / ndc.slope[0]);
-    }
-    let (middle, distance) = (space.center(), 2.0 / space.unit_map().scale);
-    let [x, z] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| scene.to_model_direction(axis));
-    let (sin, cos) = math::sin_cos(0.5);
-    let eye = core::array::from_fn(|a| middle[a] + distance * (cos * x[a] + sin * z[a]));
-    (pocketnerf_core::Camera::look_at(eye, middle, z), math::tan(0.35))
 }

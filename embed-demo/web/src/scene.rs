@@ -4,12 +4,11 @@ use alloc::string::{String, ToString};
 use alloc::vec;
 use alloc::vec::Vec;
 
-use pocketnerf_core::query::is_rotation;
 use pocketnerf_core::render::{Detail, RenderStats, Tiles};
 use pocketnerf_core::{
     Camera, Model, RenderOptions, Sampling, SimdLevel, Tile, Tuning, math, pixel, render_tile,
 };
-use pocketnerf_formats::{MAX_PICTURE_SIDE, ModelFile, Scene as Coordinates, open_verified};
+use pocketnerf_formats::{ModelFile, open_verified};
 
 use crate::facts::Facts;
 
@@ -106,7 +105,7 @@ impl Scene {
     /// # Errors
     /// One line: why this is no camera.
     pub fn begin(&mut self, view: &View, quality: f32) -> Result<u32, String> {
-        check(view)?;
+        view.validate().map_err(|error| error.to_string())?;
         if quality.is_nan() {
             return Err("quality: not a number, expected 0 to 1".into());
         }
@@ -157,7 +156,7 @@ impl Scene {
     /// # Errors
     /// One line: this is no camera, or the space is no box and has no distances.
     pub fn pick(&mut self, view: &View, [x, y]: [f32; 2]) -> Result<[f32; 4], String> {
-        check(view)?;
+        view.validate().map_err(|error| error.to_string())?;
         if ![x, y].iter().all(|v| v.abs() < 1e9) {
             return Err("pick: x and y, expected pixels below 1e9".into());
         }
@@ -213,41 +212,4 @@ impl Scene {
         };
         Ok(near + (low as f32 + part) * step)
     }
-}
-
-/// Whether these numbers are a camera.
-fn check(view: &View) -> Result<(), String> {
-    let fail = |text: &str| Err(text.into());
-    let m = &view.camera_to_world;
-    if [view.width, view.height].iter().any(|side| !(1..=MAX_PICTURE_SIDE).contains(side)) {
-        return fail("camera: width and height, expected 1 to 16384 pixels");
-    }
-    if !view.focal.iter().all(|f| (1e-3..1e9).contains(f)) {
-        return fail("camera: focal lengths, expected 0.001 to 1e9 pixels");
-    }
-    if !view.center.iter().all(|c| c.abs() < 1e9) {
-        return fail("camera: principal point, expected pixels below 1e9");
-    }
-    if !is_rotation(&[0, 4, 8].map(|row| [m[row], m[row + 1], m[row + 2]])) {
-        return fail(
-            "camera: pose, expected unit vectors right, up and back, right-handed, in its columns",
-        );
-    }
-    if ![m[3], m[7], m[11]].iter().all(|v| v.abs() <= 1e11) {
-        return fail("camera: position, expected finite numbers");
-    }
-    Ok(())
-}
-
-/// A pose of the model's coordinates in the dataset's.
-pub(crate) fn to_dataset(scene: &Coordinates<'_>, pose: &[f32; 16]) -> [f32; 16] {
-    let position = scene.to_dataset([pose[3], pose[7], pose[11]]);
-    let mut to = *pose;
-    for (row, turn) in scene.rotation.iter().enumerate() {
-        for column in 0..3 {
-            to[4 * row + column] = (0..3).map(|i| turn[i] * pose[4 * i + column]).sum();
-        }
-        to[4 * row + 3] = position[row];
-    }
-    to
 }
