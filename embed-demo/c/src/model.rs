@@ -37,6 +37,12 @@ pub struct Model {
     scene: Scene<'static>,
 }
 
+// What the header promises of threads.
+const _: fn() = || {
+    const fn is_shared<T: Send + Sync>() {}
+    is_shared::<Model>();
+};
+
 impl Model {
     pub(crate) fn file(&self) -> &ModelFile<'_> {
         self.opened.borrow_dependent()

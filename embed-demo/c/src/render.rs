@@ -1,5 +1,7 @@
 //! Pictures.
 
+use std::ops::RangeInclusive;
+
 use pocketnerf_core::render::{RenderStats, Tiles};
 use pocketnerf_core::{Camera as CoreCamera, RenderOptions, Tile as CoreTile, render_tile};
 
@@ -166,6 +168,35 @@ impl From<RenderStats> for Stats {
     }
 }
 
+/// What a picture is made of.
+type Parts = (*const Model, *const Camera, *const Options, *const Image);
+
+/// Renders the tiles that `numbers` chooses of a picture's, one after another.
+///
+/// # Safety
+/// The crate's one condition; of the image, for these tiles' part.
+unsafe fn draw(
+    (model, camera, options, image): Parts,
+    scratch: (*mut f32, usize),
+    (stats, error): (*mut Stats, *mut Error),
+    numbers: impl FnOnce(&Cut) -> RangeInclusive<u32>,
+) -> Status {
+    let work = || {
+        border::check_wanted(stats, "stats")?;
+        // SAFETY: the caller's promise.
+        let mut job = unsafe { Job::new(model, camera, options, image, scratch)? };
+        let (cut, mut took) = (job.cut(), RenderStats::default());
+        for number in numbers(&cut) {
+            // SAFETY: the tile's part of the image is the call's alone.
+            took += unsafe { job.render(cut.get(number)?)? };
+        }
+        // SAFETY: the caller's promise.
+        unsafe { border::write_if_wanted(stats, took.into(), "stats") }
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(error, work) }
+}
+
 /// Renders a picture on the calling thread.
 ///
 /// `image` has room for all of the camera's picture. `scratch`: `scratch_length` values, at
@@ -182,21 +213,11 @@ pub unsafe extern "C" fn pnrf_render(
     stats: *mut Stats,
     error: *mut Error,
 ) -> Status {
-    let work = || {
-        border::check_wanted(stats, "stats")?;
-        // SAFETY: the caller's promise.
-        let mut job =
-            unsafe { Job::new(model, camera, options, image, (scratch, scratch_length))? };
-        let (cut, mut sum) = (job.cut(), RenderStats::default());
-        for number in 0..cut.len() {
-            // SAFETY: the image is the call's alone.
-            sum += unsafe { job.render(cut.get(number)?)? };
-        }
-        // SAFETY: the caller's promise.
-        unsafe { border::write_if_wanted(stats, sum.into(), "stats") }
-    };
+    let scratch = (scratch, scratch_length);
     // SAFETY: the caller's promise.
-    unsafe { call(error, work) }
+    unsafe {
+        draw((model, camera, options, image), scratch, (stats, error), |cut| 0..=cut.len() - 1)
+    }
 }
 
 /// Renders one tile of a picture, `number` from 0 to `pnrf_tile_count` - 1, into its place
@@ -215,19 +236,9 @@ pub unsafe extern "C" fn pnrf_render_tile(
     stats: *mut Stats,
     error: *mut Error,
 ) -> Status {
-    let work = || {
-        border::check_wanted(stats, "stats")?;
-        // SAFETY: the caller's promise.
-        let mut job =
-            unsafe { Job::new(model, camera, options, image, (scratch, scratch_length))? };
-        let tile = job.cut().get(number)?;
-        // SAFETY: the tile's part of the image is the call's alone.
-        let took = unsafe { job.render(tile)? };
-        // SAFETY: the caller's promise.
-        unsafe { border::write_if_wanted(stats, took.into(), "stats") }
-    };
+    let scratch = (scratch, scratch_length);
     // SAFETY: the caller's promise.
-    unsafe { call(error, work) }
+    unsafe { draw((model, camera, options, image), scratch, (stats, error), |_| number..=number) }
 }
 
 /// How many tiles a picture of this size is rendered in; 0 where it has no pixels, or options
