@@ -2,8 +2,8 @@
 //! threads, no operating system, no `unsafe`.
 //!
 //! The modules stand in the order in which a ray passes through them:
-//! [`camera`] → [`space`] → [`occupancy`] → [`sampler`] → [`encoding`] →
-//! [`network`] → [`field`] → [`composite`] → [`render`]. What else a program may ask of a
+//! [`camera`] → [`space`] → [`occupancy`] → [`march`] → [`encoding`] →
+//! [`network`] → [`field`] → [`render`]. What else a program may ask of a
 //! model stands in [`query`].
 //!
 //! # Features
@@ -72,11 +72,12 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
-pub mod composite;
+
 pub mod encoding;
 pub mod error;
 pub mod field;
 pub mod lanes;
+pub mod march;
 pub mod math;
 pub mod model;
 pub mod network;
@@ -85,7 +86,6 @@ pub mod pixel;
 pub mod query;
 pub mod reference;
 pub mod render;
-pub mod sampler;
 pub mod scratch;
 pub mod simd;
 pub mod space;
@@ -95,11 +95,11 @@ pub mod tensor;
 pub use camera::{Camera, Ray};
 pub use error::Error;
 pub use field::AnyField;
+pub use march::Sampling;
 pub use model::{ColorSpace, Display, Model};
 pub use occupancy::Occupancy;
 pub use query::Probe;
 pub use render::{RenderOptions, SamplingMode, Tile, render_tile};
-pub use sampler::Sampling;
 pub use scratch::{Limits, Tuning};
 pub use simd::SimdLevel;
 pub use space::Space;

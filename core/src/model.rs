@@ -1,8 +1,8 @@
 //! A scene as the renderer sees it: borrowed parts, checked to fit together.
 
 use crate::field::AnyField;
+use crate::march::{Hierarchical, Reach};
 use crate::render::{Detail, SamplingMode};
-use crate::sampler::{Hierarchical, Reach};
 use crate::scratch::Limits;
 use crate::{Error, Occupancy, Sampling, Space};
 
@@ -110,9 +110,9 @@ impl<'a> Model<'a> {
     /// The paper's sampling: the model's own, or, where it was made for another, the
     /// paper's numbers within the space and its occupied cells.
     #[must_use]
-    pub fn paper_sampling(&self) -> SamplingMode {
+    pub fn hierarchical_sampling(&self) -> SamplingMode {
         let clipped = Hierarchical { reach: Reach::Clipped, ..Hierarchical::PAPER };
-        SamplingMode::Paper(self.hierarchical.unwrap_or(clipped))
+        SamplingMode::Hierarchical(self.hierarchical.unwrap_or(clipped))
     }
 
     /// Checks that scratch for `limits` suffices.

@@ -12,9 +12,9 @@ mod finish;
 pub(crate) mod flight;
 mod foreground;
 mod group;
-mod observe;
 #[cfg(feature = "nerf")]
-mod paper;
+mod hierarchical;
+mod observe;
 mod passes;
 mod progressive;
 mod rehearse;
@@ -28,7 +28,7 @@ pub use progressive::{Refinement, Refinements, refine_tile};
 pub use rehearse::rehearse_tile;
 pub use tiles::Tiles;
 
-use crate::sampler::Hierarchical;
+use crate::march::Hierarchical;
 use crate::scratch::{Limits, Tuning, scratch_len};
 use crate::{Camera, Error, Model, Ray, SimdLevel};
 use driver::Job;
@@ -44,7 +44,7 @@ pub enum SamplingMode {
     /// As the paper has it: at evenly spaced distances, then where these have weight.
     /// Every pixel is rendered and no ray ends early, whatever `detail` says. Needs the
     /// cargo feature `nerf`.
-    Paper(Hierarchical),
+    Hierarchical(Hierarchical),
 }
 
 /// How to render.
@@ -79,7 +79,7 @@ impl RenderOptions {
         self.sampling = sampling;
         self.limits.ray_samples = match &sampling {
             SamplingMode::Occupancy => 0,
-            SamplingMode::Paper(hierarchical) => hierarchical.n_all(),
+            SamplingMode::Hierarchical(hierarchical) => hierarchical.n_all(),
         };
         self
     }
@@ -88,7 +88,7 @@ impl RenderOptions {
         // Cheap beside a tile's work, and kernels rely on it.
         model.validate()?;
         model.fits(&self.limits)?;
-        if let SamplingMode::Paper(hierarchical) = &self.sampling {
+        if let SamplingMode::Hierarchical(hierarchical) = &self.sampling {
             if !cfg!(feature = "nerf") {
                 return Err(Error::Feature("nerf"));
             }

@@ -1,8 +1,8 @@
 //! The caller's working memory, cut into the buffers that a tile needs.
 
 use crate::Error;
+use crate::march::LANES;
 use crate::network::panel_len;
-use crate::sampler::LANES;
 
 /// The largest model that scratch is sized for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl Limits {
     /// Rays that travel together in the paper's sampling: enough to fill batches even
     /// where most samples lie in empty cells.
     #[cfg(feature = "nerf")]
-    pub(crate) const fn paper_rays(&self, tuning: Tuning) -> usize {
+    pub(crate) const fn hierarchical_rays(&self, tuning: Tuning) -> usize {
         if self.ray_samples == 0 {
             return 0;
         }
@@ -109,14 +109,14 @@ pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
         + SAMPLE_ROWS * stride
         + tuning.rays * (RAY_LEN + 1 + sums_len(limits.channels))
         + depths_len(tuning)
-        + paper_len(limits, tuning)
+        + hierarchical_len(limits, tuning)
 }
 
 /// What the paper's sampling takes: two rows a ray, one more, and one of a batch.
-const fn paper_len(limits: Limits, tuning: Tuning) -> usize {
+const fn hierarchical_len(limits: Limits, tuning: Tuning) -> usize {
     #[cfg(feature = "nerf")]
     if limits.ray_samples > 0 {
-        let rows = 2 * limits.paper_rays(tuning) + 1;
+        let rows = 2 * limits.hierarchical_rays(tuning) + 1;
         return rows * limits.ray_samples + tuning.stride();
     }
     let _ = (limits, tuning);
@@ -177,19 +177,19 @@ pub(crate) struct Scratch<'s> {
     /// Rays in flight.
     pub(crate) rays: &'s mut [[f32; RAY_LEN]],
     /// Numbers of the rays that have steps left.
-    pub(crate) living: &'s mut [f32],
+    pub(crate) active: &'s mut [f32],
     /// [`sums_len`] sums a ray.
     pub(crate) sums: &'s mut [f32],
     /// Depths of squares of pixels.
     pub(crate) depths: &'s mut [f32],
     #[cfg(feature = "nerf")]
-    pub(crate) paper: PaperScratch<'s>,
+    pub(crate) hierarchical: HierarchicalScratch<'s>,
 }
 
 /// What the paper's sampling keeps.
 #[cfg(feature = "nerf")]
 #[derive(Debug)]
-pub(crate) struct PaperScratch<'s> {
+pub(crate) struct HierarchicalScratch<'s> {
     /// `[ray][2][ray_samples]`: distances and opacities of the first round, then the
     /// distances of the second.
     pub(crate) rays: &'s mut [f32],
@@ -224,12 +224,12 @@ impl<'s> Scratch<'s> {
             t: take(stride),
             runs: take(stride),
             rays: take(tuning.rays * RAY_LEN).as_chunks_mut().0,
-            living: take(tuning.rays),
+            active: take(tuning.rays),
             sums: take(tuning.rays * sums_len(limits.channels)),
             depths: take(depths_len(tuning)),
             #[cfg(feature = "nerf")]
-            paper: PaperScratch {
-                rays: take(2 * limits.paper_rays(tuning) * limits.ray_samples),
+            hierarchical: HierarchicalScratch {
+                rays: take(2 * limits.hierarchical_rays(tuning) * limits.ray_samples),
                 found: take(limits.ray_samples),
                 deltas: take(if limits.ray_samples > 0 { stride } else { 0 }),
             },

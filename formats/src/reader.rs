@@ -2,7 +2,7 @@
 
 #[cfg(feature = "ndc")]
 use pocketnerf_core::Space;
-use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::march::Hierarchical;
 use pocketnerf_core::{
     Camera, Error, Model, Occupancy, Probe, SimdLevel, TensorView, Tuning, math,
 };

@@ -6,8 +6,8 @@ use pocketnerf_core::encoding::{
 use pocketnerf_core::field::{
     Activation, Decoder, FrequencyField, HashGridField, NerfField, NerfNetwork, Shading,
 };
+use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::network::{Dense, Mlp};
-use pocketnerf_core::sampler::{Hierarchical, Reach};
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{
     AnyField, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,

@@ -62,7 +62,7 @@ impl Settings {
         };
         match self.sampling {
             Sampling::Occupancy => options,
-            Sampling::Paper => options.with_sampling(model.paper_sampling()),
+            Sampling::Paper => options.with_sampling(model.hierarchical_sampling()),
         }
     }
 }

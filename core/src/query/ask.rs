@@ -3,8 +3,8 @@
 use fearless_simd::{Simd, dispatch};
 
 use crate::field::{AnyField, Field, Samples, Shading};
+use crate::march::LANES;
 use crate::query::Probe;
-use crate::sampler::LANES;
 use crate::scratch::Scratch;
 use crate::store::{F16, F32, Store};
 use crate::tensor::DType;

@@ -2,10 +2,10 @@
 
 use core::ops::ControlFlow;
 
+use crate::march::{MAX_STEPS, Marcher};
 use crate::query::Probe;
 use crate::query::points::{DIRECTION, check_output, check_points, unit};
 use crate::query::transmittance::check_number;
-use crate::sampler::{MAX_STEPS, Marcher};
 use crate::{Error, Ray, math};
 
 /// What counts as the depth of a ray that sees more than one thing. With T the light that
@@ -85,9 +85,9 @@ impl Probe<'_> {
             let out = &mut out[flight.pixel as usize];
             let passes = match depth {
                 Depth::Expected => {
-                    flight.gathered.add(1.0 - math::exp(-sigma * step), t);
-                    *out = flight.gathered.expected_depth();
-                    return go_on(flight.gathered.transmittance >= ends);
+                    flight.accumulated.add(1.0 - math::exp(-sigma * step), t);
+                    *out = flight.accumulated.expected_depth();
+                    return go_on(flight.accumulated.transmittance >= ends);
                 }
                 Depth::FirstSigma(least) => {
                     let is_met = sigma > least * scale;
@@ -99,9 +99,9 @@ impl Probe<'_> {
                 Depth::Median => 0.5,
                 Depth::FirstOpacity(opacity) => 1.0 - opacity,
             };
-            let before = flight.gathered.transmittance;
-            flight.gathered.transmittance *= math::exp(-sigma * step);
-            let is_met = flight.gathered.transmittance <= passes;
+            let before = flight.accumulated.transmittance;
+            flight.accumulated.transmittance *= math::exp(-sigma * step);
+            let is_met = flight.accumulated.transmittance <= passes;
             if is_met {
                 *out = t + (math::ln(before / passes) / sigma).min(step) - 0.5 * step;
             }

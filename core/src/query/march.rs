@@ -5,16 +5,16 @@ use core::ops::ControlFlow;
 use fearless_simd::{Simd, dispatch};
 
 use crate::Ray;
+use crate::march::{LANES, Marcher, RayPacket, SampleBatch};
 use crate::query::Probe;
 use crate::query::ask::Wanted;
 use crate::render::flight::{Flight, Flights, Run};
-use crate::sampler::{Batch, Bundle, LANES, Marcher};
 use crate::scratch::Scratch;
 
 impl Probe<'_> {
     /// Takes `n` rays through occupied cells. `start` gives a ray in the model's
     /// coordinates and the most steps that it takes; `see` is told each of its samples,
-    /// nearest first: the ray, of whose numbers `gathered` is its own, the distance and
+    /// nearest first: the ray, of whose numbers `accumulated` is its own, the distance and
     /// sigma there, in the model's units.
     pub(super) fn march(
         &self,
@@ -30,23 +30,23 @@ impl Probe<'_> {
             while next < n && count + LANES <= self.tuning.rays {
                 let numbers = next..n.min(next + LANES);
                 next = numbers.end;
-                let (mut bundle, mut most) = (Bundle::EMPTY, [0.0; LANES]);
+                let (mut packet, mut most) = (RayPacket::EMPTY, [0.0; LANES]);
                 for (lane, number) in numbers.clone().enumerate() {
                     if let Some((ray, steps)) = start(number) {
-                        bundle.set(lane, &ray, 0.5);
+                        packet.set(lane, &ray, 0.5);
                         most[lane] = steps;
                     }
                 }
                 dispatch!(self.level, simd => {
-                    marcher.enter(simd, &mut bundle);
-                    for (end, most) in bundle.end.iter_mut().zip(most) {
+                    marcher.enter(simd, &mut packet);
+                    for (end, most) in packet.end.iter_mut().zip(most) {
                         *end = end.min(most);
                     }
-                    marcher.seek(simd, &mut bundle);
+                    marcher.seek(simd, &mut packet);
                 });
                 for (lane, number) in numbers.enumerate() {
-                    if bundle.next[lane] < bundle.end[lane] {
-                        let flight = Flight::start(&bundle, lane, number as u32);
+                    if packet.next[lane] < packet.end[lane] {
+                        let flight = Flight::start(&packet, lane, number as u32);
                         flight.store(&mut scratch.rays[count]);
                         count += 1;
                     }
@@ -64,11 +64,11 @@ impl Probe<'_> {
         scratch: &mut Scratch<'_>,
         see: &mut impl FnMut(&mut Flight, f32, f32) -> ControlFlow<()>,
     ) {
-        let numbers = scratch.living[..count].iter_mut().zip(0u32..);
-        numbers.for_each(|(living, number)| *living = number as f32);
-        let mut living = count;
-        while living > 0 {
-            let n = self.gather(marcher, scratch, &mut living);
+        let numbers = scratch.active[..count].iter_mut().zip(0u32..);
+        numbers.for_each(|(active, number)| *active = number as f32);
+        let mut active = count;
+        while active > 0 {
+            let n = self.gather(marcher, scratch, &mut active);
             if n == 0 {
                 // Rays have been seeking, or have ended.
                 continue;
@@ -88,22 +88,22 @@ impl Probe<'_> {
         }
     }
 
-    /// Fills a batch with the next samples of the living rays; gives their number.
+    /// Fills a batch with the next samples of the active rays; gives their number.
     fn gather(
         &self,
         marcher: &Marcher<'_>,
         scratch: &mut Scratch<'_>,
-        living: &mut usize,
+        active: &mut usize,
     ) -> usize {
-        let Scratch { rays, points: [x, y, z], t, runs, living: numbers, .. } = scratch;
+        let Scratch { rays, points: [x, y, z], t, runs, active: numbers, .. } = scratch;
         let rows = [x, y, z, t].map(|row| &mut row[..self.tuning.samples]);
-        let mut batch = Batch { rows, len: 0 };
+        let mut batch = SampleBatch { rows, len: 0 };
         // No ray ends early of its own accord, and each sample stands for one step.
         let (limits, space) = ([0.0; 2], &self.model.space);
         let mut flights = Flights { rays, runs, directions: None, space, limits };
         dispatch!(self.level, simd => simd.vectorize(
             #[inline(always)]
-            || *living = marcher.gather(simd, &mut flights, &mut numbers[..*living], &mut batch),
+            || *active = marcher.gather(simd, &mut flights, &mut numbers[..*active], &mut batch),
         ));
         batch.len
     }

@@ -4,9 +4,9 @@ use core::ops::ControlFlow;
 
 use glam::Vec3;
 
+use crate::march::{MAX_STEPS, Marcher};
 use crate::query::Probe;
 use crate::query::points::{check_output, check_points};
-use crate::sampler::{MAX_STEPS, Marcher};
 use crate::{Error, Ray, Sampling, math};
 
 impl Probe<'_> {

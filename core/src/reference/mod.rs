@@ -40,12 +40,12 @@ mod frequency;
 mod harmonics;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
+#[cfg(feature = "nerf")]
+mod hierarchical;
 mod math;
 #[cfg(feature = "nerf")]
 mod nerf;
 mod network;
-#[cfg(feature = "nerf")]
-mod paper;
 mod ray;
 mod space;
 #[cfg(test)]
@@ -55,7 +55,7 @@ pub use network::MAX_WIDTH;
 pub use ray::RayResult;
 
 #[cfg(feature = "nerf")]
-use crate::sampler::Hierarchical;
+use crate::march::Hierarchical;
 use crate::{Camera, Error, Model, Ray};
 
 /// What the field says of one point.
@@ -116,7 +116,7 @@ pub fn render_ray_hierarchically(
 ) -> Result<RayResult, Error> {
     field::check(model)?;
     hierarchical.validate()?;
-    Ok(paper::march(model, ray, axis, hierarchical))
+    Ok(hierarchical::march(model, ray, axis, hierarchical))
 }
 
 /// Renders the ray through the centre of pixel (`x`, `y`): `camera.ray(x + 0.5, y + 0.5)`.

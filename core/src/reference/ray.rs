@@ -4,7 +4,7 @@ use super::field::{Features, ask, deferred, place, shade};
 use super::math::exp;
 use super::space;
 use crate::field::MAX_CHANNELS;
-use crate::sampler::MAX_STEPS;
+use crate::march::MAX_STEPS;
 use crate::{Model, Ray, Sampling};
 
 /// What a ray sees.

@@ -3,6 +3,7 @@
 use fearless_simd::{Simd, dispatch};
 
 use crate::field::{AnyField, Field};
+use crate::march::{LANES, Marcher};
 use crate::render::foreground::Foreground;
 use crate::render::group::Group;
 use crate::render::observe::{Observer, Stage};
@@ -11,8 +12,7 @@ use crate::render::source::Source;
 use crate::render::target::Target;
 use crate::render::{Detail, RenderOptions, RenderStats};
 #[cfg(feature = "nerf")]
-use crate::render::{SamplingMode, paper};
-use crate::sampler::{LANES, Marcher};
+use crate::render::{SamplingMode, hierarchical::each_pixel as each_pixel_hierarchically};
 use crate::scratch::Scratch;
 use crate::store::{F16, F32, Store};
 use crate::tensor::DType;
@@ -73,20 +73,20 @@ pub(super) fn render(
     let rgba = rgba.as_chunks_mut().0;
     let mut target = Target { rgba, depth, size, cell: source.cell(model), foreground };
     #[cfg(feature = "nerf")]
-    if let SamplingMode::Paper(hierarchical) = &options.sampling {
+    if let SamplingMode::Hierarchical(hierarchical) = &options.sampling {
         group.min_transmittance = 0.0;
         dispatch!(level, simd => match &model.field {
             #[cfg(feature = "hash-grid")]
             AnyField::HashGrid(field) => {
-                paper::each_pixel(simd, [field; 2], hierarchical, &mut group, job, &mut target);
+                each_pixel_hierarchically(simd, [field; 2], hierarchical, &mut group, job, &mut target);
             }
             #[cfg(feature = "frequency")]
             AnyField::Frequency(field) => {
-                paper::each_pixel(simd, [field; 2], hierarchical, &mut group, job, &mut target);
+                each_pixel_hierarchically(simd, [field; 2], hierarchical, &mut group, job, &mut target);
             }
             AnyField::Nerf(field) => {
                 let fields = [&field.coarse_field(), field];
-                paper::each_pixel(simd, fields, hierarchical, &mut group, job, &mut target);
+                each_pixel_hierarchically(simd, fields, hierarchical, &mut group, job, &mut target);
             }
         });
         target.fill(span.to);

@@ -1,14 +1,14 @@
-//! From what rays have gathered to pixels.
+//! From what rays have accumulated to pixels.
 
 use fearless_simd::Simd;
 
-use crate::composite::Gathered;
 use crate::field::Decoder;
+use crate::march::LANES;
+use crate::march::composite::Accumulated;
 use crate::render::flight::Flight;
 use crate::render::group::Group;
 use crate::render::source::Source;
 use crate::render::target::Target;
-use crate::sampler::LANES;
 use crate::scratch::sums_len;
 use crate::store::Store;
 
@@ -27,26 +27,26 @@ impl Group<'_, '_, '_, '_> {
             Some(decoder) => self.shade::<S, T>(simd, decoder, target),
         }
         if let Some(depth) = &mut target.depth {
-            for (pixel, gathered) in self.finished() {
+            for (pixel, accumulated) in self.finished() {
                 let ray = || source.ray(pixel as u32);
-                depth[pixel] = self.model.space.depth(ray, gathered.expected_depth());
+                depth[pixel] = self.model.space.depth(ray, accumulated.expected_depth());
             }
         }
         self.count = 0;
     }
 
-    /// Each ray's pixel and what it has gathered.
-    fn finished(&self) -> impl Iterator<Item = (usize, Gathered)> + Clone {
+    /// Each ray's pixel and what it has accumulated.
+    fn finished(&self) -> impl Iterator<Item = (usize, Accumulated)> + Clone {
         let rays = self.scratch.rays[..self.count].iter().map(Flight::load);
-        rays.map(|flight| (flight.pixel as usize, flight.gathered))
+        rays.map(|flight| (flight.pixel as usize, flight.accumulated))
     }
 
     /// Per-sample shading: the sums are the colour.
     fn write_sums(&self, target: &mut Target<'_>) {
         let sums = self.scratch.sums.chunks_exact(sums_len(3));
-        for ((pixel, gathered), sum) in self.finished().zip(sums) {
-            let alpha = gathered.alpha(self.min_transmittance);
-            let scale = if gathered.opacity > 0.0 { alpha / gathered.opacity } else { 0.0 };
+        for ((pixel, accumulated), sum) in self.finished().zip(sums) {
+            let alpha = accumulated.alpha(self.min_transmittance);
+            let scale = if accumulated.opacity > 0.0 { alpha / accumulated.opacity } else { 0.0 };
             target.rgba[pixel] = [scale * sum[1], scale * sum[2], scale * sum[3], alpha];
         }
     }
@@ -69,11 +69,11 @@ impl Group<'_, '_, '_, '_> {
             // As many hit rays as find room.
             let (mut n, mut end) = (0, first);
             while end < self.count && n < most {
-                let Flight { gathered, walk, .. } = Flight::load(&rays[end]);
-                if gathered.opacity > 0.0 {
+                let Flight { accumulated, walk, .. } = Flight::load(&rays[end]);
+                if accumulated.opacity > 0.0 {
                     let sums = &self.scratch.sums[end * sums_len(channels) + 1..][..channels];
                     for (row, sum) in work.a.chunks_mut(work.stride).zip(sums) {
-                        row[n] = sum / gathered.opacity;
+                        row[n] = sum / accumulated.opacity;
                     }
                     let directions = self.scratch.directions.iter_mut();
                     for (row, d) in directions.zip(walk.public_direction(&self.model.space)) {
@@ -94,11 +94,11 @@ impl Group<'_, '_, '_, '_> {
             decoder.colors::<S, T>(simd, directions, padded, &mut work);
             let mut column = 0;
             for ray in &rays[first..end] {
-                let Flight { gathered, pixel, .. } = Flight::load(ray);
+                let Flight { accumulated, pixel, .. } = Flight::load(ray);
                 let pixel = pixel as usize;
                 target.rgba[pixel] = [0.0; 4];
-                if gathered.opacity > 0.0 {
-                    let alpha = gathered.alpha(self.min_transmittance);
+                if accumulated.opacity > 0.0 {
+                    let alpha = accumulated.alpha(self.min_transmittance);
                     let color = |row: usize| alpha * work.output[row * work.stride + column];
                     target.rgba[pixel] = [color(1), color(2), color(3), alpha];
                     column += 1;

@@ -3,17 +3,17 @@
 use core::ops::Range;
 
 use crate::Space;
-use crate::composite::{self, Gathered};
-use crate::sampler::{Bundle, LANES, RUN, Travellers, Walk};
+use crate::march::composite::{self, Accumulated};
+use crate::march::{LANES, RUN, RayPacket, RayQueue, RayState};
 use crate::scratch::RAY_LEN;
 
 /// A ray in flight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Flight {
-    pub(crate) walk: Walk,
-    pub(crate) gathered: Gathered,
-    /// Part of the light that passed its last sample.
-    pub(crate) passed: f32,
+    pub(crate) walk: RayState,
+    pub(crate) accumulated: Accumulated,
+    /// Part of the light that passes its last sample.
+    pub(crate) last_transmittance: f32,
     /// The number of its pixel.
     pub(crate) pixel: u32,
     /// Samples that will stand for as many steps as the last.
@@ -21,21 +21,28 @@ pub(crate) struct Flight {
 }
 
 impl Flight {
-    /// The ray in a lane of a bundle, which has gathered nothing.
+    /// The ray in a lane of a packet, which has accumulated nothing.
     #[inline(always)]
-    pub(crate) fn start(bundle: &Bundle, lane: usize, pixel: u32) -> Self {
-        let walk = bundle.walk(lane);
-        Self { walk, gathered: Gathered::NOTHING, passed: 1.0, pixel, left: 0.0 }
+    pub(crate) fn start(packet: &RayPacket, lane: usize, pixel: u32) -> Self {
+        let walk = packet.state(lane);
+        Self { walk, accumulated: Accumulated::EMPTY, last_transmittance: 1.0, pixel, left: 0.0 }
     }
 
     #[inline(always)]
     pub(crate) fn load(from: &[f32; RAY_LEN]) -> Self {
         let [ox, oy, oz, dx, dy, dz, phase, next, end, rest @ ..] = *from;
-        let [transmittance, opacity, depth, passed, pixel, steps, left] = rest;
+        let [transmittance, opacity, depth, last_transmittance, pixel, steps, left] = rest;
         Self {
-            walk: Walk { origin: [ox, oy, oz], direction: [dx, dy, dz], phase, next, end, steps },
-            gathered: Gathered { transmittance, opacity, depth },
-            passed,
+            walk: RayState {
+                origin: [ox, oy, oz],
+                direction: [dx, dy, dz],
+                phase,
+                next,
+                end,
+                steps,
+            },
+            accumulated: Accumulated { transmittance, opacity, depth },
+            last_transmittance,
             pixel: pixel.to_bits(),
             left,
         }
@@ -43,23 +50,40 @@ impl Flight {
 
     #[inline(always)]
     pub(crate) fn store(self, to: &mut [f32; RAY_LEN]) {
-        let Self { walk, gathered, passed, pixel, left } = self;
-        let Walk { origin: [ox, oy, oz], direction: [dx, dy, dz], phase, next, end, steps } = walk;
-        let Gathered { transmittance, opacity, depth } = gathered;
+        let Self { walk, accumulated, last_transmittance, pixel, left } = self;
+        let RayState { origin: [ox, oy, oz], direction: [dx, dy, dz], phase, next, end, steps } =
+            walk;
+        let Accumulated { transmittance, opacity, depth } = accumulated;
         let pixel = f32::from_bits(pixel);
         let (walk, own) = to.split_at_mut(9);
         walk.copy_from_slice(&[ox, oy, oz, dx, dy, dz, phase, next, end]);
-        own.copy_from_slice(&[transmittance, opacity, depth, passed, pixel, steps, left]);
+        own.copy_from_slice(&[
+            transmittance,
+            opacity,
+            depth,
+            last_transmittance,
+            pixel,
+            steps,
+            left,
+        ]);
     }
 
     /// How many samples it is to take next, at most `room`. What each stands for
     /// changes after every [`RUN`] samples of a ray and nowhere else: what a ray
     /// gathers does not depend on the rays beside it.
     #[inline(always)]
-    pub(crate) fn wants(&mut self, [min_transmittance, late]: [f32; 2], room: usize) -> usize {
-        let transmittance = self.gathered.transmittance;
-        let [needed] =
-            composite::samples_needed(&[transmittance], &[self.passed], min_transmittance, room);
+    pub(crate) fn next_samples(
+        &mut self,
+        [min_transmittance, late]: [f32; 2],
+        room: usize,
+    ) -> usize {
+        let transmittance = self.accumulated.transmittance;
+        let [needed] = composite::samples_needed(
+            &[transmittance],
+            &[self.last_transmittance],
+            min_transmittance,
+            room,
+        );
         if self.left == 0.0 {
             self.walk.steps = composite::steps(transmittance, late);
             self.left = RUN as f32;
@@ -69,7 +93,7 @@ impl Flight {
 
     /// Notes how many it has taken.
     #[inline(always)]
-    pub(crate) fn took(&mut self, n: usize) {
+    pub(crate) fn advance(&mut self, n: usize) {
         self.left -= n as f32;
     }
 }
@@ -121,20 +145,20 @@ pub(crate) struct Flights<'s, 'f> {
     pub(crate) limits: [f32; 2],
 }
 
-impl Travellers for Flights<'_, '_> {
+impl RayQueue for Flights<'_, '_> {
     #[inline(always)]
-    fn wants(&mut self, ray: usize, room: usize) -> (Walk, usize) {
+    fn next_samples(&mut self, ray: usize, room: usize) -> (RayState, usize) {
         let mut flight = Flight::load(&self.rays[ray]);
-        let wants = flight.wants(self.limits, room);
+        let wants = flight.next_samples(self.limits, room);
         flight.store(&mut self.rays[ray]);
         (flight.walk, wants)
     }
 
     #[inline(always)]
-    fn took(&mut self, ray: usize, walk: &Walk, samples: Range<usize>) {
+    fn advance(&mut self, ray: usize, walk: &RayState, samples: Range<usize>) {
         let mut flight = Flight::load(&self.rays[ray]);
         flight.walk.next = walk.next;
-        flight.took(samples.len());
+        flight.advance(samples.len());
         flight.store(&mut self.rays[ray]);
         if !samples.is_empty() {
             self.runs[samples.start] = Run { ray, len: samples.len() }.bits();
@@ -147,7 +171,7 @@ impl Travellers for Flights<'_, '_> {
     }
 
     #[inline(always)]
-    fn moved(&mut self, ray: usize, next: f32) {
+    fn skip_to(&mut self, ray: usize, next: f32) {
         let mut flight = Flight::load(&self.rays[ray]);
         flight.walk.next = next;
         flight.store(&mut self.rays[ray]);

@@ -5,14 +5,14 @@ use core::ops::Range;
 use fearless_simd::Simd;
 
 use crate::Model;
-use crate::composite;
 use crate::field::{Field, Samples};
 use crate::lanes::{self, ROWS};
+use crate::march::composite;
+use crate::march::{LANES, Marcher, RayPacket, SampleBatch};
 use crate::render::RenderStats;
 use crate::render::flight::{Flight, Flights, Run};
 use crate::render::observe::{Observer, Stage};
 use crate::render::source::Source;
-use crate::sampler::{Batch, Bundle, LANES, Marcher};
 use crate::scratch::{Scratch, Tuning, sums_len};
 use crate::store::Store;
 
@@ -42,7 +42,7 @@ impl Group<'_, '_, '_, '_> {
         RenderStats { rays: self.rays, samples: self.samples, hits: self.hits }
     }
 
-    /// Rays that still find room, up to a bundle of them.
+    /// Rays that still find room, up to a packet of them.
     #[inline(always)]
     pub(super) fn room(&self) -> usize {
         LANES.min(self.tuning.rays - self.count)
@@ -73,17 +73,17 @@ impl Group<'_, '_, '_, '_> {
         known: Option<(&[f32; LANES], [f32; 3])>,
         mut missed: impl FnMut(u32),
     ) {
-        let mut bundle = Bundle::EMPTY;
-        source.fill(simd, numbers, &mut bundle);
-        self.marcher.enter(simd, &mut bundle);
+        let mut packet = RayPacket::EMPTY;
+        source.fill(simd, numbers, &mut packet);
+        self.marcher.enter(simd, &mut packet);
         if let Some((depths, axis)) = known {
-            self.marcher.begin_at(simd, &mut bundle, depths, axis);
+            self.marcher.begin_at(simd, &mut packet, depths, axis);
         }
-        (numbers.len()..LANES).for_each(|lane| bundle.stop(lane));
-        self.marcher.seek(simd, &mut bundle);
+        (numbers.len()..LANES).for_each(|lane| packet.stop(lane));
+        self.marcher.seek(simd, &mut packet);
         for (lane, number) in numbers.iter().enumerate() {
-            if bundle.next[lane] < bundle.end[lane] {
-                let flight = Flight::start(&bundle, lane, *number);
+            if packet.next[lane] < packet.end[lane] {
+                let flight = Flight::start(&packet, lane, *number);
                 flight.store(&mut self.scratch.rays[self.count]);
                 self.count += 1;
             } else {
@@ -97,13 +97,13 @@ impl Group<'_, '_, '_, '_> {
     pub(super) fn march<S: Simd, T: Store, F: Field>(&mut self, simd: S, field: &F) {
         let channels = field.channels();
         self.scratch.sums[..self.count * sums_len(channels)].fill(0.0);
-        let numbers = self.scratch.living[..self.count].iter_mut().zip(0u32..);
-        numbers.for_each(|(living, number)| *living = number as f32);
-        let mut living = self.count;
+        let numbers = self.scratch.active[..self.count].iter_mut().zip(0u32..);
+        numbers.for_each(|(active, number)| *active = number as f32);
+        let mut active = self.count;
         loop {
-            let n = self.gather(simd, field.deferred().is_none(), &mut living);
+            let n = self.gather(simd, field.deferred().is_none(), &mut active);
             self.ended(Stage::March, n);
-            if living == 0 {
+            if active == 0 {
                 break;
             }
             if n == 0 {
@@ -133,23 +133,23 @@ impl Group<'_, '_, '_, '_> {
         }
     }
 
-    /// Fills a batch with the next samples of the living rays; gives their number.
-    /// Rays that have ended are no longer among the living then. `directed`: with the
+    /// Fills a batch with the next samples of the active rays; gives their number.
+    /// Rays that have ended are no longer among the active then. `directed`: with the
     /// samples' directions.
-    fn gather<S: Simd>(&mut self, simd: S, directed: bool, living: &mut usize) -> usize {
-        let Scratch { rays, points: [x, y, z], directions, t, runs, living: numbers, .. } =
+    fn gather<S: Simd>(&mut self, simd: S, directed: bool, active: &mut usize) -> usize {
+        let Scratch { rays, points: [x, y, z], directions, t, runs, active: numbers, .. } =
             &mut self.scratch;
         let (most, marcher) = (self.tuning.samples, &self.marcher);
         let (limits, space) = ([self.min_transmittance, self.late], &self.model.space);
         let rows = [x, y, z, t].map(|row| &mut row[..most]);
-        let mut batch = Batch { rows, len: 0 };
+        let mut batch = SampleBatch { rows, len: 0 };
         simd.vectorize(
             #[inline(always)]
             || {
                 let directions = directed.then_some(directions);
                 let mut flights = Flights { rays, runs, directions, space, limits };
-                let living_rays = &mut numbers[..*living];
-                *living = marcher.gather(simd, &mut flights, living_rays, &mut batch);
+                let active_rays = &mut numbers[..*active];
+                *active = marcher.gather(simd, &mut flights, active_rays, &mut batch);
             },
         );
         batch.len
@@ -187,7 +187,7 @@ impl Group<'_, '_, '_, '_> {
             let row = &mut rays[ray];
             let mut flight = Flight::load(row);
             for s in piece {
-                if flight.gathered.transmittance < self.min_transmittance {
+                if flight.accumulated.transmittance < self.min_transmittance {
                     // It has become opaque within this batch.
                     break;
                 }
@@ -197,10 +197,10 @@ impl Group<'_, '_, '_, '_> {
                     alpha *= 2.0 - alpha;
                     steps *= 0.5;
                 }
-                weights[s - samples.start] = flight.gathered.add(alpha, t[s]);
-                flight.passed = 1.0 - alpha;
+                weights[s - samples.start] = flight.accumulated.add(alpha, t[s]);
+                flight.last_transmittance = 1.0 - alpha;
             }
-            if flight.gathered.transmittance < self.min_transmittance {
+            if flight.accumulated.transmittance < self.min_transmittance {
                 flight.walk.stop();
             }
             flight.store(row);

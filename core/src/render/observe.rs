@@ -24,7 +24,7 @@ pub enum Stage {
     Density,
     /// Densities to opacities, and the rays' sums.
     Composite,
-    /// What rays have gathered to pixels; the colour network of deferred shading.
+    /// What rays have accumulated to pixels; the colour network of deferred shading.
     Shade,
 }
 

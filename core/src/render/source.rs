@@ -3,9 +3,9 @@
 use fearless_simd::{Simd, SimdBase};
 
 use crate::camera::{Camera, Ray};
+use crate::march::{LANES, RayPacket};
 use crate::render::Tile;
 use crate::render::foreground::Foreground;
-use crate::sampler::{Bundle, LANES};
 use crate::{Error, Model};
 
 /// Rays by their number.
@@ -13,9 +13,9 @@ pub(super) trait Source {
     /// Width and height of the picture that they make, pixels.
     fn size(&self) -> Result<[u32; 2], Error>;
 
-    /// Puts the rays of these numbers, at most sixteen, into the bundle's first
+    /// Puts the rays of these numbers, at most sixteen, into the packet's first
     /// lanes, to be sampled in the middle of their steps.
-    fn fill<S: Simd>(&self, simd: S, numbers: &[u32], bundle: &mut Bundle);
+    fn fill<S: Simd>(&self, simd: S, numbers: &[u32], packet: &mut RayPacket);
 
     /// The ray of a number.
     fn ray(&self, number: u32) -> Ray;
@@ -44,9 +44,9 @@ impl Source for [Ray] {
     }
 
     #[inline(always)]
-    fn fill<S: Simd>(&self, _: S, numbers: &[u32], bundle: &mut Bundle) {
+    fn fill<S: Simd>(&self, _: S, numbers: &[u32], packet: &mut RayPacket) {
         for (lane, number) in numbers.iter().enumerate() {
-            bundle.set(lane, &self[*number as usize], 0.5);
+            packet.set(lane, &self[*number as usize], 0.5);
         }
     }
 
@@ -86,7 +86,7 @@ impl Source for Pixels<'_> {
     }
 
     #[inline(always)]
-    fn fill<S: Simd>(&self, simd: S, numbers: &[u32], bundle: &mut Bundle) {
+    fn fill<S: Simd>(&self, simd: S, numbers: &[u32], packet: &mut RayPacket) {
         let Tile { x, y, width, .. } = self.tile;
         let [mut columns, mut rows] = [[0.5; LANES]; 2];
         for ((column, row), number) in columns.iter_mut().zip(&mut rows).zip(numbers) {
@@ -100,14 +100,14 @@ impl Source for Pixels<'_> {
                 for lane in (0..LANES).step_by(n) {
                     let at = |row: &[f32; LANES]| S::f32s::from_slice(simd, &row[lane..lane + n]);
                     let directions = self.camera.directions(simd, at(&columns), at(&rows));
-                    for (to, direction) in bundle.direction.iter_mut().zip(directions) {
+                    for (to, direction) in packet.direction.iter_mut().zip(directions) {
                         direction.store_slice(&mut to[lane..lane + n]);
                     }
                 }
             },
         );
-        bundle.origin = self.camera.position().map(|o| [o; LANES]);
-        bundle.phase = [0.5; LANES];
+        packet.origin = self.camera.position().map(|o| [o; LANES]);
+        packet.phase = [0.5; LANES];
     }
 
     fn ray(&self, number: u32) -> Ray {

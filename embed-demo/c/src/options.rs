@@ -115,7 +115,7 @@ impl Options {
         let options = RenderOptions { detail: file.model.detail(quality), ..options };
         match self.sampling {
             0 => Ok(options),
-            1 => Ok(options.with_sampling(file.model.paper_sampling())),
+            1 => Ok(options.with_sampling(file.model.hierarchical_sampling())),
             other => Err(unknown("sampling", other)),
         }
     }

@@ -1,6 +1,6 @@
 //! SPACE, SAMPLING, HIERARCHICAL and OCCUPANCY: the geometry of a ray's way.
 
-use pocketnerf_core::sampler::{Hierarchical, Reach};
+use pocketnerf_core::march::{Hierarchical, Reach};
 #[cfg(feature = "ndc")]
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Sampling, Space};

@@ -3,7 +3,7 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use fearless_simd::dispatch;
-use pocketnerf_core::composite::{self, Gathered};
+use pocketnerf_core::march::composite::{self, Accumulated};
 
 use crate::synthetic::{POINTS, level, numbers};
 
@@ -26,11 +26,11 @@ fn sums(bencher: Bencher<'_, '_>) {
     bencher.counter(ItemsCount::new(POINTS)).bench_local(|| {
         let mut depth = 0.0;
         for ray in black_box(&opacities).chunks_exact(8) {
-            let mut gathered = Gathered::NOTHING;
+            let mut accumulated = Accumulated::EMPTY;
             for (t, alpha) in (1u16..).zip(ray) {
-                gathered.add(*alpha, f32::from(t));
+                accumulated.add(*alpha, f32::from(t));
             }
-            depth += gathered.expected_depth();
+            depth += accumulated.expected_depth();
         }
         depth
     });

@@ -5,7 +5,7 @@ use std::ops::Range;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use fearless_simd::dispatch;
-use pocketnerf_core::sampler::{Batch, Bundle, LANES, Marcher, Travellers, Walk};
+use pocketnerf_core::march::{LANES, Marcher, RayPacket, RayQueue, RayState, SampleBatch};
 use pocketnerf_core::{Camera, Occupancy, Sampling, Space};
 use pocketnerf_train::trainer::pack;
 
@@ -25,37 +25,37 @@ fn shell() -> (Vec<u8>, Vec<u8>) {
 }
 
 /// Sixteen neighbours each, a square of the picture.
-fn bundles() -> Vec<Bundle> {
+fn packets() -> Vec<RayPacket> {
     let pose = Camera::look_at([2.5, 1.5, 1.0], [0.0; 3], [0.0, 0.0, 1.0]);
     let camera = Camera::from_fov_x(SIDE, SIDE, 0.7, pose);
     let corner = |i: u32| [i % (SIDE / 4) * 4, i / (SIDE / 4) * 4];
-    let bundle = |[x, y]: [u32; 2]| {
-        let mut bundle = Bundle::EMPTY;
+    let packet = |[x, y]: [u32; 2]| {
+        let mut packet = RayPacket::EMPTY;
         for lane in 0..LANES as u32 {
             let ray = camera.ray((x + lane % 4) as f32 + 0.5, (y + lane / 4) as f32 + 0.5);
-            bundle.set(lane as usize, &ray, 0.5);
+            packet.set(lane as usize, &ray, 0.5);
         }
-        bundle
+        packet
     };
-    (0..SIDE * SIDE / LANES as u32).map(|i| bundle(corner(i))).collect()
+    (0..SIDE * SIDE / LANES as u32).map(|i| packet(corner(i))).collect()
 }
 
 /// Rays that take what there is.
 struct Rays {
-    walks: Vec<Walk>,
+    walks: Vec<RayState>,
     most: usize,
 }
 
-impl Travellers for Rays {
-    fn wants(&mut self, ray: usize, room: usize) -> (Walk, usize) {
+impl RayQueue for Rays {
+    fn next_samples(&mut self, ray: usize, room: usize) -> (RayState, usize) {
         (self.walks[ray], self.most.min(room))
     }
 
-    fn took(&mut self, ray: usize, walk: &Walk, _: Range<usize>) {
+    fn advance(&mut self, ray: usize, walk: &RayState, _: Range<usize>) {
         self.walks[ray] = *walk;
     }
 
-    fn moved(&mut self, ray: usize, next: f32) {
+    fn skip_to(&mut self, ray: usize, next: f32) {
         self.walks[ray].next = next;
     }
 }
@@ -68,23 +68,23 @@ fn hollow_ball(bencher: Bencher<'_, '_>, most: usize) {
     let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
     let sampling = Sampling { step: 2.0 / 350.0, near: 0.0, far: 10.0, min_transmittance: 1e-3 };
     let marcher = Marcher::from_parts(Some(occupancy), space, sampling, true);
-    let bundles = bundles();
+    let packets = packets();
     let level = level();
     let mut rows = [[0.0; 1024]; 4];
     bencher.counter(ItemsCount::new(SIDE * SIDE)).bench_local(|| {
         let mut sum = 0.0;
         let mut rays = Rays { walks: Vec::new(), most };
         dispatch!(level, simd => {
-            for bundle in &bundles {
-                let mut bundle = *bundle;
-                marcher.enter(simd, &mut bundle);
-                rays.walks.extend((0..LANES).map(|lane| bundle.walk(lane)));
+            for packet in &packets {
+                let mut packet = *packet;
+                marcher.enter(simd, &mut packet);
+                rays.walks.extend((0..LANES).map(|lane| packet.state(lane)));
             }
-            let mut living: Vec<f32> = (0..rays.walks.len()).map(|ray| ray as f32).collect();
-            while !living.is_empty() {
-                let mut batch = Batch { rows: rows.each_mut().map(|row| &mut row[..]), len: 0 };
-                let alive = marcher.gather(simd, &mut rays, &mut living, &mut batch);
-                living.truncate(alive);
+            let mut active: Vec<f32> = (0..rays.walks.len()).map(|ray| ray as f32).collect();
+            while !active.is_empty() {
+                let mut batch = SampleBatch { rows: rows.each_mut().map(|row| &mut row[..]), len: 0 };
+                let alive = marcher.gather(simd, &mut rays, &mut active, &mut batch);
+                active.truncate(alive);
                 sum += batch.len as f32 + batch.rows[0][0];
             }
         });

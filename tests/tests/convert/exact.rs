@@ -2,8 +2,8 @@
 //! `tests/fixtures/nerf_networks.py`.
 
 use pocketnerf_core::encoding::Affine;
+use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::render::render_rays;
-use pocketnerf_core::sampler::{Hierarchical, Reach};
 use pocketnerf_core::{
     AnyField, ColorSpace, Display, Model, Ray, RenderOptions, Sampling, SamplingMode, SimdLevel,
     Space, Tuning,
@@ -55,7 +55,7 @@ fn show(model: &Model<'_>, simd: SimdLevel) -> Vec<f32> {
         .iter()
         .map(|[a, b, c, d, e, f]| Ray { origin: [*a, *b, *c], direction: [*d, *e, *f] })
         .collect();
-    let sampling = SamplingMode::Paper(model.hierarchical.unwrap());
+    let sampling = SamplingMode::Hierarchical(model.hierarchical.unwrap());
     let options = RenderOptions::new(model, simd, Tuning::FAST).with_sampling(sampling);
     let (mut rgba, mut scratch) = (vec![0.0; 4 * rays.len()], vec![0.0; options.scratch_len()]);
     render_rays(model, &rays, &options, &mut scratch, &mut rgba, None).unwrap();

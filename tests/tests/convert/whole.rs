@@ -1,7 +1,7 @@
 //! From a checkpoint to a model: settings, box, cells, file.
 
 use pocketnerf_core::field::Shading;
-use pocketnerf_core::sampler::Reach;
+use pocketnerf_core::march::Reach;
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::{About, PixelOrigin, Precision};
 use pocketnerf_train::convert::{

@@ -2,9 +2,9 @@
 //! and pictures hold finite numbers.
 
 use pocketnerf_core::field::{AnyField, NerfNetwork, Shading};
+use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::reference;
-use pocketnerf_core::sampler::{Hierarchical, Reach};
 use pocketnerf_core::{DType, Layout, Model, Ray, SamplingMode, TensorView, Tuning};
 
 use crate::models::{Encoding, Random, Recipe, camera, in_ndc};
@@ -43,7 +43,8 @@ fn rays_of_every_kind_of_number() {
         for level in levels() {
             let usual = options(&model, level, Tuning::FAST);
             for reach in [Reach::Distance, Reach::Clipped, Reach::Depth] {
-                let paper = SamplingMode::Paper(Hierarchical { n_coarse: 5, n_fine: 6, reach });
+                let paper =
+                    SamplingMode::Hierarchical(Hierarchical { n_coarse: 5, n_fine: 6, reach });
                 let found = picture::rays(&model, &rays, &usual.with_sampling(paper));
                 assert_finite(&found, "strange rays in the paper's sampling");
             }
@@ -157,7 +158,7 @@ fn weights_of_the_papers_network_that_are_no_numbers() {
                     let found = picture::tile(&model, &camera, whole(&camera), &options);
                     assert_finite(&found, &what);
                     let h = Hierarchical { n_coarse: 8, n_fine: 8, reach: Reach::Distance };
-                    let options = options.with_sampling(SamplingMode::Paper(h));
+                    let options = options.with_sampling(SamplingMode::Hierarchical(h));
                     let found = picture::tile(&model, &camera, whole(&camera), &options);
                     assert_finite(&found, &what);
                     if value.is_nan() && matches!(of, Layer::Density) {
@@ -268,7 +269,7 @@ fn densities_of_the_papers_network_beyond_measure() {
                     Hierarchical { n_coarse: 9, n_fine: 9, reach: Reach::Clipped },
                     Hierarchical::PAPER,
                 ] {
-                    let options = options.with_sampling(SamplingMode::Paper(h));
+                    let options = options.with_sampling(SamplingMode::Hierarchical(h));
                     let found = picture::tile(&model, &camera, whole(&camera), &options);
                     assert_finite(&found, &format!("{recipe:?} {density_scale} {level}"));
                 }

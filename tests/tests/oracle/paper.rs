@@ -1,8 +1,8 @@
 //! The paper's sampling: the renderer against the oracle, and what holds of its pictures.
 
+use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::reference::{self, RayResult};
 use pocketnerf_core::render::{Refinements, refine_tile};
-use pocketnerf_core::sampler::{Hierarchical, Reach};
 use pocketnerf_core::{
     Camera, DType, Error, Model, RenderOptions, Sampling, SamplingMode, SimdLevel, Tile, Tuning,
     render_tile,
@@ -14,7 +14,7 @@ use crate::nerf::Nerf;
 use crate::picture::{self, levels, whole};
 
 fn options(model: &Model<'_>, level: SimdLevel, tuning: Tuning, h: Hierarchical) -> RenderOptions {
-    RenderOptions::new(model, level, tuning).with_sampling(SamplingMode::Paper(h))
+    RenderOptions::new(model, level, tuning).with_sampling(SamplingMode::Hierarchical(h))
 }
 
 fn expected(model: &Model<'_>, camera: &Camera, h: &Hierarchical) -> Vec<RayResult> {
@@ -183,10 +183,10 @@ fn more_samples_than_the_scratch_was_made_for() {
         render_tile(&model, &camera(1, 1), tile, options, &mut scratch, &mut rgba, None)
     };
     assert!(render(&options).is_ok());
-    options.sampling = SamplingMode::Paper(Hierarchical { n_fine: 9, ..few });
+    options.sampling = SamplingMode::Hierarchical(Hierarchical { n_fine: 9, ..few });
     assert!(matches!(render(&options), Err(Error::Limits(_))));
     for wrong in [Hierarchical { n_coarse: 3, ..few }, Hierarchical { n_fine: 1025, ..few }] {
-        let error = render(&options.with_sampling(SamplingMode::Paper(wrong)));
+        let error = render(&options.with_sampling(SamplingMode::Hierarchical(wrong)));
         assert!(matches!(error, Err(Error::Range(_))));
     }
 }

@@ -1,7 +1,7 @@
 //! The paper's field, small: trained in occupied cells, and as in the paper.
 
 use pocketnerf_core::AnyField;
-use pocketnerf_core::sampler::{Hierarchical, Reach};
+use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_formats::open_verified;
 use pocketnerf_train::field::{EncodingConfig, FourierConfig, NerfConfig, WavesConfig};
 use pocketnerf_train::trainer::{Length, Paper, TrainConfig};

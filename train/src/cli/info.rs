@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use pocketnerf_core::encoding::{Fourier, Waves};
 use pocketnerf_core::field::NerfNetwork;
+use pocketnerf_core::march::Reach;
 use pocketnerf_core::network::Dense;
-use pocketnerf_core::sampler::Reach;
 use pocketnerf_core::{AnyField, Space, TensorView};
 use pocketnerf_formats::{ModelFile, SectionId, TensorName};
 use serde_json::{Value, json};
@@ -61,7 +61,7 @@ impl Info {
             "bytes": bytes.len(),
             "parameters": parameters,
             "networks": networks(&file.model.field),
-            "paper_sampling": file.model.hierarchical.map(|h| {
+            "hierarchical_sampling": file.model.hierarchical.map(|h| {
                 json!({"n_coarse": h.n_coarse, "n_fine": h.n_fine, "clipped": h.reach == Reach::Clipped})
             }),
             "precision": precision(&file),

@@ -1,6 +1,6 @@
 //! What a checkpoint does not say of the pictures that its networks were trained for.
 
-use pocketnerf_core::sampler::{Hierarchical, MAX_SAMPLES, Reach};
+use pocketnerf_core::march::{Hierarchical, MAX_SAMPLES, Reach};
 use pocketnerf_formats::PixelOrigin;
 
 use super::ConvertError;

@@ -2,7 +2,7 @@
 
 use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
 use pocketnerf_core::field::{Activation, Shading};
-use pocketnerf_core::sampler::{Hierarchical, Reach};
+use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::space::Ndc;
 
 use super::{Adam, Length};

@@ -5,7 +5,7 @@ use std::time::Instant;
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::AnyField;
 use pocketnerf_core::field::Decoded;
-use pocketnerf_core::sampler::Marcher;
+use pocketnerf_core::march::Marcher;
 use pocketnerf_core::store::{F16, F32, Store};
 use rayon::prelude::*;
 

@@ -6,9 +6,9 @@ use fearless_simd::dispatch;
 
 use super::*;
 use crate::SimdLevel;
+use crate::march::{LANES, Marcher, RayPacket};
 use crate::reference::testing::{SceneBuilder, kinds};
 use crate::render::source::{Pixels, Source};
-use crate::sampler::{Bundle, LANES, Marcher};
 
 /// A model in [-1, 1]³ with these cells.
 fn model<'a>(occupancy: Occupancy<'a>) -> Model<'a> {
@@ -152,7 +152,7 @@ fn no_sample_lies_in_front_of_it() {
                 foreground.depth([numbers[lane] % tile.width, numbers[lane] / tile.width])
             });
             dispatch!(SimdLevel::detect().token().unwrap(), simd => {
-                let mut bundle = Bundle::EMPTY;
+                let mut bundle = RayPacket::EMPTY;
                 source.fill(simd, numbers, &mut bundle);
                 marcher.enter(simd, &mut bundle);
                 let mut with = bundle;
@@ -163,7 +163,7 @@ fn no_sample_lies_in_front_of_it() {
                 marcher.seek(simd, &mut bundle);
                 marcher.seek(simd, &mut with);
                 for (lane, depth) in depths.into_iter().enumerate() {
-                    let first = |bundle: &Bundle| {
+                    let first = |bundle: &RayPacket| {
                         (bundle.next[lane] < bundle.end[lane]).then_some(bundle.next[lane])
                     };
                     assert_eq!(first(&with), first(&bundle), "case {case} pixel {}", numbers[lane]);

@@ -1,8 +1,8 @@
 //! A picture with a stopwatch between the renderer's stages.
 
 use fearless_simd::dispatch;
+use pocketnerf_core::march::{LANES, Marcher, RayPacket};
 use pocketnerf_core::render::{self, Tiles, observe_tile};
-use pocketnerf_core::sampler::{Bundle, LANES, Marcher};
 use pocketnerf_core::{Camera, Error, Model, Ray, RenderOptions};
 
 use crate::stopwatch::{Laps, Stage, Stopwatch};
@@ -85,14 +85,14 @@ pub(super) fn empty(
     let mut found = Empty::default();
     for i in 0..camera.width * camera.height {
         let ray = camera.ray((i % camera.width) as f32 + 0.5, (i / camera.width) as f32 + 0.5);
-        let mut bundle = Bundle::EMPTY;
-        bundle.set(0, &ray, 0.5);
-        dispatch!(level, simd => marcher.enter(simd, &mut bundle));
-        (1..LANES).for_each(|lane| bundle.stop(lane));
-        let entered = bundle.alive() > 0;
-        dispatch!(level, simd => marcher.seek(simd, &mut bundle));
-        found.pixels += u64::from(bundle.alive() == 0);
-        if entered && bundle.alive() == 0 && found.rays.len() < most {
+        let mut packet = RayPacket::EMPTY;
+        packet.set(0, &ray, 0.5);
+        dispatch!(level, simd => marcher.enter(simd, &mut packet));
+        (1..LANES).for_each(|lane| packet.stop(lane));
+        let entered = packet.n_active() > 0;
+        dispatch!(level, simd => marcher.seek(simd, &mut packet));
+        found.pixels += u64::from(packet.n_active() == 0);
+        if entered && packet.n_active() == 0 && found.rays.len() < most {
             found.rays.push(ray);
         }
     }

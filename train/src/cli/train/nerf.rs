@@ -1,7 +1,7 @@
 //! The options of the paper's field.
 
 use pocketnerf_core::field::Activation;
-use pocketnerf_core::sampler::Hierarchical;
+use pocketnerf_core::march::Hierarchical;
 
 use crate::cli::Failure;
 use crate::field::{EncodingConfig, FourierConfig, NerfConfig, WavesConfig};

@@ -2,7 +2,7 @@
 //!
 //! postcard is positional: the structs here never change.
 
-use pocketnerf_core::sampler::{Hierarchical, Reach};
+use pocketnerf_core::march::{Hierarchical, Reach};
 use serde::{Deserialize, Serialize};
 
 use crate::field::WavesConfig;

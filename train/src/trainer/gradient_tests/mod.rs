@@ -12,7 +12,7 @@ use fearless_simd::dispatch;
 use pocketnerf_core::Camera;
 use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;
-use pocketnerf_core::sampler::Marcher;
+use pocketnerf_core::march::Marcher;
 use pocketnerf_core::store::F32;
 
 use super::group::Job;

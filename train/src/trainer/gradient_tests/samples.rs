@@ -1,24 +1,24 @@
 //! The samples that a step takes against those that the marcher finds.
 
 use fearless_simd::Level;
-use pocketnerf_core::sampler::{Batch, Bundle, Travellers, Walk};
+use pocketnerf_core::march::{RayPacket, RayQueue, RayState, SampleBatch};
 
 use super::*;
 use crate::trainer::TrainingRay;
 
 /// A ray on its own.
-struct Alone(Walk);
+struct Alone(RayState);
 
-impl Travellers for Alone {
-    fn wants(&mut self, _: usize, room: usize) -> (Walk, usize) {
+impl RayQueue for Alone {
+    fn next_samples(&mut self, _: usize, room: usize) -> (RayState, usize) {
         (self.0, room)
     }
 
-    fn took(&mut self, _: usize, walk: &Walk, _: std::ops::Range<usize>) {
+    fn advance(&mut self, _: usize, walk: &RayState, _: std::ops::Range<usize>) {
         self.0 = *walk;
     }
 
-    fn moved(&mut self, _: usize, next: f32) {
+    fn skip_to(&mut self, _: usize, next: f32) {
         self.0.next = next;
     }
 }
@@ -26,17 +26,17 @@ impl Travellers for Alone {
 /// Unit coordinates of all samples along a ray.
 fn found(marcher: &Marcher<'_>, ray: &TrainingRay) -> Vec<[f32; 3]> {
     let mut samples = Vec::new();
-    let mut bundle = Bundle::EMPTY;
-    bundle.set(0, &ray.ray, ray.phase);
+    let mut packet = RayPacket::EMPTY;
+    packet.set(0, &ray.ray, ray.phase);
     let mut rows = [[0.0; 64]; 4];
     dispatch!(Level::baseline(), simd => {
-        marcher.enter(simd, &mut bundle);
-        let (mut ray, mut living) = (Alone(bundle.walk(0)), vec![0.0]);
-        while !living.is_empty() {
+        marcher.enter(simd, &mut packet);
+        let (mut ray, mut active) = (Alone(packet.state(0)), vec![0.0]);
+        while !active.is_empty() {
             let [x, y, z, t] = &mut rows;
-            let mut batch = Batch { rows: [x, y, z, t], len: 0 };
-            let alive = marcher.gather(simd, &mut ray, &mut living, &mut batch);
-            living.truncate(alive);
+            let mut batch = SampleBatch { rows: [x, y, z, t], len: 0 };
+            let alive = marcher.gather(simd, &mut ray, &mut active, &mut batch);
+            active.truncate(alive);
             samples.extend((0..batch.len).map(|s| [0, 1, 2].map(|a| batch.rows[a][s])));
         }
     });

@@ -5,7 +5,7 @@ use std::mem::take;
 use fearless_simd::Simd;
 use pocketnerf_core::field::{Decoded, Decoder, Shading};
 use pocketnerf_core::lanes::transpose;
-use pocketnerf_core::sampler::LANES;
+use pocketnerf_core::march::LANES;
 use pocketnerf_core::store::Store;
 
 use super::{BATCH, Group, Job, Kept, STRIDE, Worker, row_len};

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use fearless_simd::Simd;
 use pocketnerf_core::Space;
-use pocketnerf_core::composite::{self, Gathered};
 use pocketnerf_core::field::{Field, Samples};
 use pocketnerf_core::lanes::transpose;
-use pocketnerf_core::sampler::{Batch, Bundle, LANES, Travellers, Walk};
+use pocketnerf_core::march::composite::{self, Accumulated};
+use pocketnerf_core::march::{LANES, RayPacket, RayQueue, RayState, SampleBatch};
 use pocketnerf_core::scratch::Workspace;
 use pocketnerf_core::store::Store;
 
@@ -32,25 +32,25 @@ impl Group {
         self.values.clear();
         self.sums.clear();
         self.sums.resize(self.rays.len() * row_len, 0.0);
-        self.gathered.clear();
-        self.gathered.resize(self.rays.len(), Gathered::NOTHING);
-        self.passed.clear();
-        self.passed.resize(self.rays.len(), 1.0);
+        self.accumulated.clear();
+        self.accumulated.resize(self.rays.len(), Accumulated::EMPTY);
+        self.last_transmittance.clear();
+        self.last_transmittance.resize(self.rays.len(), 1.0);
         self.walks.clear();
         for rays in self.rays.chunks(LANES) {
-            let mut bundle = Bundle::EMPTY;
+            let mut packet = RayPacket::EMPTY;
             for (lane, r) in rays.iter().enumerate() {
-                bundle.set(lane, &r.ray, r.phase);
+                packet.set(lane, &r.ray, r.phase);
             }
-            job.marcher.enter(simd, &mut bundle);
-            self.walks.extend((0..rays.len()).map(|lane| bundle.walk(lane)));
+            job.marcher.enter(simd, &mut packet);
+            self.walks.extend((0..rays.len()).map(|lane| packet.state(lane)));
         }
-        self.living.clear();
-        self.living.extend((0..self.rays.len()).map(|ray| ray as f32));
+        self.active.clear();
+        self.active.extend((0..self.rays.len()).map(|ray| ray as f32));
         loop {
             let n = self.gather(simd, job, per_sample, worker);
             laps.end(Stage::March, n);
-            if self.living.is_empty() {
+            if self.active.is_empty() {
                 return;
             }
             if n == 0 {
@@ -91,7 +91,7 @@ impl Group {
         }
     }
 
-    /// Fills a batch with the next samples of the living rays; gives their number.
+    /// Fills a batch with the next samples of the active rays; gives their number.
     #[inline(always)]
     fn gather<S: Simd>(
         &mut self,
@@ -100,15 +100,16 @@ impl Group {
         per_sample: bool,
         worker: &mut Worker,
     ) -> usize {
-        let Self { walks, living, gathered, passed, .. } = self;
+        let Self { walks, active, accumulated, last_transmittance, .. } = self;
         let Worker { points: [x, y, z], t, directions, owners, steps, .. } = worker;
         let rows = [x, y, z, t].map(|row| &mut row[..BATCH]);
-        let mut batch = Batch { rows, len: 0 };
+        let mut batch = SampleBatch { rows, len: 0 };
         let directions = per_sample.then_some(directions);
         let (late, space) = (job.late, job.marcher.space());
-        let mut rays = Rays { walks, gathered, passed, owners, steps, directions, late, space };
-        let alive = job.marcher.gather(simd, &mut rays, living, &mut batch);
-        living.truncate(alive);
+        let mut rays =
+            Rays { walks, accumulated, last_transmittance, owners, steps, directions, late, space };
+        let alive = job.marcher.gather(simd, &mut rays, active, &mut batch);
+        active.truncate(alive);
         batch.len
     }
 
@@ -118,12 +119,12 @@ impl Group {
     fn composite(&mut self, worker: &Worker, n: usize, first: usize, row_len: usize) {
         for s in 0..n {
             let ray = worker.owners[s];
-            let gathered = &mut self.gathered[ray as usize];
-            if gathered.transmittance < MIN_TRANSMITTANCE {
+            let accumulated = &mut self.accumulated[ray as usize];
+            if accumulated.transmittance < MIN_TRANSMITTANCE {
                 // It has become opaque within this batch.
                 continue;
             }
-            let weight = gathered.add(worker.a[s], 0.0);
+            let weight = accumulated.add(worker.a[s], 0.0);
             let sums = &mut self.sums[ray as usize * row_len..][..row_len];
             let values = &self.values[(first + s) * row_len..][..row_len];
             let pairs = sums.as_chunks_mut::<LANES>().0.iter_mut();
@@ -138,10 +139,10 @@ impl Group {
                 row: (first + s) as u32,
                 weight,
                 steps: worker.steps[s],
-                transmittance: gathered.transmittance,
+                transmittance: accumulated.transmittance,
             });
-            self.passed[ray as usize] = 1.0 - worker.a[s];
-            if gathered.transmittance < MIN_TRANSMITTANCE {
+            self.last_transmittance[ray as usize] = 1.0 - worker.a[s];
+            if accumulated.transmittance < MIN_TRANSMITTANCE {
                 self.walks[ray as usize].stop();
             }
         }
@@ -150,9 +151,9 @@ impl Group {
 
 /// A group's rays, and what is written down of a batch's samples.
 struct Rays<'g> {
-    walks: &'g mut [Walk],
-    gathered: &'g [Gathered],
-    passed: &'g [f32],
+    walks: &'g mut [RayState],
+    accumulated: &'g [Accumulated],
+    last_transmittance: &'g [f32],
     owners: &'g mut [u32],
     steps: &'g mut [f32],
     /// Where samples want directions.
@@ -161,13 +162,13 @@ struct Rays<'g> {
     space: &'g Space,
 }
 
-impl Travellers for Rays<'_> {
+impl RayQueue for Rays<'_> {
     #[inline(always)]
-    fn wants(&mut self, ray: usize, room: usize) -> (Walk, usize) {
-        let transmittance = self.gathered[ray].transmittance;
+    fn next_samples(&mut self, ray: usize, room: usize) -> (RayState, usize) {
+        let transmittance = self.accumulated[ray].transmittance;
         let [needed] = composite::samples_needed(
             &[transmittance],
-            &[self.passed[ray]],
+            &[self.last_transmittance[ray]],
             MIN_TRANSMITTANCE,
             room,
         );
@@ -176,7 +177,7 @@ impl Travellers for Rays<'_> {
     }
 
     #[inline(always)]
-    fn took(&mut self, ray: usize, walk: &Walk, samples: Range<usize>) {
+    fn advance(&mut self, ray: usize, walk: &RayState, samples: Range<usize>) {
         self.walks[ray] = *walk;
         self.owners[samples.clone()].fill(ray as u32);
         self.steps[samples.clone()].fill(walk.steps);
@@ -188,7 +189,7 @@ impl Travellers for Rays<'_> {
     }
 
     #[inline(always)]
-    fn moved(&mut self, ray: usize, next: f32) {
+    fn skip_to(&mut self, ray: usize, next: f32) {
         self.walks[ray].next = next;
     }
 }

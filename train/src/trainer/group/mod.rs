@@ -12,9 +12,9 @@ mod worker;
 
 use fearless_simd::Simd;
 use pocketnerf_core::Space;
-use pocketnerf_core::composite::Gathered;
 use pocketnerf_core::field::{Decoded, Field, Shading};
-use pocketnerf_core::sampler::{LANES, Marcher, Walk};
+use pocketnerf_core::march::composite::Accumulated;
+use pocketnerf_core::march::{LANES, Marcher, RayState};
 use pocketnerf_core::scratch::Tuning;
 use pocketnerf_core::store::Store;
 
@@ -118,14 +118,14 @@ pub(crate) struct Group {
     errors: Vec<f32>,
     random: Option<Random>,
     /// The rays on their way.
-    walks: Vec<Walk>,
+    walks: Vec<RayState>,
     /// Numbers of those that have steps left.
-    living: Vec<f32>,
-    /// What each ray has gathered.
-    gathered: Vec<Gathered>,
-    /// Part of the light that passed each ray's last sample.
-    passed: Vec<f32>,
-    /// `[ray][row_len]`: what each ray gathered of the values; later its
+    active: Vec<f32>,
+    /// What each ray has accumulated.
+    accumulated: Vec<Accumulated>,
+    /// Part of the light that passes each ray's last sample.
+    last_transmittance: Vec<f32>,
+    /// `[ray][row_len]`: what each ray accumulated of the values; later its
     /// gradient, with 0 in sigma's place.
     sums: Vec<f32>,
     ray_gradients: Vec<RayGradient>,
@@ -196,7 +196,7 @@ impl Group {
     /// Rays that ended before they left the box.
     #[cfg(test)]
     pub(crate) fn ended(&self) -> usize {
-        self.gathered.iter().filter(|ray| ray.transmittance < MIN_TRANSMITTANCE).count()
+        self.accumulated.iter().filter(|ray| ray.transmittance < MIN_TRANSMITTANCE).count()
     }
 
     /// The rays that were run last, each with its samples.

@@ -7,11 +7,11 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase};
 use pocketnerf_core::Space;
 use pocketnerf_core::field::NerfField;
-use pocketnerf_core::network::blocks::BLOCK;
-use pocketnerf_core::sampler::hierarchical::{
+use pocketnerf_core::march::hierarchical::{
     ENDLESS, evenly, inverse_cdf, jitter, merge, opacities,
 };
-use pocketnerf_core::sampler::{LANES, Reach};
+use pocketnerf_core::march::{LANES, Reach};
+use pocketnerf_core::network::blocks::BLOCK;
 use pocketnerf_core::store::Store;
 
 use super::worker::NerfWorker;

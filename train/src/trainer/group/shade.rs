@@ -1,4 +1,4 @@
-//! From what rays gathered to their colours, the error, and back.
+//! From what rays accumulated to their colours, the error, and back.
 
 use fearless_simd::Simd;
 use pocketnerf_core::field::Decoded;
@@ -25,10 +25,10 @@ impl Group {
     pub(super) fn compare(&mut self, row_len: usize) {
         self.ray_gradients.clear();
         for r in 0..self.rays.len() {
-            let (gathered, background) = (self.gathered[r], self.rays[r].background);
-            let ended = gathered.transmittance < MIN_TRANSMITTANCE;
-            let scale = if ended { 1.0 / gathered.opacity } else { 1.0 };
-            let opacity = gathered.alpha(MIN_TRANSMITTANCE);
+            let (accumulated, background) = (self.accumulated[r], self.rays[r].background);
+            let ended = accumulated.transmittance < MIN_TRANSMITTANCE;
+            let scale = if ended { 1.0 / accumulated.opacity } else { 1.0 };
+            let opacity = accumulated.alpha(MIN_TRANSMITTANCE);
             let sums = r * row_len..(r + 1) * row_len;
             let over_black = [0, 1, 2].map(|c| scale * self.sums[sums.start + 1 + c]);
             let color = [0, 1, 2].map(|c| over_black[c] + (1.0 - opacity) * background[c]);
@@ -68,7 +68,7 @@ impl Group {
         loop {
             hits.clear();
             while next < self.rays.len() && hits.len() < BATCH {
-                if self.gathered[next].opacity > 0.0 {
+                if self.accumulated[next].opacity > 0.0 {
                     hits.push(next);
                 } else {
                     let _ = self.error(next, self.rays[next].background, 0.0);
@@ -90,7 +90,7 @@ impl Group {
                 let sums = &self.sums[r * row_len + 1..][..channels];
                 let rows = worker.color_input.chunks_mut(STRIDE);
                 for (row, sum) in rows.zip(sums) {
-                    row[column] = sum / self.gathered[r].opacity;
+                    row[column] = sum / self.accumulated[r].opacity;
                 }
                 for (row, d) in worker.directions.iter_mut().zip(self.rays[r].ray.direction) {
                     row[column] = d;
@@ -102,7 +102,7 @@ impl Group {
                 row[..padded].fill(0.0);
             }
             for (column, &r) in hits.iter().enumerate() {
-                let opacity = self.gathered[r].alpha(MIN_TRANSMITTANCE);
+                let opacity = self.accumulated[r].alpha(MIN_TRANSMITTANCE);
                 let background = self.rays[r].background;
                 let rgb = [0, 1, 2].map(|c| worker.output[c * STRIDE + column]);
                 let color = [0, 1, 2].map(|c| opacity * rgb[c] + (1.0 - opacity) * background[c]);
@@ -128,7 +128,7 @@ impl Group {
                 &mut worker.d_color_input,
             );
             for (column, &r) in hits.iter().enumerate() {
-                let inverse = 1.0 / self.gathered[r].opacity;
+                let inverse = 1.0 / self.accumulated[r].opacity;
                 let gradient = &mut self.ray_gradients[r];
                 let d_rows = worker.d_color_input.chunks(STRIDE);
                 let rows = worker.color_input.chunks(STRIDE);

@@ -5,8 +5,8 @@ use pocketnerf_core::field::Decoder;
 use pocketnerf_core::scratch::Limits;
 use pocketnerf_core::store::Store;
 
+use pocketnerf_core::march::{Hierarchical, LANES};
 use pocketnerf_core::network::blocks::BLOCK;
-use pocketnerf_core::sampler::{Hierarchical, LANES};
 
 use super::paper::RAYS;
 use super::{BATCH, STRIDE};

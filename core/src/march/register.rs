@@ -1,10 +1,10 @@
-//! Rays in the lanes of a register: where their points lie.
+//! RayRegister in the lanes of a register: where their points lie.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
-use crate::sampler::Sampling;
-use crate::sampler::bundle::{Bundle, LANES};
-use crate::sampler::walk::{ABREAST, RUN, Walk};
+use crate::march::Sampling;
+use crate::march::ray_packet::{LANES, RayPacket};
+use crate::march::ray_state::{ABREAST, RUN, RayState};
 
 /// One value an axis. Not `map`, which the compiler may leave a call of its own,
 /// compiled without the vector instructions.
@@ -14,27 +14,27 @@ pub(super) fn axes<T>(of: impl Fn(usize) -> T) -> [T; 3] {
 }
 
 /// The rays of a register.
-pub(super) struct Rays<S: Simd> {
+pub(super) struct RayRegister<S: Simd> {
     pub(super) origin: [S::f32s; 3],
     pub(super) direction: [S::f32s; 3],
     phase: S::f32s,
 }
 
-impl<S: Simd> Rays<S> {
+impl<S: Simd> RayRegister<S> {
     #[inline(always)]
-    pub(super) fn load(simd: S, bundle: &Bundle, first: usize) -> Self {
+    pub(super) fn load(simd: S, packet: &RayPacket, first: usize) -> Self {
         let load =
             |row: &[f32; LANES]| S::f32s::from_slice(simd, &row[first..first + S::f32s::LEN]);
         Self {
-            origin: axes(|a| load(&bundle.origin[a])),
-            direction: axes(|a| load(&bundle.direction[a])),
-            phase: load(&bundle.phase),
+            origin: axes(|a| load(&packet.origin[a])),
+            direction: axes(|a| load(&packet.direction[a])),
+            phase: load(&packet.phase),
         }
     }
 
     /// Each ray in [`RUN`] lanes, as many as there are.
     #[inline(always)]
-    pub(super) fn abreast(simd: S, walks: &[Walk; ABREAST]) -> Self {
+    pub(super) fn abreast(simd: S, walks: &[RayState; ABREAST]) -> Self {
         Self {
             origin: axes(|a| Self::each(simd, walks, |walk| walk.origin[a])),
             direction: axes(|a| Self::each(simd, walks, |walk| walk.direction[a])),
@@ -44,7 +44,11 @@ impl<S: Simd> Rays<S> {
 
     /// A number of each ray in [`RUN`] lanes.
     #[inline(always)]
-    pub(super) fn each(simd: S, walks: &[Walk; ABREAST], of: impl Fn(&Walk) -> f32) -> S::f32s {
+    pub(super) fn each(
+        simd: S,
+        walks: &[RayState; ABREAST],
+        of: impl Fn(&RayState) -> f32,
+    ) -> S::f32s {
         let mut lanes = [0.0; LANES];
         for (lanes, walk) in lanes.as_chunks_mut::<RUN>().0.iter_mut().zip(walks) {
             *lanes = [of(walk); RUN];

@@ -2,12 +2,12 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use crate::sampler::bundle::LANES;
-use crate::sampler::walk::RUN;
+use crate::march::ray_packet::LANES;
+use crate::march::ray_state::RUN;
 
 /// Where samples are put, until it is full.
 #[derive(Debug)]
-pub struct Batch<'b> {
+pub struct SampleBatch<'b> {
     /// Unit coordinates x, y, z; distances along the rays. All of one length, at
     /// least 16.
     pub rows: [&'b mut [f32]; 4],
@@ -18,7 +18,7 @@ pub struct Batch<'b> {
 /// A register's samples.
 pub(super) type Offer = [[f32; LANES]; 4];
 
-impl Batch<'_> {
+impl SampleBatch<'_> {
     /// Samples that it has room for in all.
     #[inline(always)]
     pub(super) fn capacity(&self) -> usize {

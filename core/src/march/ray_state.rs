@@ -1,17 +1,17 @@
-//! Rays' next samples: a few steps of each ray side by side in a register.
+//! RayRegister' next samples: a few steps of each ray side by side in a register.
 
 use fearless_simd::{Simd, SimdBase, SimdMask};
 
-use crate::sampler::batch::{Batch, offer};
-use crate::sampler::bundle::LANES;
-use crate::sampler::occupancy_march::Marcher;
-use crate::sampler::rays::Rays;
-use crate::sampler::stride::Cell;
+use crate::march::marcher::Marcher;
+use crate::march::ray_packet::LANES;
+use crate::march::register::RayRegister;
+use crate::march::sample_batch::{SampleBatch, offer};
+use crate::march::stride::Cell;
 use crate::{Ray, Space};
 
 /// A ray on its way, in the coordinates of its space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Walk {
+pub struct RayState {
     /// Where the ray starts, local coordinates.
     pub origin: [f32; 3],
     /// Where it goes: a unit vector.
@@ -26,7 +26,7 @@ pub struct Walk {
     pub steps: f32,
 }
 
-impl Walk {
+impl RayState {
     /// No ray: it has no steps to take.
     pub const EMPTY: Self =
         Self { origin: [0.0; 3], direction: [0.0; 3], phase: 0.5, next: 0.0, end: 0.0, steps: 1.0 };
@@ -34,7 +34,7 @@ impl Walk {
     /// Whether it has steps left.
     #[inline(always)]
     #[must_use]
-    pub fn is_alive(&self) -> bool {
+    pub fn is_active(&self) -> bool {
         self.next < self.end
     }
 
@@ -54,7 +54,7 @@ impl Walk {
 
 /// Samples of a ray that are looked for at a time, hence also the most that are taken.
 pub const RUN: usize = 4;
-/// Rays that are looked after together at most, in the widest registers.
+/// RayRegister that are looked after together at most, in the widest registers.
 pub(super) const ABREAST: usize = LANES / RUN;
 /// The samples of a register.
 const NUMBERS: [f32; LANES] =
@@ -64,7 +64,7 @@ const NUMBERS: [f32; LANES] =
 pub(super) type Counts = [usize; ABREAST];
 
 impl Marcher<'_> {
-    /// Rays that [`take`](Self::take) wants at a time.
+    /// RayRegister that [`take`](Self::take) wants at a time.
     pub(super) const fn abreast<S: Simd>() -> usize {
         S::f32s::LEN / RUN
     }
@@ -77,14 +77,14 @@ impl Marcher<'_> {
     pub(super) fn take<S: Simd>(
         &self,
         simd: S,
-        walks: &mut [Walk; ABREAST],
+        walks: &mut [RayState; ABREAST],
         most: &Counts,
-        batch: &mut Batch<'_>,
+        batch: &mut SampleBatch<'_>,
     ) -> Counts {
-        let rays = Rays::abreast(simd, walks);
-        let next = Rays::each(simd, walks, |walk| walk.next);
-        let end = Rays::each(simd, walks, |walk| walk.end);
-        let steps = Rays::each(simd, walks, |walk| walk.steps);
+        let rays = RayRegister::abreast(simd, walks);
+        let next = RayRegister::each(simd, walks, |walk| walk.next);
+        let end = RayRegister::each(simd, walks, |walk| walk.end);
+        let steps = RayRegister::each(simd, walks, |walk| walk.steps);
         let k = S::f32s::from_slice(simd, &NUMBERS[..S::f32s::LEN]) * steps + next;
         let t = rays.distance((k + (steps - 1.0) * 0.5).min(end - 1.0), &self.sampling);
         let u = self.unit(&rays, t);

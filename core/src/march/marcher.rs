@@ -10,10 +10,10 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
-use crate::sampler::MAX_STEPS;
-use crate::sampler::bundle::{Bundle, LANES};
-use crate::sampler::rays::{Rays, axes};
-use crate::sampler::stride::{Cell, Stride};
+use crate::march::MAX_STEPS;
+use crate::march::ray_packet::{LANES, RayPacket};
+use crate::march::register::{RayRegister, axes};
+use crate::march::stride::{Cell, Stride};
 use crate::space::UnitMap;
 use crate::{Model, Occupancy, Sampling, Space};
 
@@ -53,28 +53,28 @@ impl<'a> Marcher<'a> {
         &self.space
     }
 
-    /// Makes the bundle's rays [local](Space::local), and sets their `next` and `end`:
+    /// Makes the packet's rays [local](Space::local), and sets their `next` and `end`:
     /// the steps whose samples, at `phase` of each, the space
     /// [contains](Space::contains). Rounding along a ray goes one way, so that none is
     /// missing between the first and the last.
     #[inline(always)]
-    pub fn enter<S: Simd>(&self, simd: S, bundle: &mut Bundle) {
-        bundle.make_local(&self.space);
+    pub fn enter<S: Simd>(&self, simd: S, packet: &mut RayPacket) {
+        packet.make_local(&self.space);
         simd.vectorize(
             #[inline(always)]
             || {
                 for first in (0..LANES).step_by(S::f32s::LEN) {
-                    self.enter_register(simd, bundle, first);
+                    self.enter_register(simd, packet, first);
                 }
             },
         );
     }
 
     #[inline(always)]
-    fn enter_register<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize) {
+    fn enter_register<S: Simd>(&self, simd: S, packet: &mut RayPacket, first: usize) {
         let splat = |v: f32| S::f32s::splat(simd, v);
         let Sampling { step, near, far, .. } = self.sampling;
-        let rays = Rays::load(simd, bundle, first);
+        let rays = RayRegister::load(simd, packet, first);
         let [t0, t1] = rays.reach(simd, &self.space.bounds(), near, far);
         let hit = t0.simd_le(t1);
         // Start a little outside, then move in.
@@ -95,31 +95,31 @@ impl<'a> Marcher<'a> {
             }
             end = early.select(end - 1.0, end);
         }
-        next.store_slice(&mut bundle.next[first..first + S::f32s::LEN]);
-        end.store_slice(&mut bundle.end[first..first + S::f32s::LEN]);
+        next.store_slice(&mut packet.next[first..first + S::f32s::LEN]);
+        end.store_slice(&mut packet.end[first..first + S::f32s::LEN]);
     }
 
-    /// Moves the bundle's rays on to these depths, or a step or two less: `axis` says
+    /// Moves the packet's rays on to these depths, or a step or two less: `axis` says
     /// how deep a unit vector is.
     #[inline(always)]
     pub(crate) fn begin_at<S: Simd>(
         &self,
         simd: S,
-        bundle: &mut Bundle,
+        packet: &mut RayPacket,
         depths: &[f32; LANES],
         axis: [f32; 3],
     ) {
         let Sampling { step, near, .. } = self.sampling;
-        let [x, y, z] = bundle.direction;
+        let [x, y, z] = packet.direction;
         simd.vectorize(
             #[inline(always)]
             || {
                 for lane in 0..LANES {
                     let depth = x[lane] * axis[0] + y[lane] * axis[1] + z[lane] * axis[2];
-                    let steps = (depths[lane] / depth - near) / step - bundle.phase[lane];
+                    let steps = (depths[lane] / depth - near) / step - packet.phase[lane];
                     // Cut off to a whole number; what is none moves nothing.
                     let k = (steps - 1.0) as i32 as f32;
-                    bundle.next[lane] = bundle.next[lane].max(k);
+                    packet.next[lane] = packet.next[lane].max(k);
                 }
             },
         );
@@ -128,38 +128,38 @@ impl<'a> Marcher<'a> {
     /// Whether the samples of these steps lie outside the space. Not a closure: as
     /// for [`axes`].
     #[inline(always)]
-    fn outside<S: Simd>(&self, simd: S, rays: &Rays<S>, k: S::f32s) -> S::mask32s {
+    fn outside<S: Simd>(&self, simd: S, rays: &RayRegister<S>, k: S::f32s) -> S::mask32s {
         let t = rays.distance(k, &self.sampling);
         let far = S::f32s::splat(simd, self.sampling.far);
         t.simd_gt(far) | !rays.inside(simd, t, &self.space.bounds())
     }
 
-    /// Moves the bundle's rays on to their next occupied samples; rays that meet none
+    /// Moves the packet's rays on to their next occupied samples; rays that meet none
     /// end.
     #[inline(never)]
-    pub fn seek<S: Simd>(&self, simd: S, bundle: &mut Bundle) {
+    pub fn seek<S: Simd>(&self, simd: S, packet: &mut RayPacket) {
         simd.vectorize(
             #[inline(always)]
             || {
                 for first in (0..LANES).step_by(S::f32s::LEN) {
-                    self.seek_register(simd, bundle, first);
+                    self.seek_register(simd, packet, first);
                 }
             },
         );
     }
 
     #[inline(always)]
-    fn seek_register<S: Simd>(&self, simd: S, bundle: &mut Bundle, first: usize) {
+    fn seek_register<S: Simd>(&self, simd: S, packet: &mut RayPacket, first: usize) {
         let lanes = first..first + S::f32s::LEN;
-        let end = S::f32s::from_slice(simd, &bundle.end[lanes.clone()]);
-        let mut k = S::f32s::from_slice(simd, &bundle.next[lanes.clone()]);
+        let end = S::f32s::from_slice(simd, &packet.end[lanes.clone()]);
+        let mut k = S::f32s::from_slice(simd, &packet.next[lanes.clone()]);
         let mut seeking = k.simd_lt(end);
         if !seeking.any_true() {
             return;
         }
-        let steps = S::f32s::from_slice(simd, &bundle.steps[lanes.clone()]);
+        let steps = S::f32s::from_slice(simd, &packet.steps[lanes.clone()]);
         let middle = (steps - 1.0) * 0.5;
-        let rays = Rays::load(simd, bundle, first);
+        let rays = RayRegister::load(simd, packet, first);
         let stride = Stride::new(simd, &rays, &self.map, &self.sampling);
         while seeking.any_true() {
             let t = rays.distance((k + middle).min(end - 1.0), &self.sampling);
@@ -168,12 +168,12 @@ impl<'a> Marcher<'a> {
             k = seeking.select(k + ahead, k);
             seeking &= k.simd_lt(end);
         }
-        k.min(end).store_slice(&mut bundle.next[lanes]);
+        k.min(end).store_slice(&mut packet.next[lanes]);
     }
 
     /// Unit coordinates at distances `t`.
     #[inline(always)]
-    pub(super) fn unit<S: Simd>(&self, rays: &Rays<S>, t: S::f32s) -> [S::f32s; 3] {
+    pub(super) fn unit<S: Simd>(&self, rays: &RayRegister<S>, t: S::f32s) -> [S::f32s; 3] {
         let p = rays.at(t);
         axes(|a| (p[a] - self.map.min[a]) * self.map.scale)
     }

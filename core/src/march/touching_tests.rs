@@ -2,7 +2,7 @@
 
 use fearless_simd::dispatch;
 
-use super::{Bundle, Marcher, Sampling};
+use super::{Marcher, RayPacket, Sampling};
 use crate::{Ray, SimdLevel, Space};
 
 struct Random(u32);
@@ -60,12 +60,12 @@ fn a_path_holds_the_steps_that_the_space_contains() {
         let space = Space::Box { min, max };
         let sampling = Sampling { step, near, far, min_transmittance: 0.0 };
         let marcher = Marcher::from_parts(None, space, sampling, true);
-        let mut bundle = Bundle::EMPTY;
+        let mut packet = RayPacket::EMPTY;
         let lane = i % 16;
-        bundle.set(lane, &ray, phase);
+        packet.set(lane, &ray, phase);
         let level = random.pick([SimdLevel::Portable, SimdLevel::compiled(), SimdLevel::detect()]);
-        dispatch!(level.token().unwrap(), simd => marcher.enter(simd, &mut bundle));
-        let path = bundle.next[lane] as u32..bundle.end[lane] as u32;
+        dispatch!(level.token().unwrap(), simd => marcher.enter(simd, &mut packet));
+        let path = packet.next[lane] as u32..packet.end[lane] as u32;
         let (o, d) = (ray.origin, ray.direction);
         let mut found = 0;
         for k in 0..400 {

@@ -8,14 +8,14 @@ use fearless_simd::{Simd, SimdBase};
 
 use crate::field::{Field, Samples};
 use crate::lanes;
+use crate::march::hierarchical::{ENDLESS, evenly, inverse_cdf, merge, weights};
+use crate::march::{Hierarchical, LANES, RayPacket, RayState, Reach};
 use crate::render::driver::Job;
 use crate::render::flight::Flight;
 use crate::render::group::Group;
 use crate::render::observe::Stage;
 use crate::render::source::Source;
 use crate::render::target::Target;
-use crate::sampler::hierarchical::{ENDLESS, evenly, inverse_cdf, merge, weights};
-use crate::sampler::{Bundle, Hierarchical, LANES, Reach, Walk};
 use crate::scratch::{Scratch, sums_len};
 use crate::space::UnitMap;
 use crate::store::{F16, F32, Store};
@@ -69,12 +69,12 @@ fn all_pixels<S: Simd, T: Store, F: Field>(
             }
         }
         group.rays += n as u64;
-        let mut bundle = Bundle::EMPTY;
-        job.source.fill(simd, &numbers[..n], &mut bundle);
+        let mut packet = RayPacket::EMPTY;
+        job.source.fill(simd, &numbers[..n], &mut packet);
         for (lane, number) in numbers[..n].iter().enumerate() {
-            match rays.reach(&mut bundle, lane) {
+            match rays.reach(&mut packet, lane) {
                 Some(reach) => {
-                    let flight = Flight::start(&bundle, lane, *number);
+                    let flight = Flight::start(&packet, lane, *number);
                     flight.store(&mut group.scratch.rays[group.count]);
                     rays.spread(group, reach);
                     group.count += 1;
@@ -87,14 +87,14 @@ fn all_pixels<S: Simd, T: Store, F: Field>(
             let count = group.count;
             group.scratch.sums[..count * sums_len(fine.channels())].fill(0.0);
             // Here, whether the field was asked along a ray.
-            group.scratch.living[..count].fill(0.0);
+            group.scratch.active[..count].fill(0.0);
             if hierarchical.n_fine > 0 {
                 rays.round::<S, T, F>(simd, coarse, group, Round::Coarse);
                 rays.draw(group);
             }
             rays.round::<S, T, F>(simd, fine, group, Round::Fine);
             group.hits +=
-                group.scratch.living[..count].iter().filter(|asked| **asked > 0.0).count() as u64;
+                group.scratch.active[..count].iter().filter(|asked| **asked > 0.0).count() as u64;
             group.finish::<S, T>(simd, fine.deferred(), job.source, target);
             group.ended(Stage::Shade, count);
         }
@@ -146,7 +146,7 @@ impl<'m> Rays<'m> {
             map: model.space.unit_map(),
             occupancy: model.occupancy,
             sampling: model.sampling,
-            most: limits.paper_rays(group.tuning),
+            most: limits.hierarchical_rays(group.tuning),
             batch: group.tuning.samples,
             row: limits.ray_samples,
         }
@@ -154,12 +154,12 @@ impl<'m> Rays<'m> {
 
     /// Takes the ray in a lane to local coordinates, and says between which distances it
     /// has its samples.
-    fn reach(&self, bundle: &mut Bundle, lane: usize) -> Option<[f32; 2]> {
+    fn reach(&self, packet: &mut RayPacket, lane: usize) -> Option<[f32; 2]> {
         let Sampling { near, far, .. } = self.sampling;
         let [origin, direction] =
-            [&bundle.origin, &bundle.direction].map(|rows| [0, 1, 2].map(|a| rows[a][lane]));
+            [&packet.origin, &packet.direction].map(|rows| [0, 1, 2].map(|a| rows[a][lane]));
         let local = self.space.local(&Ray { origin, direction })?;
-        bundle.set(lane, &local, 0.5);
+        packet.set(lane, &local, 0.5);
         if self.clipped {
             return self.space.intersect(&local, near, far);
         }
@@ -181,7 +181,7 @@ impl<'m> Rays<'m> {
     /// Of a ray: distances of the first round, later free; its opacities, then the
     /// distances of the second.
     fn rows<'g>(&self, group: &'g mut Group<'_, '_, '_, '_>, ray: usize) -> [&'g mut [f32]; 2] {
-        let own = &mut group.scratch.paper.rays[2 * self.row * ray..][..2 * self.row];
+        let own = &mut group.scratch.hierarchical.rays[2 * self.row * ray..][..2 * self.row];
         own.split_at_mut(self.row).into()
     }
 
@@ -189,7 +189,7 @@ impl<'m> Rays<'m> {
     fn draw(&self, group: &mut Group<'_, '_, '_, '_>) {
         let Hierarchical { n_coarse, n_fine, .. } = self.hierarchical;
         let (n, last) = (n_coarse as usize, n_fine.max(2) - 1);
-        let mut found = core::mem::take(&mut group.scratch.paper.found);
+        let mut found = core::mem::take(&mut group.scratch.hierarchical.found);
         for ray in 0..group.count {
             let [first, all] = self.rows(group, ray);
             weights(&mut all[..n]);
@@ -197,7 +197,7 @@ impl<'m> Rays<'m> {
             inverse_cdf(&first[..n], &all[..n], |i| i as f32 / last as f32, found);
             merge(&first[..n], found, &mut all[..self.hierarchical.n_all()]);
         }
-        core::mem::swap(&mut group.scratch.paper.found, &mut found);
+        core::mem::swap(&mut group.scratch.hierarchical.found, &mut found);
     }
 
     /// Asks the field for all samples of all rays.
@@ -219,9 +219,10 @@ impl<'m> Rays<'m> {
             let walk = Flight::load(&group.scratch.rays[ray]).walk;
             let direction = walk.public_direction(&self.space);
             for i in 0..n {
-                let Scratch { points, directions, t, runs, living, paper, .. } = &mut group.scratch;
+                let Scratch { points, directions, t, runs, active, hierarchical, .. } =
+                    &mut group.scratch;
                 let distances =
-                    paper.rays[2 * self.row * ray..][..2 * self.row].split_at_mut(self.row);
+                    hierarchical.rays[2 * self.row * ray..][..2 * self.row].split_at_mut(self.row);
                 let (distances, opacities) = match round {
                     Round::Coarse => (&distances.0[..n], Some(distances.1)),
                     Round::Fine => (&distances.1[..n], None),
@@ -240,9 +241,9 @@ impl<'m> Rays<'m> {
                     row[waiting] = d;
                 }
                 t[waiting] = at;
-                paper.deltas[waiting] = distances.get(i + 1).map_or(last, |next| next - at);
+                hierarchical.deltas[waiting] = distances.get(i + 1).map_or(last, |next| next - at);
                 runs[waiting] = f32::from_bits((ray << NUMBER_BITS | i) as u32);
-                living[ray] = 1.0;
+                active[ray] = 1.0;
                 waiting += 1;
                 if waiting == self.batch {
                     self.ask::<S, T, F>(simd, field, group, round, waiting);
@@ -257,7 +258,7 @@ impl<'m> Rays<'m> {
 
     /// The unit coordinates of a ray's sample; `None` where the field is not asked.
     #[inline(always)]
-    fn place(&self, walk: &Walk, t: f32) -> Option<[f32; 3]> {
+    fn place(&self, walk: &RayState, t: f32) -> Option<[f32; 3]> {
         let (o, d) = (walk.origin, walk.direction);
         let p = [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]];
         let u = self.map.apply(p);
@@ -290,19 +291,19 @@ impl<'m> Rays<'m> {
         };
         field.decode::<S, T>(simd, samples, work);
         group.ended(Stage::Density, n);
-        let Scratch { work, t, runs, rays, sums, paper, .. } = &mut group.scratch;
-        paper.deltas[n..padded].fill(0.0);
-        opacities(simd, &mut work.output[..padded], &paper.deltas[..padded]);
+        let Scratch { work, t, runs, rays, sums, hierarchical, .. } = &mut group.scratch;
+        hierarchical.deltas[n..padded].fill(0.0);
+        opacities(simd, &mut work.output[..padded], &hierarchical.deltas[..padded]);
         let row_len = sums_len(field.channels());
         for (s, run) in runs[..n].iter().enumerate() {
             let (ray, i) = (run.to_bits() >> NUMBER_BITS, run.to_bits() & ((1 << NUMBER_BITS) - 1));
             let (ray, i, alpha) = (ray as usize, i as usize, work.output[s]);
             if round == Round::Coarse {
-                paper.rays[(2 * ray + 1) * self.row + i] = alpha;
+                hierarchical.rays[(2 * ray + 1) * self.row + i] = alpha;
                 continue;
             }
             let mut flight = Flight::load(&rays[ray]);
-            let weight = flight.gathered.add(alpha, t[s]);
+            let weight = flight.accumulated.add(alpha, t[s]);
             flight.store(&mut rays[ray]);
             // What has no weight may be no number.
             if weight > 0.0 {

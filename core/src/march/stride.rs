@@ -3,10 +3,10 @@
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt};
 
 use crate::Occupancy;
+use crate::march::Sampling;
+use crate::march::ray_packet::LANES;
+use crate::march::register::{RayRegister, axes};
 use crate::occupancy::{BLOCK, OCCUPIED, place};
-use crate::sampler::Sampling;
-use crate::sampler::bundle::LANES;
-use crate::sampler::rays::{Rays, axes};
 use crate::space::UnitMap;
 
 /// The cube of cells that are alike around each point of a register.
@@ -74,7 +74,7 @@ pub(super) struct Stride<S: Simd> {
 
 impl<S: Simd> Stride<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, rays: &Rays<S>, map: &UnitMap, sampling: &Sampling) -> Self {
+    pub(super) fn new(simd: S, rays: &RayRegister<S>, map: &UnitMap, sampling: &Sampling) -> Self {
         let splat = |v: f32| S::f32s::splat(simd, v);
         let steps_per_unit =
             axes(|a| splat(1.0) / (rays.direction[a] * (map.scale * sampling.step)));

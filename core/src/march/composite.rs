@@ -20,9 +20,9 @@ pub fn opacities<S: Simd>(simd: S, sigma: &mut [f32], step: f32) {
     );
 }
 
-/// What a ray has gathered so far, beside its channels.
+/// What a ray has accumulated so far, beside its channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gathered {
+pub struct Accumulated {
     /// Light that still passes: the product of `1 - alpha`.
     pub transmittance: f32,
     /// Sum of weights.
@@ -31,9 +31,9 @@ pub struct Gathered {
     pub depth: f32,
 }
 
-impl Gathered {
-    /// Nothing gathered: all light passes.
-    pub const NOTHING: Self = Self { transmittance: 1.0, opacity: 0.0, depth: 0.0 };
+impl Accumulated {
+    /// Nothing accumulated: all light passes.
+    pub const EMPTY: Self = Self { transmittance: 1.0, opacity: 0.0, depth: 0.0 };
 
     /// Adds the sample at distance `t`, and gives its weight.
     #[inline(always)]
@@ -62,19 +62,21 @@ impl Gathered {
 
 /// Samples that rays will still need, at most `most` and at least 1: as many as
 /// would make them opaque if all were like the last. `transmittance` is what
-/// passes each ray so far, `passed` the part that passed its last sample.
+/// passes each ray so far, `last_transmittance` the part that passes its last sample.
 #[inline(always)]
 #[must_use]
 pub fn samples_needed<const N: usize>(
     transmittance: &[f32; N],
-    passed: &[f32; N],
+    last_transmittance: &[f32; N],
     min_transmittance: f32,
     most: usize,
 ) -> [f32; N] {
     let (mut left, mut needed) = (*transmittance, [1.0; N]);
     for _ in 1..most {
-        for ((left, passed), needed) in left.iter_mut().zip(passed).zip(&mut needed) {
-            *left *= passed;
+        for ((left, last_transmittance), needed) in
+            left.iter_mut().zip(last_transmittance).zip(&mut needed)
+        {
+            *left *= last_transmittance;
             *needed += if *left < min_transmittance { 0.0 } else { 1.0 };
         }
     }
@@ -113,7 +115,7 @@ mod tests {
     fn five_samples_by_hand() {
         // alpha 0, 1/2, 1/4, 0, 1 at t = 1..5: transmittance before each is
         // 1, 1, 1/2, 3/8, 3/8; weights 0, 1/2, 1/8, 0, 3/8.
-        let mut ray = Gathered::NOTHING;
+        let mut ray = Accumulated::EMPTY;
         let weights = [0.0, 0.5, 0.25, 0.0, 1.0].map({
             let mut t = 0.0;
             move |alpha| {
@@ -126,8 +128,8 @@ mod tests {
         assert_eq!(ray.transmittance, 0.0);
         assert_eq!(ray.opacity, 1.0);
         assert_eq!(ray.expected_depth(), 1.0 + 0.375 + 1.875);
-        assert_eq!(Gathered::NOTHING.expected_depth(), f32::INFINITY);
-        let nearly = Gathered { transmittance: 0.01, opacity: 0.99, depth: 3.0 };
+        assert_eq!(Accumulated::EMPTY.expected_depth(), f32::INFINITY);
+        let nearly = Accumulated { transmittance: 0.01, opacity: 0.99, depth: 3.0 };
         assert_eq!((nearly.alpha(0.01), nearly.alpha(0.02)), (0.99, 1.0));
     }
 }

@@ -1,15 +1,15 @@
 //! Rays that march side by side.
 
-use crate::sampler::walk::Walk;
+use crate::march::ray_state::RayState;
 use crate::{Ray, Space};
 
-/// Rays in a bundle: the lanes of the widest registers. Narrower ones take a
-/// bundle in parts.
+/// Rays in a packet: the lanes of the widest registers. Narrower ones take a
+/// packet in parts.
 pub const LANES: usize = 16;
 
 /// Sixteen rays and the steps they still have to take, coordinate by coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bundle {
+pub struct RayPacket {
     /// Where each ray starts: scene units, [local](Space::local) ones once it has
     /// entered.
     pub origin: [[f32; LANES]; 3],
@@ -25,7 +25,7 @@ pub struct Bundle {
     pub steps: [f32; LANES],
 }
 
-impl Bundle {
+impl RayPacket {
     /// No rays: none has steps to take.
     pub const EMPTY: Self = Self {
         origin: [[0.0; LANES]; 3],
@@ -66,9 +66,9 @@ impl Bundle {
     /// The ray of a lane on its own.
     #[inline(always)]
     #[must_use]
-    pub fn walk(&self, lane: usize) -> Walk {
+    pub fn state(&self, lane: usize) -> RayState {
         let Self { origin: [ox, oy, oz], direction: [dx, dy, dz], phase, next, end, steps } = self;
-        Walk {
+        RayState {
             origin: [ox[lane], oy[lane], oz[lane]],
             direction: [dx[lane], dy[lane], dz[lane]],
             phase: phase[lane],
@@ -80,7 +80,7 @@ impl Bundle {
 
     /// Puts a ray on its way into a lane.
     #[inline(always)]
-    pub fn put(&mut self, lane: usize, walk: &Walk) {
+    pub fn put(&mut self, lane: usize, walk: &RayState) {
         for a in 0..3 {
             self.origin[a][lane] = walk.origin[a];
             self.direction[a][lane] = walk.direction[a];
@@ -100,7 +100,7 @@ impl Bundle {
     /// Rays that have steps left.
     #[inline(always)]
     #[must_use]
-    pub fn alive(&self) -> usize {
+    pub fn n_active(&self) -> usize {
         self.next.iter().zip(&self.end).map(|(next, end)| usize::from(next < end)).sum()
     }
 }

@@ -19,7 +19,7 @@ use super::math::exp;
 use super::ray::{RayResult, point};
 use super::space;
 use crate::field::{AnyField, MAX_CHANNELS};
-use crate::sampler::{Hierarchical, MAX_SAMPLES, Reach};
+use crate::march::{Hierarchical, MAX_SAMPLES, Reach};
 use crate::{Model, Ray, Space};
 
 /// Samples of a ray at most.

@@ -5,31 +5,31 @@ use std::vec::Vec;
 use fearless_simd::dispatch;
 
 use super::*;
-use crate::sampler::{Batch, RUN, Travellers, Walk};
+use crate::march::{RUN, RayQueue, RayState, SampleBatch};
 use crate::{Ray, SimdLevel};
 
 /// Rays that note the distances of their samples.
 struct Noting {
-    walks: Vec<Walk>,
+    walks: Vec<RayState>,
     most: usize,
     /// Whose each sample of the batch is.
     owners: Vec<usize>,
 }
 
-impl Travellers for Noting {
-    fn wants(&mut self, ray: usize, room: usize) -> (Walk, usize) {
+impl RayQueue for Noting {
+    fn next_samples(&mut self, ray: usize, room: usize) -> (RayState, usize) {
         assert!((1..=RUN).contains(&room));
         (self.walks[ray], self.most.min(room))
     }
 
-    fn took(&mut self, ray: usize, walk: &Walk, samples: core::ops::Range<usize>) {
+    fn advance(&mut self, ray: usize, walk: &RayState, samples: core::ops::Range<usize>) {
         assert_eq!(samples.start, self.owners.len());
-        assert!(samples.len() <= self.most && walk.is_alive() >= samples.is_empty());
+        assert!(samples.len() <= self.most && walk.is_active() >= samples.is_empty());
         self.owners.resize(samples.end, ray);
         self.walks[ray] = *walk;
     }
 
-    fn moved(&mut self, ray: usize, next: f32) {
+    fn skip_to(&mut self, ray: usize, next: f32) {
         assert!(next >= self.walks[ray].next);
         self.walks[ray].next = next;
     }
@@ -43,24 +43,24 @@ fn samples(
     (most, steps): (usize, f32),
     simd: SimdLevel,
 ) -> Vec<Vec<u32>> {
-    let mut bundle = Bundle::EMPTY;
+    let mut packet = RayPacket::EMPTY;
     for (lane, ray) in rays.iter().enumerate() {
-        bundle.set(lane, ray, 0.5);
+        packet.set(lane, ray, 0.5);
     }
-    bundle.steps = [steps; LANES];
+    packet.steps = [steps; LANES];
     let mut all = vec![Vec::new(); rays.len()];
     dispatch!(simd.token().unwrap(), simd => {
-        marcher.enter(simd, &mut bundle);
-        let walks = (0..rays.len()).map(|lane| bundle.walk(lane)).collect();
+        marcher.enter(simd, &mut packet);
+        let walks = (0..rays.len()).map(|lane| packet.state(lane)).collect();
         let mut noting = Noting { walks, most, owners: Vec::new() };
-        let mut living: Vec<f32> = (0..rays.len()).map(|ray| ray as f32).collect();
+        let mut active: Vec<f32> = (0..rays.len()).map(|ray| ray as f32).collect();
         let mut rows = [[0.0; 33]; 4];
-        while !living.is_empty() {
+        while !active.is_empty() {
             let [x, y, z, t] = &mut rows;
-            let mut batch = Batch { rows: [x, y, z, t], len: 0 };
+            let mut batch = SampleBatch { rows: [x, y, z, t], len: 0 };
             noting.owners.clear();
-            let alive = marcher.gather(simd, &mut noting, &mut living, &mut batch);
-            living.truncate(alive);
+            let alive = marcher.gather(simd, &mut noting, &mut active, &mut batch);
+            active.truncate(alive);
             assert_eq!(noting.owners.len(), batch.len);
             for (s, ray) in noting.owners.iter().enumerate() {
                 let t = rows[3][s];
@@ -69,25 +69,25 @@ fn samples(
                 all[*ray].push(t.to_bits());
             }
         }
-        assert!(noting.walks.iter().all(|walk| !walk.is_alive()));
+        assert!(noting.walks.iter().all(|walk| !walk.is_active()));
     });
     all
 }
 
 /// The distances of the samples to which seeking takes up to sixteen rays.
 fn sought(marcher: &Marcher<'_>, rays: &[Ray], simd: SimdLevel) -> Vec<Option<u32>> {
-    let mut bundle = Bundle::EMPTY;
+    let mut packet = RayPacket::EMPTY;
     for (lane, ray) in rays.iter().enumerate() {
-        bundle.set(lane, ray, 0.5);
+        packet.set(lane, ray, 0.5);
     }
     dispatch!(simd.token().unwrap(), simd => {
-        marcher.enter(simd, &mut bundle);
-        marcher.seek(simd, &mut bundle);
+        marcher.enter(simd, &mut packet);
+        marcher.seek(simd, &mut packet);
     });
     let Sampling { step, near, .. } = marcher.sampling;
     (0..rays.len())
         .map(|lane| {
-            let (next, end) = (bundle.next[lane], bundle.end[lane]);
+            let (next, end) = (packet.next[lane], packet.end[lane]);
             (next < end).then(|| ((next + 0.5) * step + near).to_bits())
         })
         .collect()
@@ -157,7 +157,7 @@ fn every_level_finds_the_samples_of_the_definition() {
         found
     };
     let mut found = 0;
-    // The last bundle is not full.
+    // The last packet is not full.
     for (i, rays) in rays.chunks(LANES).enumerate() {
         let steps = [1.0, 2.0, 1.0, 4.0][i % 4];
         let expected: Vec<Vec<u32>> = rays.iter().map(|ray| definition(ray, steps)).collect();

@@ -1,22 +1,4 @@
-//! Where along a ray the field is asked.
-
-mod batch;
-mod bundle;
-mod gather;
-#[cfg(feature = "nerf")]
-pub mod hierarchical;
-mod occupancy_march;
-mod rays;
-mod stride;
-#[cfg(test)]
-mod touching_tests;
-mod walk;
-
-pub use batch::Batch;
-pub use bundle::{Bundle, LANES};
-pub use gather::Travellers;
-pub use occupancy_march::Marcher;
-pub use walk::{RUN, Walk};
+//! How densely rays are sampled: what a model was made for.
 
 /// The sampling that a model was made for. All distances are along the
 /// [local](crate::Space::local) ray: Euclidean and in scene units where the space is a
