@@ -10,7 +10,7 @@ const LINE: usize = 64;
 
 /// A slice of fixed length on the heap, aligned to a cache line.
 #[derive(Debug)]
-pub(crate) struct Aligned<T> {
+pub struct Aligned<T> {
     memory: Vec<T>,
     start: usize,
     len: usize,
@@ -18,7 +18,7 @@ pub(crate) struct Aligned<T> {
 
 impl<T: Copy + Default> Aligned<T> {
     /// `len` default values.
-    pub(crate) fn new(len: usize) -> Self {
+    pub fn new(len: usize) -> Self {
         let spare = LINE / size_of::<T>();
         let memory = vec![T::default(); len + spare];
         // `align_offset` may refuse; then the buffer is merely slower.

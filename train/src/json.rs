@@ -77,13 +77,13 @@ pub(crate) type Keys = BTreeMap<String, IgnoredAny>;
 
 /// A path as one line of text: control characters are escaped.
 #[must_use]
-pub(crate) fn one_line(path: &Path) -> String {
+pub fn one_line(path: &Path) -> String {
     escape(&path.display().to_string())
 }
 
 /// Text as one line: control characters are escaped.
 #[must_use]
-pub(crate) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut line = String::with_capacity(text.len());
     for c in text.chars() {
         if c.is_control() {

@@ -2,9 +2,7 @@
 //!
 //! [`dataset`] reads images and cameras, [`trainer`] learns a field from them,
 //! `pocketnerf-formats` writes it down; [`evaluate`] and [`picture`] look at it.
-//! [`convert`] makes models of what other programs learnt, [`chart`] measures what
-//! accuracy costs.
-//! The command line is in [`cli`].
+//! The program `pocketnerf` is the crate beside it, `train/cli`.
 //!
 //! # Example
 //! ```
@@ -41,13 +39,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod aligned;
-pub mod bench;
+#[doc(hidden)]
+pub mod aligned;
+#[doc(hidden)]
+pub mod bake;
 pub mod builtin;
 pub mod cameras;
-pub mod chart;
-pub mod cli;
-pub mod convert;
 pub mod dataset;
 pub mod evaluate;
 pub mod field;
@@ -62,5 +59,6 @@ pub mod pose;
 mod probe;
 pub mod progressive;
 pub mod random;
-mod stopwatch;
+#[doc(hidden)]
+pub mod stopwatch;
 pub mod trainer;

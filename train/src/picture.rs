@@ -10,7 +10,7 @@ use crate::lens::Lens;
 use crate::pool::Pool;
 
 /// Where along a ray the field is asked.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampling {
     /// Equal steps through occupied cells, until next to no light passes.
     #[default]
@@ -53,7 +53,7 @@ impl Default for Settings {
 
 impl Settings {
     /// The core's options.
-    pub(crate) fn options(&self, model: &Model<'_>) -> RenderOptions {
+    pub fn options(&self, model: &Model<'_>) -> RenderOptions {
         let Self { simd, skip, quality, tuning, .. } = *self;
         let options = RenderOptions {
             skip,

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 /// A stage of rendering or training.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stage {
+pub enum Stage {
     /// Rendering: pixels that are the mean of their neighbours.
     Interpolate,
     /// Rendering: rays, and their way to the first occupied cell.
@@ -51,23 +51,23 @@ struct Total {
 
 /// Sums up the time that threads spend in each stage.
 #[derive(Debug, Default)]
-pub(crate) struct Stopwatch([Total; Stage::COUNT]);
+pub struct Stopwatch([Total; Stage::COUNT]);
 
 impl Stopwatch {
     /// Adds to a stage. What a unit is depends on the stage: a ray, a sample.
-    pub(crate) fn add(&self, stage: Stage, time: Duration, units: usize) {
+    pub fn add(&self, stage: Stage, time: Duration, units: usize) {
         let total = &self.0[stage as usize];
         total.nanoseconds.fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
         total.units.fetch_add(units as u64, Ordering::Relaxed);
     }
 
     /// Seconds of a stage, all threads together.
-    pub(crate) fn seconds(&self, stage: Stage) -> f64 {
+    pub fn seconds(&self, stage: Stage) -> f64 {
         self.0[stage as usize].nanoseconds.load(Ordering::Relaxed) as f64 * 1e-9
     }
 
     /// Units of a stage.
-    pub(crate) fn units(&self, stage: Stage) -> u64 {
+    pub fn units(&self, stage: Stage) -> u64 {
         self.0[stage as usize].units.load(Ordering::Relaxed)
     }
 }
@@ -75,16 +75,16 @@ impl Stopwatch {
 /// The laps of one thread: what passes between two belongs to the later one's
 /// stage. Without a stopwatch they cost nothing.
 #[derive(Debug)]
-pub(crate) struct Laps<'w>(Option<(&'w Stopwatch, Instant)>);
+pub struct Laps<'w>(Option<(&'w Stopwatch, Instant)>);
 
 impl<'w> Laps<'w> {
     /// The first lap begins now.
-    pub(crate) fn begin(stopwatch: Option<&'w Stopwatch>) -> Self {
+    pub fn begin(stopwatch: Option<&'w Stopwatch>) -> Self {
         Self(stopwatch.map(|stopwatch| (stopwatch, Instant::now())))
     }
 
     /// A lap ends, the next begins.
-    pub(crate) fn end(&mut self, stage: Stage, units: usize) {
+    pub fn end(&mut self, stage: Stage, units: usize) {
         if let Some((stopwatch, begun)) = &mut self.0 {
             let now = Instant::now();
             stopwatch.add(stage, now - *begun, units);

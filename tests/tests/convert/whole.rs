@@ -4,7 +4,7 @@ use pocketnerf_core::field::Shading;
 use pocketnerf_core::march::Reach;
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::{About, PixelOrigin, Precision};
-use pocketnerf_train::convert::{
+use pocketnerf_cli::convert::{
     ConvertError, NerfConversion, Place, Settings, compare, config, distill, refuse_others,
 };
 use pocketnerf_train::field::EncodingConfig;

@@ -4,7 +4,7 @@ use pocketnerf_core::render::{Detail, RenderOptions, render_rays};
 use pocketnerf_core::{Model, Ray, SimdLevel, Tuning};
 use pocketnerf_formats::import::ngp::Ngp;
 use pocketnerf_formats::{About, Precision, Scene};
-use pocketnerf_train::convert::{NgpConversion, Settings, nerfstudio};
+use pocketnerf_cli::convert::{NgpConversion, Settings, nerfstudio};
 
 use crate::{bytes, ngp, path};
 

@@ -2,7 +2,7 @@
 
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::import::ngp::Ngp;
-use pocketnerf_train::convert::{NgpConversion, Settings, compare, nerfstudio};
+use pocketnerf_cli::convert::{NgpConversion, Settings, compare, nerfstudio};
 use pocketnerf_train::picture::{self, Sampling};
 use serde_json::Value;
 

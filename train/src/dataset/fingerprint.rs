@@ -57,7 +57,7 @@ fn mix(hash: u64, word: u64) -> u64 {
 }
 
 /// A hash of bytes, as of a dataset.
-pub(crate) fn hash_of(bytes: &[u8]) -> u64 {
+pub fn hash_of(bytes: &[u8]) -> u64 {
     hash_bytes(SEED, bytes)
 }
 

@@ -24,7 +24,8 @@ use std::path::Path;
 use rayon::prelude::*;
 
 pub use error::DatasetError;
-pub(crate) use fingerprint::hash_of;
+#[doc(hidden)]
+pub use fingerprint::hash_of;
 pub(crate) use report::nearest_to_axes;
 pub use report::{DatasetReport, ImageSize, SplitReport, inspect, inspect_with};
 pub use view::View;
@@ -104,7 +105,7 @@ impl Dataset {
 }
 
 /// Keeps at most `n` of a list, spread evenly.
-pub(crate) fn thin<T>(list: &mut Vec<T>, n: usize) {
+pub fn thin<T>(list: &mut Vec<T>, n: usize) {
     let all = list.len();
     if n < all {
         let mut number = 0..all;

@@ -19,6 +19,8 @@ pub use config::{EncodingConfig, FieldConfig};
 pub use hash_grid::scatter_level;
 pub use init::initialize;
 pub use layout::{Layout, Part, Range};
+pub(crate) use nerf::slope;
 pub use nerf::{FourierConfig, NerfConfig, NerfLayer, NerfPart, WavesConfig};
-pub(crate) use nerf::{NerfGradients, NerfWork, Tape, slope};
+#[doc(hidden)]
+pub use nerf::{NerfGradients, NerfWork, Tape};
 pub use rounded::Rounded;

@@ -61,7 +61,7 @@ use attention::Attention;
 use group::{Group, MIN_TRANSMITTANCE, Worker};
 
 /// Shares that a step is cut into, at any number of threads.
-pub(crate) const GROUPS: usize = 16;
+pub const GROUPS: usize = 16;
 /// Rays of the first step, where their number adapts itself.
 const FIRST_RAYS: usize = 1024;
 /// Rays of a step at most, where the user sets their number.
@@ -273,12 +273,12 @@ impl Trainer {
     }
 
     /// From now on the time of each stage is written down.
-    pub(crate) fn watch(&mut self) {
+    pub fn watch(&mut self) {
         self.stopwatch = Some(Stopwatch::default());
     }
 
     /// What has been written down since then.
-    pub(crate) fn stopwatch(&self) -> Option<&Stopwatch> {
+    pub fn stopwatch(&self) -> Option<&Stopwatch> {
         self.stopwatch.as_ref()
     }
 

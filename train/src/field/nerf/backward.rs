@@ -118,7 +118,7 @@ impl Network {
 
 /// The networks, ready to go backwards.
 #[derive(Clone, Debug)]
-pub(crate) struct NerfGradients {
+pub struct NerfGradients {
     config: NerfConfig,
     /// Fine, then coarse where there is one.
     networks: Vec<Network>,
@@ -126,7 +126,7 @@ pub(crate) struct NerfGradients {
 
 /// Buffers of one worker.
 #[derive(Debug)]
-pub(crate) struct NerfWork {
+pub struct NerfWork {
     a: Aligned<f32>,
     b: Aligned<f32>,
     color: Aligned<f32>,
@@ -136,26 +136,26 @@ pub(crate) struct NerfWork {
 
 impl NerfGradients {
     /// For fields of this shape.
-    pub(crate) fn new(config: &NerfConfig, layout: &Layout) -> Self {
+    pub fn new(config: &NerfConfig, layout: &Layout) -> Self {
         let nets = [false, true].into_iter().take(1 + usize::from(config.coarse));
         let networks = nets.map(|coarse| Network::new(config, layout, coarse)).collect();
         Self { config: *config, networks }
     }
 
     /// The shape.
-    pub(crate) fn config(&self) -> &NerfConfig {
+    pub fn config(&self) -> &NerfConfig {
         &self.config
     }
 
     /// Takes over new weights.
-    pub(crate) fn update(&mut self, parameters: &[f32]) {
+    pub fn update(&mut self, parameters: &[f32]) {
         for network in &mut self.networks {
             network.update(&self.config, parameters);
         }
     }
 
     /// Buffers for so many samples at most.
-    pub(crate) fn work(&self, samples: usize) -> NerfWork {
+    pub fn work(&self, samples: usize) -> NerfWork {
         let blocks = samples.div_ceil(BLOCK);
         let (width, color) = (self.config.width, self.config.color_width);
         let rows = |n: usize| Aligned::new(n * blocks * BLOCK);
@@ -171,7 +171,7 @@ impl NerfGradients {
     /// Backwards through what `tape` holds of the fine or the coarse network, whose
     /// gradients have been set there. Adds to `gradient`, laid out as the parameters.
     #[inline(always)]
-    pub(crate) fn backward<S: Simd>(
+    pub fn backward<S: Simd>(
         &self,
         simd: S,
         coarse: bool,

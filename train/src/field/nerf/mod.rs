@@ -10,6 +10,7 @@ mod tape;
 mod tests;
 mod weights;
 
-pub(crate) use backward::{NerfGradients, NerfWork, slope};
+pub(crate) use backward::slope;
+pub use backward::{NerfGradients, NerfWork};
 pub use config::{FourierConfig, NerfConfig, NerfLayer, NerfPart, WavesConfig};
-pub(crate) use tape::Tape;
+pub use tape::Tape;

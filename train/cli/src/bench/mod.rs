@@ -1,0 +1,38 @@
+//! How near every stage of rendering and training comes to what bounds it.
+//!
+//! [`machine`] measures what the machine can do at best; [`work`] counts what a
+//! field asks of it; [`training`] and [`rendering`] time the stages. Everything
+//! is measured in one run, because only ratios within one run mean anything.
+
+pub mod machine;
+pub mod networks;
+pub mod rendering;
+mod report;
+mod stage;
+mod table;
+pub mod training;
+mod update;
+pub mod work;
+
+pub use machine::Machine;
+pub use rendering::Rendering;
+pub use report::Report;
+pub use stage::StageCost;
+pub use training::Training;
+
+use pocketnerf_train::trainer::Diverged;
+
+/// Why measuring failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BenchError {
+    /// The model or the settings.
+    #[error(transparent)]
+    Core(#[from] pocketnerf_core::Error),
+    /// Training.
+    #[error(transparent)]
+    Diverged(#[from] Diverged),
+    /// Threads cannot be started.
+    #[error("no thread can be started: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}

@@ -1,0 +1,155 @@
+//! What a field has to compute and to read, counted.
+
+use pocketnerf_core::AnyField;
+use pocketnerf_core::field::Shading;
+use pocketnerf_core::network::{Dense, Mlp};
+
+/// Corners of a cell: entries that a point reads of a grid level.
+const CORNERS: f64 = 8.0;
+
+/// Multiplications and additions of a network for one point, forwards. Biases
+/// and ReLU are left out.
+#[must_use]
+pub fn network_flops(network: &Mlp<'_>) -> f64 {
+    layers(network).sum()
+}
+
+/// The same without the last layer.
+#[must_use]
+pub fn hidden_flops(network: &Mlp<'_>) -> f64 {
+    layers(network).take(network.layers().len() - 1).sum()
+}
+
+/// The same backwards, hidden layers being known: the gradients of the weights and
+/// those of the inputs.
+#[must_use]
+pub fn backward_flops(network: &Mlp<'_>) -> f64 {
+    2.0 * network_flops(network)
+}
+
+fn layers(network: &Mlp<'_>) -> impl Iterator<Item = f64> {
+    network.layers().iter().map(dense_flops)
+}
+
+/// Multiplications and additions for the density and the channels of a sample, and for
+/// the colour of a ray where that is made once.
+#[must_use]
+pub fn field_flops(field: &AnyField<'_>) -> [f64; 2] {
+    if let AnyField::Nerf(field) = field {
+        return [field.fine.layers().map(dense_flops).sum(), 0.0];
+    }
+    let Some(decoder) = field.decoder() else { return [0.0; 2] };
+    let [density, color] = [&decoder.density, &decoder.color].map(network_flops);
+    match decoder.shading {
+        Shading::PerSample => [density + color, 0.0],
+        Shading::PerRay => [density, color],
+    }
+}
+
+fn dense_flops(layer: &Dense<'_>) -> f64 {
+    (2 * layer.weight.rows() * layer.weight.cols()) as f64
+}
+
+/// What a point reads of one grid level's table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelReads {
+    /// Entries.
+    pub entries: f64,
+    /// Size of an entry as it is stored, bytes.
+    pub entry_bytes: f64,
+    /// Size of the table, bytes.
+    pub table_bytes: f64,
+}
+
+/// What a point reads of each level; nothing where there is no grid.
+#[must_use]
+pub fn reads(field: &AnyField<'_>) -> Vec<LevelReads> {
+    let AnyField::HashGrid(field) = field else { return Vec::new() };
+    let n_levels = field.grid.config.n_levels as usize;
+    let level = |table: &pocketnerf_core::TensorView<'_>| LevelReads {
+        entries: CORNERS,
+        entry_bytes: (table.cols() * table.dtype().size()) as f64,
+        table_bytes: table.bytes().len() as f64,
+    };
+    field.grid.levels[..n_levels].iter().map(level).collect()
+}
+
+/// Multiplications and additions that sum up what a point reads: the weights of
+/// the corners and the features times these.
+#[must_use]
+pub fn encode_flops(field: &AnyField<'_>) -> Option<f64> {
+    let AnyField::HashGrid(field) = field else { return None };
+    let config = field.grid.config;
+    let entry = f64::from(2 + 2 * config.n_features_per_level);
+    Some(f64::from(config.n_levels) * CORNERS * entry)
+}
+
+#[cfg(test)]
+mod tests {
+    use pocketnerf_core::Error;
+
+    use super::*;
+    use pocketnerf_train::field::{EncodingConfig, FieldConfig, Layout, Rounded};
+    use pocketnerf_train::trainer::TrainConfig;
+
+    fn with_field<T>(
+        change: impl FnOnce(&mut FieldConfig),
+        look: impl FnOnce(&AnyField<'_>) -> T,
+    ) -> Result<T, Error> {
+        let mut config = TrainConfig::hash_grid().field;
+        change(&mut config);
+        let layout = Layout::new(&config);
+        let rounded = Rounded::new(&layout);
+        Ok(look(&layout.view_rounded(&config, &rounded)?))
+    }
+
+    #[test]
+    fn the_default_field_by_hand() {
+        with_field(
+            |_| (),
+            |field| {
+                // 36 -> 64 -> 16 and 15 + 16 -> 64 -> 64 -> 3.
+                let decoder = field.decoder().expect("a hash grid");
+                assert_eq!(network_flops(&decoder.density), 2.0 * (2304.0 + 1024.0));
+                assert_eq!(hidden_flops(&decoder.density), 2.0 * 2304.0);
+                assert_eq!(network_flops(&decoder.color), 2.0 * (1984.0 + 4096.0 + 192.0));
+                assert_eq!(backward_flops(&decoder.density), 4.0 * 3328.0);
+                // 9 levels of 8 corners: 4 features of a byte; two multiplications for
+                // each weight and two operations for each feature.
+                let levels = reads(field);
+                assert_eq!(levels.iter().map(|l| l.entries).sum::<f64>(), 72.0);
+                assert!(levels.iter().all(|l| l.entry_bytes == 4.0));
+                // 16 corners along an axis are 9 blocks of 2.
+                assert_eq!(levels[0].table_bytes, 9.0 * 9.0 * 9.0 * 8.0 * 4.0);
+                assert_eq!(levels[8].table_bytes, 131_072.0 * 4.0);
+                assert_eq!(encode_flops(field), Some(72.0 * 10.0));
+            },
+        )
+        .unwrap();
+    }
+
+    #[test]
+    fn two_features_and_no_grid() {
+        let two = |field: &mut FieldConfig| {
+            let EncodingConfig::HashGrid(grid) = &mut field.encoding else { return };
+            (grid.n_levels, grid.n_features_per_level) = (3, 2);
+        };
+        with_field(two, |field| {
+            assert_eq!(encode_flops(field), Some(3.0 * 8.0 * 6.0));
+            assert!(reads(field).iter().all(|l| l.entry_bytes == 2.0));
+        })
+        .unwrap();
+        let frequency = |field: &mut FieldConfig| {
+            field.encoding =
+                EncodingConfig::Frequency(pocketnerf_core::encoding::FrequencyConfig {
+                    n_frequencies: 4,
+                    include_input: true,
+                });
+        };
+        with_field(frequency, |field| {
+            assert_eq!(encode_flops(field), None);
+            assert!(reads(field).is_empty());
+        })
+        .unwrap();
+    }
+}

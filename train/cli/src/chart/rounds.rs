@@ -1,0 +1,113 @@
+//! Times of pictures, measured in rounds: each model has its turn in every round, so
+//! that whatever disturbs the machine for a while disturbs all of them. Before and after
+//! each turn a piece of work that is always the same tells how fast the machine is just
+//! then: on machines that are shared, that changes by a fifth from minute to minute.
+
+use std::time::Instant;
+
+use pocketnerf_core::{Camera, Error, Model};
+use pocketnerf_train::lens::Lens;
+use pocketnerf_train::picture::{Renderer, Settings};
+
+use crate::bench::machine::Pace;
+
+/// A turn takes about so long, seconds, where one picture does not take longer.
+const TURN: f64 = 0.25;
+/// Pictures of a turn at most.
+const PICTURES: usize = 4;
+/// Where a picture takes longer, seconds, none is needed to warm the caches up.
+const LONG: f64 = 0.5;
+
+/// A model that is rendered one way.
+#[derive(Clone, Copy, Debug)]
+pub struct Contestant<'m> {
+    /// The model.
+    pub model: &'m Model<'m>,
+    /// How it is rendered.
+    pub settings: Settings,
+    /// From where; the first ones are taken.
+    pub cameras: &'m [(Camera, Lens)],
+    /// About how long a picture takes, seconds: how many make a turn.
+    pub expected: f64,
+}
+
+impl Contestant<'_> {
+    /// Pictures of a turn.
+    fn pictures(&self) -> usize {
+        let fit = (TURN / self.expected.max(1e-6)) as usize;
+        fit.min(PICTURES).min(self.cameras.len()).max(1)
+    }
+
+    /// How long a turn takes, seconds.
+    #[must_use]
+    pub fn turn(&self) -> f64 {
+        let warm_up = usize::from(self.expected <= LONG);
+        (self.pictures() + warm_up) as f64 * self.expected
+    }
+
+    /// Milliseconds a picture, the mean of a turn.
+    fn take_turn(&self) -> Result<f64, Error> {
+        let mut renderer = Renderer::new(self.model, &self.settings);
+        let cameras = &self.cameras[..self.pictures().min(self.cameras.len())];
+        if let (true, Some((camera, lens))) = (self.expected <= LONG, cameras.first()) {
+            renderer.render_through(camera, lens)?;
+        }
+        let begun = Instant::now();
+        for (camera, lens) in cameras {
+            renderer.render_through(camera, lens)?;
+        }
+        Ok(begun.elapsed().as_secs_f64() * 1e3 / cameras.len().max(1) as f64)
+    }
+}
+
+/// A contestant's turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// Milliseconds a picture by the clock.
+    pub wall_ms: f64,
+    /// How many times longer the same work took around this turn than at its best in all
+    /// rounds.
+    pub slowdown: f64,
+}
+
+impl Turn {
+    /// Milliseconds a picture of an undisturbed machine.
+    #[must_use]
+    pub fn ms(&self) -> f64 {
+        self.wall_ms / self.slowdown
+    }
+}
+
+/// The turns of every contestant, round after round. Every second round goes
+/// backwards. `done` is told how many turns have been taken; where it says no, that was
+/// the last.
+///
+/// # Errors
+/// What rendering reports.
+pub fn rounds(
+    contestants: &[Contestant<'_>],
+    rounds: usize,
+    pace: &Pace,
+    mut done: impl FnMut(usize) -> bool,
+) -> Result<Vec<Vec<Turn>>, Error> {
+    let mut turns = vec![Vec::with_capacity(rounds); contestants.len()];
+    let (mut n_turns, mut best, mut before) = (0, f64::INFINITY, pace.seconds());
+    for round in 0..rounds {
+        let n = contestants.len();
+        for turn in 0..n {
+            let i = if round % 2 == 0 { turn } else { n - 1 - turn };
+            let wall_ms = contestants[i].take_turn()?;
+            let after = pace.seconds();
+            best = best.min(before.min(after));
+            turns[i].push(Turn { wall_ms, slowdown: 0.5 * (before + after) });
+            before = after;
+            n_turns += 1;
+            if !done(n_turns) {
+                return Ok(turns);
+            }
+        }
+    }
+    // Seconds until here.
+    turns.iter_mut().flatten().for_each(|turn| turn.slowdown /= best);
+    Ok(turns)
+}

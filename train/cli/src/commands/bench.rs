@@ -1,0 +1,127 @@
+//! `pocketnerf bench`.
+
+use std::path::PathBuf;
+
+use pocketnerf_formats::{About, DefaultCamera, Precision};
+use pocketnerf_train::builtin;
+use pocketnerf_train::cameras::Orbit;
+use pocketnerf_train::dataset::{self, Dataset, Split};
+use pocketnerf_train::field::EncodingConfig;
+use pocketnerf_train::picture::Settings;
+use pocketnerf_train::trainer::{TrainConfig, ndc_of};
+
+use super::{Common, Failure, open, open_to_render, print_line, read_model};
+use crate::bench::{Machine, Report, machine, networks, rendering, training};
+
+/// Views that are rendered.
+const VIEWS: usize = 3;
+
+/// Measure the machine, and every stage of training and rendering.
+#[derive(Debug, clap::Args)]
+pub(super) struct Bench {
+    /// Model file to render; the one that has just been trained unless told.
+    model: Option<PathBuf>,
+    /// Dataset folder to train on; the built-in scene unless told.
+    #[arg(long, value_name = "DATA")]
+    data: Option<PathBuf>,
+    /// Training steps, the first fifth of which warms up.
+    #[arg(long, value_name = "N", default_value_t = 1000,
+        value_parser = clap::value_parser!(u32).range(10..))]
+    steps: u32,
+    /// Picture width; the model's own unless told.
+    #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..=16_384))]
+    width: Option<u32>,
+    /// Picture height; the model's own unless told.
+    #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..=16_384))]
+    height: Option<u32>,
+    /// A few seconds, a small field, small pictures: rough figures, to see whether
+    /// everything works.
+    #[arg(long)]
+    quick: bool,
+}
+
+impl Bench {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let given = self.model.as_deref().map(read_model).transpose()?;
+        if let (Some(path), Some(bytes)) = (&self.model, &given) {
+            // Refused before long work.
+            open(path, bytes)?;
+        }
+        let dataset = self.dataset()?;
+        let (name, first) = (dataset.source.clone(), default_camera(&dataset));
+        let simd = common.simd();
+        say(common, "measuring the machine");
+        let machine = Machine::measure(simd, self.quick)?;
+        say(common, "the paper's network");
+        let networks = networks::measure(simd, &machine)?;
+        say(common, &format!("training on {name}"));
+        let (steps, mut config) = self.training();
+        if dataset.forward_facing {
+            config.ndc = ndc_of(&dataset.views, 1.0);
+        }
+        let (trainer, training) = training::measure(dataset, config, steps, simd, &machine)?;
+        let (path, bytes) = match (&self.model, given) {
+            (Some(path), Some(bytes)) => (path.clone(), bytes),
+            _ => {
+                let about = About { camera: first, ..About::default() };
+                let bytes = pocketnerf_formats::write(&trainer.model(), &about, Precision::I8)?;
+                (PathBuf::from("the trained model"), bytes)
+            }
+        };
+        drop(trainer);
+        say(common, &format!("rendering {}", path.display()));
+        let mut table = Vec::new();
+        let file = open_to_render(&path, &bytes, &mut table)?;
+        let own = file.about.camera.map(|c| c.camera());
+        let orbit =
+            Orbit::around(&file.model.space, own.as_ref(), VIEWS, Orbit::fov_x(own.as_ref()));
+        let [width, height] = if self.quick { [48; 2] } else { orbit.size };
+        let size = [self.width.unwrap_or(width), self.height.unwrap_or(height)];
+        let cameras = Orbit { size, ..orbit }.cameras();
+        let options = Settings { simd, ..common.picture(file.about.quality) }.options(&file.model);
+        let rendering = rendering::measure(&file.model, &cameras, &options, &machine, self.quick)?;
+        let model = path.display().to_string();
+        let clock = machine::clock_now(self.quick);
+        let report = Report::new(&machine, networks, (name, training), (model, rendering), clock);
+        if common.json {
+            print_line(serde_json::to_string(&report)?);
+        } else {
+            print_line(report.to_string().trim_end());
+        }
+        Ok(())
+    }
+
+    fn dataset(&self) -> Result<Dataset, Failure> {
+        Ok(match &self.data {
+            Some(folder) => dataset::load(folder, Split::Train, 1)?,
+            None => builtin::dataset(Split::Train, if self.quick { 16 } else { 1 }),
+        })
+    }
+
+    /// Steps and settings of the run that is timed.
+    fn training(&self) -> (u32, TrainConfig) {
+        let mut config = TrainConfig::hash_grid();
+        if !self.quick {
+            return (self.steps, config);
+        }
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            (grid.n_levels, grid.log2_hashmap_size) = (4, 12);
+        }
+        config.occupancy_resolution = 32;
+        config.samples_per_side = 64.0;
+        config.samples_per_step = 4096;
+        (self.steps.min(120), config)
+    }
+}
+
+/// What is going on, for people who wait.
+fn say(common: &Common, line: &str) {
+    if !common.quiet {
+        eprintln!("{line}");
+    }
+}
+
+/// The first training camera.
+fn default_camera(dataset: &Dataset) -> Option<DefaultCamera> {
+    dataset.views.first().map(|view| super::train::default_camera(&view.camera))
+}

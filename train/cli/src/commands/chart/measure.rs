@@ -1,0 +1,239 @@
+//! From models to points: how good their pictures are, then how long they take.
+
+use std::path::PathBuf;
+
+use pocketnerf_core::Camera;
+use pocketnerf_train::dataset;
+use pocketnerf_train::lens::Lens;
+use pocketnerf_train::metrics::Metrics;
+use pocketnerf_train::picture::{self, Sampling, Settings};
+
+use super::models::{Model, Models};
+use super::progress::{Progress, duration};
+use super::scenes::Scene;
+use super::score::{Judge, Scored};
+use super::{Chart, Stop};
+use crate::bench::machine::Pace;
+use crate::chart::rounds::{Contestant, Turn, rounds};
+use crate::chart::statistics::Summary;
+use crate::chart::{Axis, OURS, Point, frontier};
+use crate::commands::train::quoted;
+use crate::commands::{Common, Failure, make_folder, open_to_render};
+
+/// Views that are timed.
+const TIMED: usize = 4;
+
+/// One way to render a model.
+pub(super) struct Way<'m> {
+    pub(super) model: &'m Model,
+    factor: u32,
+    pub(super) settings: Settings,
+    pub(super) id: String,
+}
+
+/// What was measured.
+pub(super) struct Measured {
+    pub(super) points: Vec<Point>,
+    /// Files of pictures by their points' ids.
+    pub(super) pictures: Vec<(String, PathBuf)>,
+    pub(super) rounds: usize,
+    /// How much slower than at its best the machine was.
+    pub(super) slowdown: f64,
+}
+
+/// Scores everything, then times everything in rounds.
+pub(super) fn measure(
+    chart: &Chart,
+    scenes: &[Scene],
+    models: &Models,
+    metrics: &Metrics,
+    common: &Common,
+    stop: &Stop,
+) -> Result<Measured, Failure> {
+    let folders =
+        [make_folder(&chart.out.join("scores"))?, make_folder(&chart.out.join("pictures"))?];
+    // A table for each model, which is its files' memory as long as anything is rendered.
+    let mut tables = vec![Vec::new(); models.all.len()];
+    let files: Vec<_> = models
+        .all
+        .iter()
+        .zip(&mut tables)
+        .map(|(model, table)| open_to_render(&model.path, &model.bytes, table))
+        .collect::<Result<_, _>>()?;
+    let n_ways = chart.ways(common).len() * chart.factors().len();
+    let mut progress = Progress::new("scoring", n_ways * files.len(), common.quiet);
+    let (mut points, mut pictures, mut timed) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, scene) in scenes.iter().enumerate() {
+        for &factor in chart.factors() {
+            let mut dataset = scene.held_out(factor)?;
+            let own: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
+            let of_scene = models.all.iter().zip(&files).filter(|(model, _)| model.scene == i);
+            for (model, file) in of_scene {
+                // Poses are the dataset's.
+                for (view, own) in dataset.views.iter_mut().zip(&own) {
+                    view.camera = file.about.scene.camera_to_model(own);
+                    crate::commands::eval::shift(&mut view.camera, file.about.pixel_origin);
+                }
+                let mut cameras: Vec<(Camera, Lens)> =
+                    dataset.views.iter().map(|view| (view.camera, view.lens)).collect();
+                dataset::thin(&mut cameras, TIMED);
+                for settings in chart.ways(common) {
+                    stop.check()?;
+                    let way = Way::new(scene, model, factor, settings);
+                    let background = chart.background.unwrap_or(file.model.display.background);
+                    let judge = Judge { dataset: &dataset, background, metrics, folders: &folders };
+                    let (scored, picture) = judge.score(&way, &file.model)?;
+                    pictures.push((way.id.clone(), picture));
+                    timed.push((file, settings, cameras.clone(), scored.seconds_per_frame));
+                    points.push(way.point(chart, scene, file, &scored));
+                    progress.done(points.len());
+                }
+            }
+        }
+    }
+    drop(progress);
+    let contestants: Vec<Contestant<'_>> = timed
+        .iter()
+        .map(|(file, settings, cameras, expected)| {
+            let (settings, expected) = (*settings, *expected);
+            Contestant { model: &file.model, settings, cameras, expected }
+        })
+        .collect();
+    let rounds = chart.rounds(contestants.iter().map(Contestant::turn).sum());
+    let slowdown = time(&contestants, &mut points, rounds, common, stop)?;
+    let on = frontier(&points, Axis::MsPerFrame, Axis::Psnr);
+    points.iter_mut().zip(on).for_each(|(point, on)| point.frontier = on);
+    Ok(Measured { points, pictures, rounds, slowdown })
+}
+
+/// Times all in turns; how much slower than at its best the machine was, typically.
+fn time(
+    contestants: &[Contestant<'_>],
+    points: &mut [Point],
+    n_rounds: usize,
+    common: &Common,
+    stop: &Stop,
+) -> Result<f64, Failure> {
+    let expected = n_rounds as f64 * contestants.iter().map(Contestant::turn).sum::<f64>();
+    if !common.quiet {
+        let n = contestants.len();
+        eprintln!("timing {n} points in {n_rounds} rounds: about {}", duration(expected));
+    }
+    let mut progress = Progress::new("timing", n_rounds * contestants.len(), common.quiet);
+    let mut interrupted = Ok(());
+    let pace = Pace::new(common.simd())?;
+    let turns = rounds(contestants, n_rounds, &pace, |turns| {
+        progress.done(turns);
+        interrupted = stop.check();
+        interrupted.is_ok()
+    })?;
+    interrupted?;
+    for (point, turns) in points.iter_mut().zip(&turns) {
+        let of = |figure: fn(&Turn) -> f64| turns.iter().map(figure).collect::<Vec<f64>>();
+        let Some(Summary { median, interval, spread }) = Summary::of(&of(Turn::ms)) else {
+            continue;
+        };
+        let rays = f64::from(point.width) * f64::from(point.height);
+        point.ms_per_frame = Some(median);
+        [point.ms_low, point.ms_high] = interval.map(Some);
+        point.spread = Some(spread);
+        point.unsteady = Some(spread > Point::UNSTEADY);
+        point.wall_ms_per_frame = Summary::of(&of(|turn| turn.wall_ms)).map(|wall| wall.median);
+        point.frames_per_second = Some(1e3 / median);
+        point.rays_per_second = Some(rays * 1e3 / median);
+        point.threads = Some(rayon::current_num_threads());
+    }
+    let slowdowns: Vec<f64> = turns.iter().flatten().map(|turn| turn.slowdown).collect();
+    Ok(Summary::of(&slowdowns).map_or(1.0, |slowdown| slowdown.median))
+}
+
+impl Chart {
+    /// How each model is rendered.
+    fn ways(&self, common: &Common) -> Vec<Settings> {
+        let qualities = self.qualities(common);
+        let with = |sampling: Sampling| {
+            // The paper's sampling knows no quality.
+            let n = if sampling == Sampling::Paper { 1 } else { qualities.len() };
+            qualities[..n]
+                .iter()
+                .map(move |&quality| Settings { sampling, quality, ..common.picture(None) })
+                .collect::<Vec<_>>()
+        };
+        self.sampling.iter().flat_map(|&sampling| with(sampling.into())).collect()
+    }
+}
+
+impl<'m> Way<'m> {
+    fn new(scene: &Scene, model: &'m Model, factor: u32, settings: Settings) -> Self {
+        let mut parts = vec![scene.name.clone(), model.name.clone()];
+        parts.extend(model.precision.map(str::to_owned));
+        parts.push(match settings.sampling {
+            Sampling::Occupancy => format!("q{}", settings.quality),
+            Sampling::Paper => "paper".to_owned(),
+        });
+        if factor > 1 {
+            parts.push(format!("x{factor}"));
+        }
+        Self { model, factor, settings, id: parts.join(".") }
+    }
+
+    /// The point, but for its times.
+    fn point(
+        &self,
+        chart: &Chart,
+        scene: &Scene,
+        file: &pocketnerf_formats::ModelFile<'_>,
+        scored: &Scored,
+    ) -> Point {
+        let Self { model, settings, .. } = self;
+        let trained = model.trained.as_ref();
+        let sampling = match settings.sampling {
+            Sampling::Occupancy => "occupancy",
+            Sampling::Paper => "paper",
+        };
+        let mut eval = format!(
+            "pocketnerf eval {} {} --quality {}",
+            quoted(&model.path),
+            quoted(&scene.data),
+            settings.quality
+        );
+        if settings.sampling == Sampling::Paper {
+            eval += " --sampling hierarchical";
+        }
+        if self.factor > 1 {
+            eval += &format!(" --downscale-factor {}", self.factor);
+        }
+        eval += &scene.reading.given();
+        Point {
+            id: self.id.clone(),
+            program: OURS.to_owned(),
+            scene: scene.name.clone(),
+            method: file.model.field.kind().to_owned(),
+            model: model.name.clone(),
+            precision: model.precision.map(str::to_owned),
+            quality: Some(settings.quality),
+            sampling: Some(sampling.to_owned()),
+            split: chart.split.name().to_owned(),
+            views: Some(scored.views),
+            width: scored.width,
+            height: scored.height,
+            background: scored.background.map(|c| c.to_string()).join(","),
+            seed: trained.map(|t| t.seed).or(file.about.provenance.map(|p| p.seed)),
+            train_commit: trained.and_then(|t| t.commit.clone()),
+            train_seconds: trained.map(|t| t.seconds),
+            train_steps: trained.map(|t| t.steps).or(file.about.provenance.map(|p| p.steps)),
+            train_memory_bytes: trained.and_then(|t| t.peak_memory_bytes),
+            bytes: Some(model.bytes.len() as u64),
+            psnr: scored.psnr,
+            ssim: scored.ssim,
+            ms_ssim: scored.ms_ssim,
+            lpips: scored.lpips,
+            depth_error: scored.depth_error,
+            samples_per_ray: Some(scored.samples_per_ray),
+            render_memory_bytes: Some(picture::memory_bytes(&file.model, settings)),
+            train_command: model.command.clone(),
+            eval_command: Some(eval),
+            ..Point::default()
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! What is trained, checked before anything is.
+
+use clap::Parser;
+use pocketnerf_train::trainer::Length;
+
+use super::Chart;
+use crate::chart::{Recipe, plan};
+use crate::commands::{Common, Failure, train::Train};
+
+/// What a recipe's options may not say, because the chart does.
+const OURS: [&str; 8] = [
+    "--out",
+    "--resume",
+    "--save-every",
+    "--precision",
+    "--threads",
+    "--simd",
+    "--json",
+    "--quiet",
+];
+
+/// A command line of `pocketnerf train` without the word.
+#[derive(Debug, Parser)]
+#[command(no_binary_name = true, disable_help_flag = true)]
+struct Line {
+    #[command(flatten)]
+    train: Train,
+    #[command(flatten)]
+    _common: Common,
+}
+
+impl Chart {
+    /// What is to be trained: what was given, nothing where models were, or the sweep.
+    pub(super) fn recipes(&self) -> Result<Vec<Recipe>, Failure> {
+        let mut recipes: Vec<Recipe> = match (&self.train[..], &self.models[..], self.quick) {
+            ([], [], true) => plan::quick(),
+            ([], [], false) => plan::full(),
+            (given, ..) => given.iter().map(|options| Recipe::of(options)).collect(),
+        };
+        for recipe in &mut recipes {
+            length(recipe)?;
+            if !self.precision.is_empty() {
+                recipe.precisions.clone_from(&self.precision);
+            }
+        }
+        for (i, recipe) in recipes.iter().enumerate() {
+            if recipes[..i].iter().any(|other| other.name == recipe.name) {
+                return Err(format!("--train {:?}: given twice", recipe.options.join(" ")).into());
+            }
+        }
+        Ok(recipes)
+    }
+}
+
+/// How long the recipe trains; refuses what `pocketnerf train` would.
+pub(super) fn length(recipe: &Recipe) -> Result<Length, Failure> {
+    let text = recipe.options.join(" ");
+    let refused = |why: &str| format!("--train {text:?}: {why}");
+    let is_ours = |option: &&String| OURS.iter().any(|ours| option.split('=').next() == Some(ours));
+    if let Some(option) = recipe.options.iter().find(is_ours) {
+        return Err(refused(&format!("{option}: leave it out, the chart says")).into());
+    }
+    let line = ["DATA", "--out", "m.pnerf"].into_iter().map(str::to_owned);
+    let line = Line::try_parse_from(line.chain(recipe.options.iter().cloned()));
+    let line = line.map_err(|error| {
+        let text = error.to_string();
+        let first = text.lines().next().unwrap_or_default();
+        refused(first.strip_prefix("error: ").unwrap_or(first))
+    })?;
+    line.train.check().map_err(|error| refused(&error.to_string()))?;
+    Ok(line.train.length())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recipes_are_checked_like_command_lines() {
+        for recipe in plan::quick().iter().chain(&plan::full()) {
+            assert!(matches!(length(recipe), Ok(Length::Seconds(_))), "{recipe:?}");
+        }
+        let refused = |options: &str| length(&Recipe::of(options)).unwrap_err().to_string();
+        assert_eq!(
+            refused("--seconds 5 --precision f16"),
+            "--train \"--seconds 5 --precision f16\": --precision: leave it out, the chart says"
+        );
+        assert!(refused("--out=x").ends_with("--out=x: leave it out, the chart says"));
+        assert!(refused("--colour").contains("unexpected argument '--colour' found"));
+        assert!(refused("--width 64").ends_with("--width: give --method nerf too"));
+        assert_eq!(refused("--seconds x").lines().count(), 1);
+        let steps = length(&Recipe::of("--steps 30")).unwrap();
+        assert_eq!(steps, Length::Steps(30));
+    }
+}

@@ -1,0 +1,119 @@
+//! `pocketnerf convert --distill-to`.
+
+use std::time::Instant;
+
+use pocketnerf_core::field::Shading;
+use pocketnerf_core::{Camera, Display, Model, Space};
+use pocketnerf_formats::{About, Precision};
+use pocketnerf_train::dataset::{self, Dataset, Split};
+use pocketnerf_train::output;
+use pocketnerf_train::picture::{self, Sampling};
+use pocketnerf_train::trainer::{Length, Run, Trainer};
+use serde_json::Value;
+
+use super::{Convert, When};
+use crate::commands::train::Bar;
+use crate::commands::{Common, Failure};
+use crate::convert::{compare, distill};
+
+/// Views from which a distilled model and its source are compared.
+const OTHERS: usize = 7;
+/// So many cameras of the source's own see all of a scene: one is held out of every eight.
+const ENOUGH: usize = 24;
+
+impl Convert {
+    /// Trains a hash grid from what the source shows, and compares both from elsewhere.
+    pub(super) fn distill(
+        &self,
+        (source, about): (&Model<'_>, &About<'_>),
+        bytes: u64,
+        (own, distance): (&[Camera], f32),
+        common: &Common,
+    ) -> Result<Value, Failure> {
+        let length = Length::Seconds(self.distill_seconds);
+        let most = usize::try_from(bytes).unwrap_or(usize::MAX);
+        let shading = match self.shading {
+            Some(When::PerSample) => Shading::PerSample,
+            Some(When::PerRay) => Shading::PerRay,
+            None => source.field.decoder().map_or(Shading::PerRay, |decoder| decoder.shading),
+        };
+        let config = distill::config(source, shading, most, length).ok_or_else(|| {
+            format!("--distill-to {bytes}: no model is so small, give at least 600000")
+        })?;
+        let [cameras, others] = self.cameras(&source.space, about, own, distance)?;
+        let settings = common.picture(None);
+        let say = |line: String| {
+            if !common.quiet {
+                eprintln!("{line}");
+            }
+        };
+        say(format!("rendering {} views of the source", cameras.len()));
+        let dataset = distill::views(source, &cameras, &settings, |done| {
+            if done % 20 == 0 {
+                say(format!("{done} of {} views", cameras.len()));
+            }
+        })?;
+        let mut trainer = Trainer::new(dataset, config, common.simd())?;
+        let mut run = Run::new(length, Instant::now());
+        let mut bar = Bar::new(common.quiet);
+        while let Some(progress) = run.step(&mut trainer)? {
+            bar.show(&progress);
+        }
+        drop(bar);
+        let finished = trainer.finished(run.effort(&trainer))?;
+        let model = finished.model();
+        let display = Display { background: source.display.background, ..model.display };
+        let model = Model { display, ..model };
+        let precision = self.precision.unwrap_or(Precision::I8);
+        let written = pocketnerf_formats::write(&model, about, precision)?;
+        if written.len() > most {
+            return Err(format!(
+                "the distilled model has {} bytes in {precision:?}, more than --distill-to {bytes}: \
+                 nothing was written; leave --precision out",
+                written.len()
+            )
+            .into());
+        }
+        output::write_atomic(&self.out, &written)?;
+        let finest = picture::Settings { quality: 1.0, ..settings };
+        let models = [(source, Sampling::Occupancy), (&model, Sampling::Occupancy)];
+        let difference = serde_json::to_value(compare(models, &others, &finest)?)?;
+        let fraction = model.occupancy.map_or(1.0, |cells| cells.fraction());
+        let program = about.provenance.map_or("", |provenance| provenance.method);
+        Ok(self.report(program, written.len(), fraction, [Value::Null, difference]))
+    }
+
+    /// Cameras to learn from, and others to compare from: those of a dataset, the source's
+    /// own, or some all around.
+    fn cameras(
+        &self,
+        space: &Space,
+        about: &About<'_>,
+        own: &[Camera],
+        distance: f32,
+    ) -> Result<[Vec<Camera>; 2], Failure> {
+        let Some(folder) = &self.data else {
+            if own.len() >= ENOUGH {
+                return Ok(distill::held_out(own));
+            }
+            // A few are not all of the scene: more like them.
+            if let Some(cameras) = distill::all_around_like(space, own, distill::VIEWS) {
+                return Ok([cameras, own.to_vec()]);
+            }
+            let around = |count| distill::all_around(space, distance, count);
+            return match (around(distill::VIEWS), around(OTHERS)) {
+                (Some(cameras), Some(others)) => Ok([cameras, others]),
+                _ => Err("--distill-to: views of a forward-facing scene are those of its \
+                          capture, give --data"
+                    .into()),
+            };
+        };
+        let factor = self.downscale_factor;
+        let load = |split| dataset::load_with(folder, split, &self.reading.options(factor));
+        let of = |dataset: Dataset| {
+            let cameras = dataset.views.iter();
+            cameras.map(|view| about.scene.camera_to_model(&view.camera)).collect()
+        };
+        Ok([of(load(Split::Train)?), of(load(Split::Test)?)])
+    }
+}

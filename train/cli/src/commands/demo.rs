@@ -1,0 +1,95 @@
+//! `pocketnerf demo`.
+
+use std::path::PathBuf;
+
+use pocketnerf_formats::Precision;
+use pocketnerf_train::dataset::Split;
+use pocketnerf_train::evaluate::{Evaluation, evaluate};
+use pocketnerf_train::field::EncodingConfig;
+use pocketnerf_train::metrics::Metrics;
+use pocketnerf_train::trainer::{Length, Run, TrainConfig, Trainer};
+use pocketnerf_train::{builtin, image_file};
+
+use super::{Common, Failure, make_folder, open_to_render, print_line, read_model, train};
+
+/// Train on the built-in scene, save, render, and compare with the truth.
+#[derive(Debug, clap::Args)]
+pub(super) struct Demo {
+    /// Folder for the model and the pictures.
+    #[arg(long, value_name = "DIR", default_value = "out/demo")]
+    out: PathBuf,
+    /// Wall time until the model is written.
+    #[arg(long, value_name = "S", default_value_t = 75.0)]
+    seconds: f64,
+    /// Base-two logarithm of the most entries of a grid level: what decides the
+    /// model's size. 15 gives at most a megabyte.
+    #[arg(long, value_name = "N", default_value_t = 15,
+        value_parser = clap::value_parser!(u32).range(3..=24))]
+    log2_hashmap_size: u32,
+}
+
+impl Demo {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let folder = make_folder(&self.out)?;
+        let dataset = builtin::dataset(Split::Train, 1);
+        let held_out = builtin::dataset(Split::Test, 1);
+        let mut config = TrainConfig::hash_grid();
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            grid.n_levels = 8;
+            grid.log2_hashmap_size = self.log2_hashmap_size;
+            grid.base_resolution = 10;
+            grid.per_level_scale = 1.85;
+        }
+        let path = folder.join("scene.pnerf");
+        let origin = train::Origin::new(&dataset, 1, Precision::I8);
+        let mut trainer = Trainer::new(dataset, config, common.simd())?;
+        let mut run = Run::new(Length::Seconds(self.seconds), common.started);
+        let mut value =
+            train::train((&mut trainer, &mut run), &origin, &path, common, |_, _| Ok(()))?;
+        let bytes = read_model(&path)?;
+        let mut table = Vec::new();
+        let file = open_to_render(&path, &bytes, &mut table)?;
+        let background = file.model.display.background;
+        let mut failure = None;
+        let (settings, metrics) = (common.picture(None), Metrics::default());
+        let result =
+            evaluate(&file.model, &held_out, background, &settings, &metrics, |i, a, b| {
+                let camera = &held_out.views[i].camera;
+                let (width, pixels) = image_file::side_by_side(camera.width, &[a, b]);
+                let to = folder.join(format!("view_{i:02}.png"));
+                let written = image_file::write_rgb(&to, width, camera.height, &pixels);
+                failure = written.err().or(failure.take());
+            })?;
+        if let Some(failure) = failure {
+            return Err(failure.into());
+        }
+        if common.json {
+            let scores = serde_json::to_value(&result)?;
+            if let (Some(all), Some(scores)) = (value.as_object_mut(), scores.as_object()) {
+                all.extend(scores.clone());
+            }
+            print_line(value);
+        } else {
+            print_line(format_args!(
+                "{}: {} bytes, held-out PSNR {:.2} dB on white{}, {:.3} s a frame, {:.1} s in \
+                 all; model and truth side by side: {}/view_*.png",
+                path.display(),
+                bytes.len(),
+                result.psnr,
+                depths(&result),
+                result.seconds_per_frame,
+                common.started.elapsed().as_secs_f64(),
+                folder.display(),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// How far depths are off.
+fn depths(result: &Evaluation) -> String {
+    let (Some(error), Some(missed)) = (result.depth_error, result.depth_missed) else {
+        return String::new();
+    };
+    format!(", depths off by {error:.3}, silhouettes by {:.1} % of pixels", 100.0 * missed)
+}

@@ -1,0 +1,133 @@
+//! `pocketnerf eval`.
+
+use std::path::PathBuf;
+
+use pocketnerf_core::Camera;
+use pocketnerf_formats::PixelOrigin;
+use pocketnerf_train::dataset::Split;
+use pocketnerf_train::evaluate::{Evaluation, evaluate};
+use pocketnerf_train::image_file;
+use pocketnerf_train::metrics::{Lpips, Metrics};
+use pocketnerf_train::picture::Settings;
+
+use super::sampling::Sampling;
+use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
+
+/// Compare a model's pictures with a dataset's.
+#[derive(Debug, clap::Args)]
+pub(super) struct Eval {
+    /// Model file.
+    model: PathBuf,
+    /// Dataset folder, or `builtin`: the built-in scene.
+    data: PathBuf,
+    /// Which views: train, val or test.
+    #[arg(long, default_value = "test")]
+    split: Split,
+    /// What model and truth are composited on: white, black or R,G,B; the
+    /// model's own background unless told.
+    #[arg(long, value_name = "COLOR", value_parser = super::parse_color)]
+    background: Option<[f32; 3]>,
+    /// Compare with images so many times smaller.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    downscale_factor: u32,
+    /// Where in a pixel its ray goes through: center or corner; as the model learnt it
+    /// unless told.
+    #[arg(long, value_name = "WHERE", value_parser = super::parse_pixel_origin)]
+    pixel_origin: Option<PixelOrigin>,
+    #[command(flatten)]
+    reading: Reading,
+    /// Where along a ray the field is asked.
+    #[arg(long, value_enum, value_name = "HOW", default_value = "occupancy")]
+    sampling: Sampling,
+    /// Measure LPIPS too, by these weights: LPIPS v0.1 of AlexNet or VGG16 as .npz, backbone
+    /// and heads in one file, such as what numpy.savez writes of the state of the Python
+    /// package lpips. None come with this program.
+    #[arg(long, value_name = "FILE")]
+    lpips_weights: Option<PathBuf>,
+    /// Folder for side-by-side pictures: model, truth, difference.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Eval {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let lpips = self.lpips_weights.as_deref().map(Lpips::read).transpose()?;
+        let metrics = Metrics { lpips };
+        let bytes = read_model(&self.model)?;
+        let mut table = Vec::new();
+        let file = open_to_render(&self.model, &bytes, &mut table)?;
+        let mut dataset =
+            self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
+        let origin = self.pixel_origin.unwrap_or(file.about.pixel_origin);
+        for view in &mut dataset.views {
+            view.camera = file.about.scene.camera_to_model(&view.camera);
+            shift(&mut view.camera, origin);
+        }
+        let background = self.background.unwrap_or(file.model.display.background);
+        let folder = self.out.as_deref().map(make_folder).transpose()?;
+        let mut failure = None;
+        let views = &dataset.views;
+        let settings =
+            Settings { sampling: self.sampling.into(), ..common.picture(file.about.quality) };
+        let result =
+            evaluate(&file.model, &dataset, background, &settings, &metrics, |i, a, b| {
+                let Some(folder) = &folder else { return };
+                let path = folder.join(format!("{i:03}.png"));
+                let difference = image_file::difference(a, b, 4);
+                let (width, pixels) =
+                    image_file::side_by_side(views[i].camera.width, &[a, b, &difference]);
+                let height = views[i].camera.height;
+                failure =
+                    image_file::write_rgb(&path, width, height, &pixels).err().or(failure.take());
+            })?;
+        if let Some(failure) = failure {
+            return Err(failure.into());
+        }
+        if common.json {
+            let mut value = serde_json::to_value(&result)?;
+            value["model"] = self.model.display().to_string().into();
+            value["bytes"] = bytes.len().into();
+            value["method"] = file.model.field.kind().into();
+            value["split"] = self.split.name().into();
+            value["lpips_network"] = metrics.lpips.as_ref().map(Lpips::network).into();
+            print_line(value);
+        } else {
+            for view in &result.per_view {
+                print_line(format_args!("{}: {:.2} dB", view.name, view.scores.psnr));
+            }
+            print_line(format_args!(
+                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB{}, {:.3} s a frame, \
+                 {:.1} evaluations for each ray that meets something",
+                result.views,
+                self.split.name(),
+                result.width,
+                result.height,
+                result.background,
+                result.psnr,
+                others(&result, &metrics),
+                result.seconds_per_frame,
+                result.samples_per_hit_ray,
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The other scores, as far as there are any.
+fn others(result: &Evaluation, metrics: &Metrics) -> String {
+    let network = metrics.lpips.as_ref().map_or("", Lpips::network);
+    let named = [
+        ("SSIM", result.ssim),
+        ("MS-SSIM", result.ms_ssim),
+        (&format!("LPIPS ({network})"), result.lpips),
+    ];
+    let known = named.iter().filter_map(|(name, score)| Some(format!(", {name} {:.4}", (*score)?)));
+    known.collect()
+}
+
+/// Sends every pixel's ray through there.
+pub(super) fn shift(camera: &mut Camera, origin: PixelOrigin) {
+    if origin == PixelOrigin::Corner {
+        camera.center = camera.center.map(|c| c + 0.5);
+    }
+}

@@ -1,0 +1,146 @@
+//! `pocketnerf info`.
+
+use std::path::PathBuf;
+
+use pocketnerf_core::encoding::{Fourier, Waves};
+use pocketnerf_core::field::NerfNetwork;
+use pocketnerf_core::march::Reach;
+use pocketnerf_core::network::Dense;
+use pocketnerf_core::{AnyField, Space, TensorView};
+use pocketnerf_formats::{ModelFile, SectionId, TensorName};
+use pocketnerf_train::dataset;
+use pocketnerf_train::trainer::checkpoint::{Checkpoint, kind, section_name};
+use serde_json::{Value, json};
+
+use super::{Common, Failure, Reading, open, print_line, read_model};
+
+/// Tell what is in a model file, a checkpoint or a dataset.
+#[derive(Debug, clap::Args)]
+pub(super) struct Info {
+    /// Model file, checkpoint, or dataset folder.
+    path: PathBuf,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+impl Info {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        if self.path.is_dir() {
+            let report = dataset::inspect_with(&self.path, &self.reading.options(1))?;
+            if common.json {
+                print_line(serde_json::to_string(&report)?);
+            } else {
+                print_line(report);
+            }
+            return Ok(());
+        }
+        let bytes = read_model(&self.path)?;
+        let file = open(&self.path, &bytes)?;
+        let space = match file.model.space {
+            Space::Box { .. } => json!("box"),
+            Space::Ndc(ndc) => json!({"ndc": {"near": ndc.near, "slope": ndc.slope}}),
+            _ => return Err("this build does not know the model's kind of space".into()),
+        };
+        let parameters: usize = file.tensors().map(|(_, t)| t.rows() * t.cols()).sum();
+        let sections: Vec<_> = file
+            .sections()
+            .map(|s| {
+                let kind = section_name(s.id.kind);
+                json!({"kind": kind, "index": s.id.index, "bytes": s.bytes.len()})
+            })
+            .collect();
+        let provenance = file.about.provenance;
+        let is_checkpoint = file.container().find(SectionId::first(kind::TRAINER)).is_some();
+        let checkpoint = match is_checkpoint {
+            true => Some(checkpoint(&Checkpoint::from_bytes(&self.path, &bytes)?)),
+            false => None,
+        };
+        let value = json!({
+            "checkpoint": checkpoint,
+            "method": file.model.field.kind(),
+            "bytes": bytes.len(),
+            "parameters": parameters,
+            "networks": networks(&file.model.field),
+            "hierarchical_sampling": file.model.hierarchical.map(|h| {
+                json!({"n_coarse": h.n_coarse, "n_fine": h.n_fine, "clipped": h.reach == Reach::Clipped})
+            }),
+            "precision": precision(&file),
+            "sections": sections,
+            "space": space,
+            "aabb": file.model.space.bounds(),
+            "tolerance": file.model.display.tolerance,
+            "quality": file.about.quality,
+            "occupancy_fraction": file.model.occupancy.map(|o| o.fraction()),
+            "trained_on": provenance.map(|p| {
+                json!({"dataset": p.dataset, "fingerprint": format!("{:016x}", p.trained_on),
+                    "seed": p.seed, "steps": p.steps, "program": p.program})
+            }),
+            "metrics": provenance.and_then(|p| p.train_psnr).map(|p| json!({"train_psnr": p})),
+        });
+        let text =
+            if common.json { value.to_string() } else { serde_json::to_string_pretty(&value)? };
+        print_line(text);
+        Ok(())
+    }
+}
+
+/// The shape of the paper's networks; `null` for other kinds.
+fn networks(field: &AnyField<'_>) -> Value {
+    let AnyField::Nerf(field) = field else { return Value::Null };
+    let encoding = |encoding: &Fourier<'_>| {
+        let waves = match encoding.waves {
+            Waves::Octaves { n, pi } => json!({"octaves": n, "pi": pi}),
+            Waves::Gaussian(matrix) => json!({"random_frequencies": matrix.cols()}),
+        };
+        json!({"waves": waves, "input": encoding.include_input, "values": encoding.n_output()})
+    };
+    let network = |network: &NerfNetwork<'_>| {
+        let trunk = network.trunk();
+        let width = |layer: &Dense<'_>| layer.weight.cols();
+        let all = trunk.iter().chain([&network.density]).chain(&network.feature);
+        let all = all.chain(network.color.layers());
+        let size = |view: &TensorView<'_>| view.rows() * view.cols();
+        let parameters: usize =
+            all.map(|layer| size(&layer.weight) + layer.bias.as_ref().map_or(0, size)).sum();
+        json!({
+            "depth": trunk.len(),
+            "widths": trunk.iter().map(width).collect::<Vec<_>>(),
+            "skips": (0..trunk.len()).filter(|i| network.skips(*i)).collect::<Vec<_>>(),
+            "feature": network.feature.as_ref().map(width),
+            "color": network.color.layers().iter().map(width).collect::<Vec<_>>(),
+            "parameters": parameters,
+        })
+    };
+    json!({
+        "positions": encoding(&field.positions),
+        "directions": field.directions.as_ref().map(encoding),
+        "activation": format!("{:?}", field.activation).to_lowercase(),
+        "fine": network(&field.fine),
+        "coarse": field.coarse.as_ref().map(network),
+    })
+}
+
+/// The stored types: `f16`, or `i8 tables, f16 networks`.
+fn precision(file: &ModelFile<'_>) -> String {
+    let name = |dtype| format!("{dtype:?}").to_lowercase();
+    let networks = file.model.field.dtype();
+    // A handful of frequencies, always f32, are no tables.
+    let frequencies = [TensorName::PositionFrequencies, TensorName::DirectionFrequencies];
+    let weights = file.tensors().filter(|(name, _)| !frequencies.contains(name));
+    match weights.map(|(_, view)| view.dtype()).find(|dtype| *dtype != networks) {
+        Some(tables) => format!("{} tables, {} networks", name(tables), name(networks)),
+        None => name(networks),
+    }
+}
+
+/// How far the run of a checkpoint is.
+fn checkpoint(checkpoint: &Checkpoint) -> Value {
+    json!({
+        "step": checkpoint.steps(),
+        "steps": checkpoint.plan().map(|plan| plan.end),
+        "restarts": checkpoint.restarts(),
+        "seconds": checkpoint.elapsed(),
+        "seed": checkpoint.config().seed,
+        "downscale_factor": checkpoint.trained_on().downscale_factor,
+    })
+}

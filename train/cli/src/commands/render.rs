@@ -1,0 +1,170 @@
+//! `pocketnerf render`.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use pocketnerf_core::{Camera, Model};
+use pocketnerf_formats::ModelFile;
+use pocketnerf_train::cameras::{self, Orbit};
+use pocketnerf_train::picture::Picture;
+use pocketnerf_train::progressive::Progressive;
+use pocketnerf_train::{image_file, metrics, output, picture};
+
+use super::sampling::Sampling;
+use super::{Common, Failure, make_folder, open_to_render, read_model};
+
+/// Render pictures of a model.
+#[derive(Debug, clap::Args)]
+pub(super) struct Render {
+    /// Model file.
+    model: PathBuf,
+    /// Camera-to-world pose in the dataset's coordinates: 16 numbers or 4 rows of 4, as text
+    /// or a file.
+    #[arg(long, value_name = "JSON", conflicts_with_all = ["camera_path", "orbit"])]
+    pose: Option<String>,
+    /// Camera path: nerfstudio's camera_path.json or a transforms.json.
+    #[arg(long, value_name = "JSON", conflicts_with = "orbit")]
+    camera_path: Option<PathBuf>,
+    /// So many views in a circle around the scene.
+    #[arg(long, value_name = "N")]
+    orbit: Option<usize>,
+    /// Horizontal field of view, degrees; the model's own unless told.
+    #[arg(long, value_name = "DEG")]
+    fov: Option<f32>,
+    /// Picture width; the model's own unless told.
+    #[arg(long, value_name = "W")]
+    width: Option<u32>,
+    /// Picture height; the model's own unless told.
+    #[arg(long, value_name = "H")]
+    height: Option<u32>,
+    /// White, black or R,G,B; the model's own unless told.
+    #[arg(long, value_name = "COLOR", value_parser = super::parse_color)]
+    background: Option<[f32; 3]>,
+    /// Also write the depth, as 16-bit PNG in thousandths of a scene unit.
+    #[arg(long)]
+    depth: bool,
+    /// Milliseconds a picture may take: coarse at once, finer as long as there is
+    /// time. Loading and writing are not counted.
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
+    deadline_ms: Option<u32>,
+    /// Where along a ray the field is asked.
+    #[arg(long, value_enum, value_name = "HOW", default_value = "occupancy")]
+    sampling: Sampling,
+    /// File for one picture, folder for several.
+    #[arg(long, value_name = "FILE|DIR", default_value = "render.png")]
+    out: PathBuf,
+}
+
+impl Render {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let bytes = read_model(&self.model)?;
+        let mut table = Vec::new();
+        let file = open_to_render(&self.model, &bytes, &mut table)?;
+        let cameras = self.cameras(&file)?;
+        let background = self.background.unwrap_or(file.model.display.background);
+        let folder = (cameras.len() > 1).then(|| make_folder(&self.out)).transpose()?;
+        if folder.is_none() {
+            output::check_output(&self.out)?;
+        }
+        let (depth, sampling) = (self.depth, self.sampling.into());
+        let settings = picture::Settings { depth, sampling, ..common.picture(file.about.quality) };
+        let mut renderer = picture::Renderer::new(&file.model, &settings);
+        let mut refined;
+        for (i, camera) in cameras.iter().enumerate() {
+            let path = match &folder {
+                Some(folder) => folder.join(format!("{i:03}.png")),
+                None => self.out.clone(),
+            };
+            let rendered = match self.deadline_ms {
+                None => renderer.render(camera)?,
+                Some(ms) => {
+                    let within = Duration::from_millis(ms.into());
+                    refined = in_time(&file.model, camera, &settings, within, common)?;
+                    &refined
+                }
+            };
+            let rgb = metrics::quantize_all(&rendered.over(background));
+            image_file::write_rgb(&path, camera.width, camera.height, &rgb)?;
+            if self.depth {
+                let (path, per_step) = (depth_path(&path), image_file::DEPTH_UNITS_PER_STEP);
+                let size = (camera.width, camera.height);
+                image_file::write_depth(&path, size.0, size.1, &rendered.depth, per_step)?;
+            }
+        }
+        if !common.quiet {
+            common.say(&format!("{}: {} pictures", self.out.display(), cameras.len()));
+        }
+        Ok(())
+    }
+
+    fn cameras(&self, file: &ModelFile<'_>) -> Result<Vec<Camera>, Failure> {
+        let own = file.about.camera.map(|c| c.camera());
+        let scene = &file.about.scene;
+        let size = [
+            self.width.or(own.map(|c| c.width)).unwrap_or(400),
+            self.height.or(own.map(|c| c.height)).unwrap_or(400),
+        ];
+        if size.iter().any(|side| !(1..=16_384).contains(side)) {
+            return Err(format!("picture size {size:?}: expected 1 to 16384 a side").into());
+        }
+        let fov_x = self.fov.map_or_else(|| Orbit::fov_x(own.as_ref()), f32::to_radians);
+        if !(0.01..3.1).contains(&fov_x) {
+            return Err(format!(
+                "field of view {:.1}: expected 1 to 177 degrees",
+                fov_x.to_degrees()
+            )
+            .into());
+        }
+        if let Some(path) = &self.camera_path {
+            let given = (self.width.is_some() && self.height.is_some()).then_some(size);
+            let cameras = cameras::camera_path(path, given)?;
+            return Ok(cameras.iter().map(|camera| scene.camera_to_model(camera)).collect());
+        }
+        if let Some(pose) = &self.pose {
+            let pose = cameras::pose(pose)?;
+            let camera = Camera::from_fov_x(size[0], size[1], fov_x, pose);
+            return Ok(vec![scene.camera_to_model(&camera)]);
+        }
+        if let (None, Some(own)) = (self.orbit, own) {
+            let pose = own.camera_to_world;
+            return Ok(vec![Camera::from_fov_x(size[0], size[1], fov_x, pose)]);
+        }
+        let views = self.orbit.unwrap_or(1);
+        if !(1..=10_000).contains(&views) {
+            return Err(format!("--orbit {views}: expected 1 to 10000 views").into());
+        }
+        let orbit = Orbit::around(&file.model.space, own.as_ref(), views, fov_x);
+        let turned = [orbit.axis, orbit.up].map(|d| scene.to_model_direction(d));
+        Ok(Orbit { size, axis: turned[0], up: turned[1], ..orbit }.cameras())
+    }
+}
+
+/// A picture as fine as it can be made within a time.
+fn in_time(
+    model: &Model<'_>,
+    camera: &Camera,
+    settings: &picture::Settings,
+    within: Duration,
+    common: &Common,
+) -> Result<Picture, Failure> {
+    let begun = Instant::now();
+    let mut progressive = Progressive::new(model, camera, settings);
+    progressive.refine(begun + within)?;
+    let picture = progressive.picture();
+    if !common.quiet {
+        let share = |spacing| 100.0 * progressive.share(spacing);
+        common.say(&format!(
+            "{:.1} ms: every pixel in {:.0} % of the picture, every 2nd in {:.0} %, every 4th in {:.0} %",
+            1e3 * begun.elapsed().as_secs_f64(),
+            share(1),
+            share(2),
+            share(4),
+        ));
+    }
+    Ok(picture)
+}
+
+/// `view.png` → `view.depth.png`.
+fn depth_path(path: &Path) -> PathBuf {
+    path.with_extension("depth.png")
+}

@@ -1,0 +1,173 @@
+//! `pocketnerf train`.
+
+mod bar;
+mod nerf;
+mod options;
+mod saving;
+
+use std::path::Path;
+use std::time::Duration;
+
+use pocketnerf_core::Camera;
+use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
+use pocketnerf_train::dataset::{Dataset, Split};
+use pocketnerf_train::output;
+use pocketnerf_train::trainer::checkpoint::TrainedOn;
+use pocketnerf_train::trainer::{Checkpoint, Run, Trainer};
+use serde_json::{Value, json};
+
+use super::{Common, Failure, print_line};
+pub(super) use bar::Bar;
+pub(super) use options::Train;
+use saving::Saving;
+pub(super) use saving::{INTERRUPTED, Interrupted};
+pub(super) use saving::{checkpoint_path, quoted};
+
+impl Train {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        self.check()?;
+        let saved = checkpoint_path(&self.out);
+        output::check_output(&self.out)?;
+        output::check_output(&saved)?;
+        let checkpoint = self.resume.as_deref().map(Checkpoint::read).transpose()?;
+        if let Some(checkpoint) = &checkpoint {
+            self.check_against(checkpoint)?;
+        }
+        let factor = checkpoint.as_ref().map(|c| c.trained_on().downscale_factor);
+        let factor = factor.unwrap_or_else(|| self.downscale_factor());
+        let mut dataset = self.reading.load(&self.data, Split::Train, factor, common)?;
+        if let Some(views) = self.views {
+            dataset.thin(views as usize);
+        }
+        let origin = Origin::new(&dataset, factor, self.precision);
+        let (mut trainer, mut run) = match checkpoint {
+            Some(checkpoint) => checkpoint.resume(dataset, common.simd(), common.started)?,
+            None => {
+                let config = self.config(&dataset)?;
+                let trainer = Trainer::new(dataset, config, common.simd())?;
+                (trainer, Run::new(self.length(), common.started))
+            }
+        };
+        let every = self.save_every.map(Duration::from_secs_f64);
+        let mut saving = Saving::begin(saved, every)?;
+        let (steps, out) = ((&mut trainer, &mut run), &self.out);
+        let result = train(steps, &origin, out, common, |trainer, run| {
+            if saving.after_step(trainer, run, &origin)? {
+                return Ok(());
+            }
+            let (data, out) = (self.data.clone(), self.out.clone());
+            let (step, checkpoint) = (trainer.steps(), saving.path.clone());
+            let (precision, reading) = (self.precision, self.reading);
+            let views = self.views;
+            Err(Interrupted { step, checkpoint, data, out, precision, reading, views }.into())
+        })?;
+        saving.at_end(&trainer, &run, &origin)?;
+        if common.json {
+            print_line(result);
+        } else {
+            print_line(format_args!(
+                "{}: {} bytes, {} steps, training PSNR {:.2} dB, {:.1} s",
+                self.out.display(),
+                result["bytes"],
+                result["steps"],
+                result["train_psnr"].as_f64().unwrap_or(f64::NAN),
+                result["seconds"].as_f64().unwrap_or(f64::NAN),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Trains to the end unless `after_step` fails, writes the model, and gives
+/// the keys that `train --json` prints. `after_step` is also called at the end.
+pub(super) fn train(
+    (trainer, run): (&mut Trainer, &mut Run),
+    origin: &Origin,
+    out: &Path,
+    common: &Common,
+    mut after_step: impl FnMut(&Trainer, &Run) -> Result<(), Failure>,
+) -> Result<Value, Failure> {
+    let mut bar = Bar::new(common.quiet);
+    while let Some(progress) = run.step(trainer)? {
+        bar.show(&progress);
+        after_step(trainer, run)?;
+    }
+    drop(bar);
+    finish(trainer, run, origin, out)
+}
+
+/// Writes the model.
+fn finish(trainer: &Trainer, run: &Run, origin: &Origin, out: &Path) -> Result<Value, Failure> {
+    let about = origin.about(trainer, run);
+    let finished = trainer.finished(run.effort(trainer))?;
+    let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
+    output::write_atomic(out, &bytes)?;
+    let (summary, seconds) = (run.summary(trainer), run.elapsed());
+    Ok(json!({
+        "seconds": seconds,
+        "steps": trainer.steps(),
+        "restarts": summary.restarts,
+        "rays": summary.rays,
+        "samples": summary.samples,
+        "samples_per_second": summary.samples as f64 / seconds,
+        "train_psnr": summary.train_psnr,
+        "bytes": bytes.len(),
+        "peak_memory_bytes": super::peak_memory_bytes(),
+        "seed": trainer.config().seed,
+        "threads": rayon::current_num_threads(),
+        "method": method(trainer),
+        "out": out.display().to_string(),
+    }))
+}
+
+/// Where a model comes from.
+pub(super) struct Origin {
+    name: String,
+    camera: Option<DefaultCamera>,
+    trained_on: TrainedOn,
+    /// How the model file will hold the weights.
+    precision: Precision,
+}
+
+impl Origin {
+    pub(super) fn new(dataset: &Dataset, downscale_factor: u32, precision: Precision) -> Self {
+        let name = Path::new(&dataset.source).file_name();
+        Self {
+            name: name.map_or_else(String::new, |name| name.display().to_string()),
+            camera: dataset.views.first().map(|view| default_camera(&view.camera)),
+            trained_on: TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor },
+            precision,
+        }
+    }
+
+    fn about(&self, trainer: &Trainer, run: &Run) -> About<'_> {
+        About {
+            camera: self.camera,
+            provenance: Some(Provenance {
+                program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
+                method: method(trainer),
+                seed: trainer.config().seed,
+                steps: u64::from(trainer.steps()),
+                trained_on: self.trained_on.fingerprint,
+                dataset: &self.name,
+                train_psnr: Some(run.summary(trainer).train_psnr as f32),
+            }),
+            ..About::default()
+        }
+    }
+}
+
+/// The first training camera: where a viewer may begin.
+pub(super) fn default_camera(camera: &Camera) -> DefaultCamera {
+    DefaultCamera {
+        camera_to_world: camera.camera_to_world,
+        fov_x: 2.0 * (0.5 * camera.width as f32 / camera.focal[0]).atan(),
+        width: camera.width,
+        height: camera.height,
+    }
+}
+
+/// What was trained.
+fn method(trainer: &Trainer) -> &'static str {
+    trainer.model().field.kind()
+}

@@ -1,0 +1,183 @@
+//! The options of the paper's field.
+
+use pocketnerf_core::field::Activation;
+use pocketnerf_core::march::Hierarchical;
+use pocketnerf_train::field::{EncodingConfig, FourierConfig, NerfConfig, WavesConfig};
+use pocketnerf_train::trainer::{Paper, TrainConfig};
+
+use crate::commands::Failure;
+use crate::commands::sampling::Sampling;
+
+/// How the network's output becomes a density.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Density {
+    /// Nothing below 0, as in the paper
+    Relu,
+    /// ln(1 + e^x)
+    Softplus,
+    /// e^x
+    Exp,
+}
+
+/// What `train --method nerf` knows beside what all methods do.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "With --method nerf")]
+pub(super) struct NerfOptions {
+    /// Where rays are sampled in training: in occupied cells unless told.
+    #[arg(long, value_enum)]
+    sampling: Option<Sampling>,
+    /// Evenly spaced samples of a ray and those drawn where these have weight; 64,128
+    /// unless told. With --sampling hierarchical.
+    #[arg(long, value_name = "C,F", value_parser = parse_samples)]
+    samples: Option<[u32; 2]>,
+    /// Layers of the network; 8 unless told. The one after the middle reads the position
+    /// once more.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10))]
+    depth: Option<u32>,
+    /// Their width; 256 unless told.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=1024))]
+    width: Option<u32>,
+    /// Octaves of the positional encoding of positions and of directions; 10,4 unless
+    /// told. 0 leaves the coordinates alone.
+    #[arg(long, value_name = "L,M", value_parser = parse_octaves)]
+    octaves: Option<[u32; 2]>,
+    /// Encode positions by so many random frequencies with this standard deviation, waves
+    /// a unit, instead of by octaves: 128,2.
+    #[arg(long, value_name = "N,DEVIATION", value_parser = parse_gaussian, conflicts_with_all = ["octaves", "no_positional_encoding"])]
+    gaussian: Option<(u32, f32)>,
+    /// How the network's output becomes a density; exp unless told, relu with --sampling
+    /// paper.
+    #[arg(long, value_enum)]
+    density: Option<Density>,
+    /// Standard deviation of what is added at random to the network's density; 0 unless
+    /// told. With --sampling hierarchical.
+    #[arg(long, value_name = "D")]
+    density_noise: Option<f32>,
+    /// Steps that learn from the middle halves of the images alone; 500 for images with
+    /// alpha unless told, none for others. With --sampling hierarchical.
+    #[arg(long, value_name = "N")]
+    crop_steps: Option<u32>,
+    /// Without positional encoding: the network reads coordinates.
+    #[arg(long)]
+    no_positional_encoding: bool,
+    /// Without the coarse network: all samples evenly spaced. With --sampling hierarchical.
+    #[arg(long)]
+    no_hierarchy: bool,
+}
+
+fn parse_samples(text: &str) -> Result<[u32; 2], String> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok([c, f]) if (4..=1024).contains(c) && (1..=1024).contains(f) => Ok([*c, *f]),
+        _ => Err("expected two numbers C,F, from 4 and from 1 to 1024".to_owned()),
+    }
+}
+
+fn parse_octaves(text: &str) -> Result<[u32; 2], String> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok([l, m]) if *l <= 16 && *m <= 16 => Ok([*l, *m]),
+        _ => Err("expected two numbers L,M from 0 to 16".to_owned()),
+    }
+}
+
+fn parse_gaussian(text: &str) -> Result<(u32, f32), String> {
+    let parts = text.split_once(',').map(|(n, d)| (n.trim().parse(), d.trim().parse()));
+    match parts {
+        Some((Ok(n), Ok(d))) if (1..=512).contains(&n) && d > 0.0 && d < 1e3 => Ok((n, d)),
+        _ => Err("expected N,DEVIATION: frequencies from 1 to 512, a number above 0".to_owned()),
+    }
+}
+
+impl NerfOptions {
+    /// An option that was given, for the refusal of options without their method.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let given = [
+            ("--sampling", self.sampling.is_some()),
+            ("--depth", self.depth.is_some()),
+            ("--width", self.width.is_some()),
+            ("--octaves", self.octaves.is_some()),
+            ("--gaussian", self.gaussian.is_some()),
+            ("--density", self.density.is_some()),
+            ("--no-positional-encoding", self.no_positional_encoding),
+        ];
+        let found = given.into_iter().find(|(_, given)| *given).map(|(option, _)| option);
+        found.or_else(|| self.given_for_paper())
+    }
+
+    /// The same of those that only the paper's sampling knows.
+    fn given_for_paper(&self) -> Option<&'static str> {
+        let given = [
+            ("--samples", self.samples.is_some()),
+            ("--density-noise", self.density_noise.is_some()),
+            ("--crop-steps", self.crop_steps.is_some()),
+            ("--no-hierarchy", self.no_hierarchy),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
+    }
+
+    /// Refuses what makes no sense.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if let (Some(option), false) = (self.given_for_paper(), self.is_paper()) {
+            return Err(format!("{option}: give --sampling hierarchical too").into());
+        }
+        match self.density_noise {
+            Some(noise) if !(0.0..1e6).contains(&noise) => {
+                Err(format!("--density-noise {noise}: expected 0 or more").into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn is_paper(&self) -> bool {
+        self.sampling == Some(Sampling::Hierarchical)
+    }
+
+    /// The settings of a new run on images with or without alpha.
+    pub(super) fn config(&self, has_alpha: bool) -> TrainConfig {
+        let mut config = if self.is_paper() {
+            let mut paper = Paper::PLAIN;
+            paper.noise = self.density_noise.unwrap_or(0.0);
+            paper.crop_steps = self.crop_steps.unwrap_or(if has_alpha { 500 } else { 0 });
+            let Hierarchical { n_coarse, n_fine, .. } = &mut paper.sampling;
+            [*n_coarse, *n_fine] = self.samples.unwrap_or([*n_coarse, *n_fine]);
+            if self.no_hierarchy {
+                (*n_coarse, *n_fine) = (*n_coarse + *n_fine, 0);
+            }
+            TrainConfig::paper(paper)
+        } else {
+            TrainConfig::nerf()
+        };
+        if let EncodingConfig::Nerf(nerf) = &mut config.field.encoding {
+            self.shape(nerf);
+        }
+        config
+    }
+
+    fn shape(&self, nerf: &mut NerfConfig) {
+        let octaves =
+            |n| FourierConfig { waves: WavesConfig::Octaves { n, pi: false }, include_input: true };
+        nerf.depth = self.depth.map_or(nerf.depth, |n| n as usize);
+        nerf.width = self.width.map_or(nerf.width, |n| n as usize);
+        nerf.color_width = nerf.width / 2;
+        // Of eight the sixth, of four the fourth.
+        nerf.skip = if nerf.depth > 3 { nerf.depth / 2 + 1 } else { 0 };
+        if let Some([l, m]) = self.octaves {
+            (nerf.positions, nerf.directions) = (octaves(l), Some(octaves(m)));
+        }
+        if let Some((n, deviation)) = self.gaussian {
+            let waves = WavesConfig::Gaussian { n, deviation };
+            nerf.positions = FourierConfig { waves, include_input: false };
+        }
+        if self.no_positional_encoding {
+            (nerf.positions, nerf.directions) = (octaves(0), Some(octaves(0)));
+        }
+        nerf.coarse &= !self.no_hierarchy;
+        nerf.activation = match self.density {
+            None => nerf.activation,
+            Some(Density::Relu) => Activation::Relu,
+            Some(Density::Softplus) => Activation::Softplus,
+            Some(Density::Exp) => Activation::Exp,
+        };
+    }
+}

@@ -1,0 +1,169 @@
+//! When a run is saved, and how it is interrupted.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use pocketnerf_formats::Precision;
+use pocketnerf_train::output;
+use pocketnerf_train::trainer::{Run, Trainer, checkpoint};
+
+use super::Origin;
+use crate::commands::{Failure, Reading};
+
+/// Exit status of a program that Ctrl-C has ended, as shells know it: 128 and
+/// the number of the signal.
+pub(in crate::commands) const INTERRUPTED: u8 = 130;
+
+/// Signals so close together are one wish: supervisors signal a program and
+/// then its process group.
+const SAME_KEY: Duration = Duration::from_millis(500);
+
+/// Where and when checkpoints are written.
+pub(super) struct Saving {
+    pub(super) path: PathBuf,
+    every: Option<Duration>,
+    last: Instant,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl Saving {
+    /// From now on the first Ctrl-C asks for an end, the second is one.
+    pub(super) fn begin(path: PathBuf, every: Option<Duration>) -> Result<Self, Failure> {
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let asked = Arc::clone(&interrupted);
+        let mut first = None;
+        ctrlc::set_handler(move || {
+            asked.store(true, Ordering::Relaxed);
+            if first.get_or_insert_with(Instant::now).elapsed() > SAME_KEY {
+                std::process::exit(INTERRUPTED.into());
+            }
+        })?;
+        Ok(Self { path, every, last: Instant::now(), interrupted })
+    }
+
+    /// Saves where it is time to, or where Ctrl-C was pressed and steps are
+    /// left. False: the run is to end here.
+    pub(super) fn after_step(
+        &mut self,
+        trainer: &Trainer,
+        run: &Run,
+        origin: &Origin,
+    ) -> Result<bool, Failure> {
+        let stop = self.interrupted.load(Ordering::Relaxed) && !run.is_over(trainer);
+        if stop || self.every.is_some_and(|every| self.last.elapsed() >= every) {
+            self.save(trainer, run, origin)?;
+        }
+        Ok(!stop)
+    }
+
+    /// Where checkpoints are wanted, the last is that of the whole run: it holds
+    /// the model in f32.
+    pub(super) fn at_end(
+        &mut self,
+        trainer: &Trainer,
+        run: &Run,
+        origin: &Origin,
+    ) -> Result<(), Failure> {
+        if self.every.is_some() { self.save(trainer, run, origin) } else { Ok(()) }
+    }
+
+    fn save(&mut self, trainer: &Trainer, run: &Run, origin: &Origin) -> Result<(), Failure> {
+        let about = origin.about(trainer, run);
+        let bytes = checkpoint::write(trainer, run, origin.trained_on, &about)?;
+        output::write_atomic(&self.path, &bytes)?;
+        self.last = Instant::now();
+        Ok(())
+    }
+}
+
+/// Where the checkpoints of a run lie: beside its model, `scene.pnerf` →
+/// `scene.ckpt.pnerf`.
+pub(in crate::commands) fn checkpoint_path(out: &Path) -> PathBuf {
+    out.with_extension("ckpt.pnerf")
+}
+
+/// Training was interrupted and saved.
+#[derive(Debug)]
+pub(in crate::commands) struct Interrupted {
+    pub(super) step: u32,
+    pub(super) checkpoint: PathBuf,
+    pub(super) data: PathBuf,
+    pub(super) out: PathBuf,
+    pub(super) precision: Precision,
+    pub(super) reading: Reading,
+    /// Views that are learnt from, where not all are.
+    pub(super) views: Option<u32>,
+}
+
+impl fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let checkpoint = quoted(&self.checkpoint);
+        write!(
+            f,
+            "interrupted at step {}, saved; go on with: pocketnerf train {} --out {} --resume {}",
+            self.step,
+            quoted(&self.data),
+            quoted(&self.out),
+            checkpoint,
+        )?;
+        // The checkpoint does not say how the dataset is read, nor how the model is to be
+        // written.
+        f.write_str(&self.reading.given())?;
+        if let Some(views) = self.views {
+            write!(f, " --views {views}")?;
+        }
+        match self.precision {
+            Precision::I8 => Ok(()),
+            Precision::F16 => write!(f, " --precision f16"),
+            Precision::F32 => write!(f, " --precision f32"),
+        }
+    }
+}
+
+impl std::error::Error for Interrupted {}
+
+/// A path as a shell takes it.
+pub(in crate::commands) fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/\\._-+=:,@%".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checkpoints_lie_beside_models() {
+        let path = |out: &str| checkpoint_path(Path::new(out)).display().to_string();
+        assert_eq!(path("a/scene.pnerf"), "a/scene.ckpt.pnerf");
+        assert_eq!(path("scene"), "scene.ckpt.pnerf");
+        assert_eq!(path("a.b/scene.ckpt.pnerf"), "a.b/scene.ckpt.ckpt.pnerf");
+    }
+
+    #[test]
+    fn the_line_can_be_pasted() {
+        let interrupted = Interrupted {
+            step: 7,
+            checkpoint: "my scene.ckpt.pnerf".into(),
+            data: "it's".into(),
+            out: "m.pnerf".into(),
+            precision: Precision::F16,
+            reading: Reading { hold_every: 4, spherify: true },
+            views: Some(9),
+        };
+        assert_eq!(
+            interrupted.to_string(),
+            "interrupted at step 7, saved; go on with: pocketnerf train 'it'\\''s' \
+             --out m.pnerf --resume 'my scene.ckpt.pnerf' --hold-every 4 --spherify --views 9 \
+             --precision f16"
+        );
+    }
+}

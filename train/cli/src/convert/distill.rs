@@ -1,0 +1,180 @@
+//! Views of a model, to train another one from: no photographs needed.
+
+use pocketnerf_core::field::Shading;
+use pocketnerf_core::{Camera, Error, Model, Space, math, pixel};
+use pocketnerf_train::dataset::{Dataset, Split, View};
+use pocketnerf_train::field::{EncodingConfig, Layout};
+use pocketnerf_train::metrics::quantize;
+use pocketnerf_train::picture::{Renderer, Sampling, Settings};
+use pocketnerf_train::trainer::{Length, TrainConfig};
+
+/// Bytes of the cells and of what surrounds tables and networks, at most.
+const CELLS: usize = 400_000;
+/// Base-two logarithm of the entries that a level has at least.
+const LEAST_TABLE: u32 = 10;
+/// Views that are learnt from where no cameras are given.
+pub const VIEWS: usize = 100;
+/// Their width and height.
+const SIDE: u32 = 256;
+/// Their horizontal field of view, radians, where the scene is looked at from outside.
+const FOV_X: f32 = 0.7;
+/// Azimuth between one view and the next: the golden angle spreads them evenly.
+const TURN: f32 = 2.399_963_2;
+
+/// So many cameras evenly all around a box, as far as `distance` from its middle, or as
+/// far as it takes to see all of it; `None` for other spaces: their cameras are known.
+#[must_use]
+pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Camera>> {
+    let [min, max] = space.scene_box()?;
+    let radius = 0.5 * (0..3).map(|a| (max[a] - min[a]).powi(2)).sum::<f32>().sqrt();
+    let distance = distance.max(radius / (0.5 * FOV_X).sin());
+    Some(around(space.center(), distance, FOV_X, count))
+}
+
+/// So many cameras evenly all around a box, as far from its middle and with as wide a view
+/// as some others have on average, and these; `None` where there are no others, and for
+/// other spaces.
+#[must_use]
+pub fn all_around_like(space: &Space, others: &[Camera], count: usize) -> Option<Vec<Camera>> {
+    space.scene_box()?;
+    let center = space.center();
+    let distance = |camera: &Camera| {
+        let p = camera.position();
+        (0..3).map(|a| (p[a] - center[a]).powi(2)).sum::<f32>().sqrt()
+    };
+    let fov_x = |camera: &Camera| 2.0 * (0.5 * camera.width as f32 / camera.focal[0]).atan();
+    let mean =
+        |of: &dyn Fn(&Camera) -> f32| others.iter().map(of).sum::<f32>() / others.len() as f32;
+    let mut cameras = others.to_vec();
+    if !others.is_empty() {
+        cameras.extend(around(center, mean(&distance), mean(&fov_x), count));
+    }
+    (!cameras.is_empty()).then_some(cameras)
+}
+
+fn around(center: [f32; 3], distance: f32, fov_x: f32, count: usize) -> Vec<Camera> {
+    let camera = |i: usize| {
+        let z = 1.0 - (2 * i + 1) as f32 / count as f32;
+        let ring = (1.0 - z * z).sqrt();
+        let (sin, cos) = math::sin_cos(i as f32 * TURN);
+        let away = [ring * cos, ring * sin, z];
+        let eye = [0, 1, 2].map(|a| center[a] + distance * away[a]);
+        let pose = Camera::look_at(eye, center, [0.0, 0.0, 1.0]);
+        Camera::from_fov_x(SIDE, SIDE, fov_x, pose)
+    };
+    (0..count).map(camera).collect()
+}
+
+/// Every eighth camera is held out; none is wider or higher than a view from around.
+#[must_use]
+pub fn held_out(cameras: &[Camera]) -> [Vec<Camera>; 2] {
+    let small =
+        |camera: &Camera| camera.downscaled(camera.width.max(camera.height).div_ceil(2 * SIDE));
+    let numbered = || cameras.iter().enumerate();
+    let of = |held: bool| {
+        numbered().filter(|(i, _)| (i % 8 == 0) == held).map(|(_, camera)| small(camera)).collect()
+    };
+    [of(false), of(true)]
+}
+
+/// What the model shows these cameras in occupied cells, to be learnt from. Transparent
+/// where the space is a box; over the model's background elsewhere.
+///
+/// # Errors
+/// Whatever rendering reports.
+pub fn views(
+    model: &Model<'_>,
+    cameras: &[Camera],
+    settings: &Settings,
+    mut rendered: impl FnMut(usize),
+) -> Result<Dataset, Error> {
+    let settings = Settings { sampling: Sampling::Occupancy, quality: 1.0, ..*settings };
+    let transparent = model.space.scene_box().is_some();
+    let mut renderer = Renderer::new(model, &settings);
+    let mut views = Vec::new();
+    for (i, camera) in cameras.iter().enumerate() {
+        let picture = renderer.render(camera)?;
+        let rgba = match transparent {
+            true => straight(&picture.rgba),
+            false => opaque(&picture.over(model.display.background)),
+        };
+        views.push(View::new(format!("view {i}"), *camera, rgba));
+        rendered(i + 1);
+    }
+    let dataset = Dataset::new("distilled", "rendered", Split::Train, views);
+    Ok(Dataset { background: Some(model.display.background), ..dataset })
+}
+
+/// Settings to learn a hash grid from such views, whose file has at most so many bytes;
+/// `None` where that is not to be had.
+#[must_use]
+pub fn config(
+    model: &Model<'_>,
+    shading: Shading,
+    bytes: usize,
+    length: Length,
+) -> Option<TrainConfig> {
+    let mut config = TrainConfig::hash_grid().for_length(length);
+    config.field.shading = shading;
+    match model.space {
+        Space::Ndc(ndc) => config.ndc = Some(ndc),
+        ref space => config.aabb = space.scene_box(),
+    }
+    loop {
+        let layout = Layout::new(&config.field);
+        let [tables, all] = [layout.networks_start(), layout.len()];
+        // Smaller cells take an eighth of the parameters at most.
+        if all + all / 8 + (all - tables) + CELLS <= bytes {
+            return Some(config);
+        }
+        let EncodingConfig::HashGrid(grid) = &mut config.field.encoding else { return None };
+        if grid.log2_hashmap_size <= LEAST_TABLE {
+            return None;
+        }
+        grid.log2_hashmap_size -= 1;
+    }
+}
+
+/// RGBA, not premultiplied.
+fn straight(rgba: &[f32]) -> Vec<u8> {
+    let pixels = rgba.as_chunks::<4>().0.iter();
+    pixels.flat_map(|rgba| pixel::straight(*rgba).map(quantize)).collect()
+}
+
+/// RGBA without transparency.
+fn opaque(rgb: &[f32]) -> Vec<u8> {
+    let pixels = rgb.as_chunks::<3>().0.iter();
+    pixels.flat_map(|[r, g, b]| [*r, *g, *b, 1.0].map(quantize)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_all_around() {
+        let space = Space::Box { min: [1.0, -1.0, -1.0], max: [3.0, 1.0, 1.0] };
+        let cameras = all_around(&space, 0.0, 50).unwrap();
+        // Half the diagonal fills the view: √3 / sin 0.35.
+        let far = 3.0f32.sqrt() / 0.35f32.sin();
+        let mut mean = [0.0; 3];
+        for camera in &cameras {
+            let p = camera.position();
+            let distance = ((p[0] - 2.0).powi(2) + p[1].powi(2) + p[2].powi(2)).sqrt();
+            assert!((distance - far).abs() < 1e-3);
+            let axis = camera.axis();
+            assert!((p[0] + far * axis[0] - 2.0).abs() < 1e-3);
+            (0..3).for_each(|a| mean[a] += p[a] / 50.0);
+        }
+        assert!((mean[0] - 2.0).abs() < 0.1 && mean[1].abs() < 0.1 && mean[2].abs() < 0.1);
+        assert_eq!(all_around(&space, 9.0, 1).unwrap().len(), 1);
+        // Those like some are as far away, and see as much.
+        let like = all_around_like(&space, &cameras[..5], 20).unwrap();
+        assert_eq!((like.len(), &like[..5]), (25, &cameras[..5]));
+        let p = like[20].position();
+        let distance = ((p[0] - 2.0).powi(2) + p[1].powi(2) + p[2].powi(2)).sqrt();
+        assert!((distance - far).abs() < 1e-3);
+        assert!((like[20].focal[0] - cameras[0].focal[0]).abs() < 1e-2);
+        assert!(all_around_like(&space, &[], 20).is_none());
+    }
+}

@@ -1,0 +1,14 @@
+//! The program `pocketnerf`: its commands, and what they need beside the library
+//! `pocketnerf-train`.
+//!
+//! Nothing here is meant for other programs.
+
+#[doc(hidden)]
+pub mod bench;
+#[doc(hidden)]
+pub mod chart;
+mod commands;
+#[doc(hidden)]
+pub mod convert;
+
+pub use commands::run;

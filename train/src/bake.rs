@@ -1,0 +1,73 @@
+//! Which cells of a field hold something: what lets pictures skip the rest.
+//!
+//! Nobody trained these networks to be empty anywhere, so cells count as empty with
+//! care: only where many points of a cell and of all its neighbours hold next to nothing.
+
+use crate::pool::Pool;
+use crate::probe::Probe;
+use crate::trainer::{OccupancyGrid, all_cells};
+use fearless_simd::Level;
+use pocketnerf_core::Space;
+use pocketnerf_core::field::Field;
+use pocketnerf_core::store::F32;
+
+/// Cells along an axis at first.
+const COARSE: u32 = 64;
+/// Looks at each cell, a random point each time.
+const LOOKS: usize = 8;
+
+/// Asks a field.
+#[derive(Debug)]
+pub struct Baker<'f, F> {
+    pub field: &'f F,
+    pub level: Level,
+    pub seed: u64,
+    /// Distance between samples, local units.
+    pub step: f32,
+}
+
+impl<F: Field + Sync> Baker<'_, F> {
+    /// The occupied cells of the space, half as wide as they are looked for at first, and
+    /// all their neighbours.
+    pub fn cells(&self, space: &Space) -> OccupancyGrid {
+        let mut coarse = OccupancyGrid::new(COARSE, all_cells(space, COARSE));
+        self.look(&mut coarse);
+        let mut fine = coarse.finer_and_around();
+        self.look(&mut fine);
+        fine
+    }
+
+    /// The corners of what is occupied, and a cell more on every side; unit coordinates.
+    pub fn bounds(&self, space: &Space) -> Option<[[f32; 3]; 2]> {
+        let mut grid = OccupancyGrid::new(COARSE, all_cells(space, COARSE));
+        self.look(&mut grid);
+        let n = COARSE;
+        let (mut low, mut high) = ([n; 3], [0; 3]);
+        let view = grid.view();
+        for cell in 0..n * n * n {
+            let cell = [cell % n, cell / n % n, cell / (n * n)];
+            if view.cell(cell[0], cell[1], cell[2]) {
+                for a in 0..3 {
+                    low[a] = low[a].min(cell[a]);
+                    high[a] = high[a].max(cell[a] + 1);
+                }
+            }
+        }
+        let side = 1.0 / n as f32;
+        let corners = [
+            low.map(|cell| cell.saturating_sub(1) as f32 * side),
+            high.map(|cell| (cell + 1).min(n) as f32 * side),
+        ];
+        (low[0] < high[0]).then_some(corners)
+    }
+
+    fn look(&self, grid: &mut OccupancyGrid) {
+        let probes = Pool::default();
+        let limits = self.field.limits();
+        for _ in 0..LOOKS * crate::trainer::OCCUPANCY_PERIOD {
+            let new = || Probe::new(limits);
+            grid.look::<F32, _>(self.level, self.field, self.seed, &probes, new);
+        }
+        grid.settle(self.step);
+    }
+}

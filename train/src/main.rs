@@ -1,8 +1,0 @@
-//! The command line `pocketnerf`.
-
-use std::process::ExitCode;
-use std::time::Instant;
-
-fn main() -> ExitCode {
-    pocketnerf_train::cli::run(Instant::now())
-}
