@@ -1,8 +1,8 @@
 //! From a checkpoint to a model: coordinates, cells, cameras.
 
+use pocketnerf_cli::convert::{NgpConversion, Settings, compare, nerfstudio};
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::import::ngp::Ngp;
-use pocketnerf_cli::convert::{NgpConversion, Settings, compare, nerfstudio};
 use pocketnerf_train::picture::{self, Sampling};
 use serde_json::Value;
 
