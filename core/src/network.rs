@@ -7,7 +7,7 @@ use core::ops::Range;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
-use crate::store::Store;
+use crate::store::{F16, F32, Store};
 use crate::{DType, Error, TensorView};
 
 /// Most layers a network may have.
@@ -120,7 +120,27 @@ pub const fn panel_len(n_in: usize) -> usize {
 /// `x` is `[n_in][stride]`, `y` is `[n_out][stride]`; `n` is a multiple of 16
 /// and at most `stride`. `panel` holds at least [`panel_len`]`(n_in)` values.
 #[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
-pub fn dense<S: Simd, T: Store>(
+pub fn dense<S: Simd>(
+    simd: S,
+    layer: &Dense<'_>,
+    x: &[f32],
+    y: &mut [f32],
+    n: usize,
+    stride: usize,
+    relu: bool,
+    panel: &mut [f32],
+) {
+    match layer.weight.dtype() {
+        DType::F32 => dense_stored::<S, F32>(simd, layer, x, y, n, stride, relu, panel),
+        // Layers are stored in no other type.
+        DType::F16 | DType::I8 => {
+            dense_stored::<S, F16>(simd, layer, x, y, n, stride, relu, panel);
+        }
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "as for `dense`")]
+fn dense_stored<S: Simd, T: Store>(
     simd: S,
     layer: &Dense<'_>,
     x: &[f32],
@@ -248,7 +268,7 @@ impl Mlp<'_> {
     /// layer, `other` is scratch for the layers between; the result goes to
     /// `output`, `[n_output][stride]`.
     #[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
-    pub fn forward<S: Simd, T: Store>(
+    pub fn forward<S: Simd>(
         &self,
         simd: S,
         input: &mut [f32],
@@ -261,10 +281,10 @@ impl Mlp<'_> {
         let (mut from, mut to) = (input, other);
         let last = self.n_layers - 1;
         for layer in &self.layers[..last] {
-            dense::<S, T>(simd, layer, from, to, n, stride, true, panel);
+            dense(simd, layer, from, to, n, stride, true, panel);
             core::mem::swap(&mut from, &mut to);
         }
-        dense::<S, T>(simd, &self.layers[last], from, output, n, stride, false, panel);
+        dense(simd, &self.layers[last], from, output, n, stride, false, panel);
     }
 }
 

@@ -9,7 +9,6 @@ use crate::trainer::{OccupancyGrid, all_cells};
 use fearless_simd::Level;
 use pocketnerf_core::Space;
 use pocketnerf_core::field::Field;
-use pocketnerf_core::store::F32;
 
 /// Cells along an axis at first.
 const COARSE: u32 = 64;
@@ -66,7 +65,7 @@ impl<F: Field + Sync> Baker<'_, F> {
         let limits = self.field.limits();
         for _ in 0..LOOKS * crate::trainer::OCCUPANCY_PERIOD {
             let new = || Probe::new(limits);
-            grid.look::<F32, _>(self.level, self.field, self.seed, &probes, new);
+            grid.look(self.level, self.field, self.seed, &probes, new);
         }
         grid.settle(self.step);
     }

@@ -3,7 +3,6 @@
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::field::{Field, Samples};
 use pocketnerf_core::scratch::{Limits, Tuning, Workspace};
-use pocketnerf_core::store::Store;
 
 use crate::aligned::Aligned;
 
@@ -44,12 +43,7 @@ impl Probe {
     }
 
     /// Sigma at the first `count` points.
-    pub(crate) fn densities<T: Store, F: Field>(
-        &mut self,
-        level: Level,
-        field: &F,
-        count: usize,
-    ) -> &[f32] {
+    pub(crate) fn densities<F: Field>(&mut self, level: Level, field: &F, count: usize) -> &[f32] {
         let padded = count.next_multiple_of(32);
         let Self { a, b, output, panel, points, direction } = self;
         for row in points.iter_mut() {
@@ -61,7 +55,7 @@ impl Probe {
                 points: [0, 1, 2].map(|a| &points[a][..padded]),
                 directions: [&direction[..padded]; 3],
             };
-            field.densities::<_, T>(simd, samples, &mut work);
+            field.densities(simd, samples, &mut work);
         });
         &self.output[..count]
     }

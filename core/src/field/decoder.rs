@@ -9,7 +9,6 @@ use crate::field::{MAX_CHANNELS, Samples};
 use crate::lanes;
 use crate::network::{Dense, Mlp};
 use crate::scratch::Workspace;
-use crate::store::Store;
 
 /// When view-dependent colour is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,9 +109,9 @@ impl Decoder<'_> {
     /// From encoded points in `work.a` to sigma and features in `work.output`: without the
     /// colours of per-sample shading, [`density_features`](Self::density_features).
     #[inline(always)]
-    pub fn densities<S: Simd, T: Store>(&self, simd: S, n: usize, work: &mut Workspace<'_>) {
+    pub fn densities<S: Simd>(&self, simd: S, n: usize, work: &mut Workspace<'_>) {
         let Workspace { a, b, output, panel, stride } = work;
-        self.density.forward::<S, T>(simd, a, b, output, n, *stride, panel);
+        self.density.forward(simd, a, b, output, n, *stride, panel);
         simd.vectorize(
             #[inline(always)]
             || {
@@ -128,25 +127,25 @@ impl Decoder<'_> {
 
     /// From encoded points in `work.a` to sigma and channels in `work.output`,
     /// see [`Field::density_features`](crate::field::Field::density_features).
-    pub fn density_features<S: Simd, T: Store>(
+    pub fn density_features<S: Simd>(
         &self,
         simd: S,
         samples: Samples<'_>,
         work: &mut Workspace<'_>,
     ) {
         let (n, stride) = (samples.len(), work.stride);
-        self.densities::<S, T>(simd, n, work);
+        self.densities(simd, n, work);
         if self.shading == Shading::PerSample {
             let features = &work.output[stride..(1 + self.n_features as usize) * stride];
             work.a[..features.len()].copy_from_slice(features);
-            self.colors::<S, T>(simd, samples.directions, n, work);
+            self.colors(simd, samples.directions, n, work);
         }
     }
 
     /// From features in the first `n_features` rows of `work.a` and unit
     /// directions to colours in rows 1 to 3 of `work.output`, in [0, 1].
     /// `n` is a multiple of 16.
-    pub fn colors<S: Simd, T: Store>(
+    pub fn colors<S: Simd>(
         &self,
         simd: S,
         directions: [&[f32]; 3],
@@ -158,7 +157,7 @@ impl Decoder<'_> {
         let rows = &mut a[self.n_features as usize * stride..];
         self.harmonics(simd, directions, n, rows, stride);
         let rgb = &mut output[stride..];
-        self.color.forward::<S, T>(simd, a, b, rgb, n, stride, panel);
+        self.color.forward(simd, a, b, rgb, n, stride, panel);
         simd.vectorize(
             #[inline(always)]
             || {

@@ -21,7 +21,6 @@ use fearless_simd::Simd;
 
 use crate::Error;
 use crate::scratch::{Limits, Workspace};
-use crate::store::Store;
 use crate::tensor::DType;
 
 #[cfg(not(any(feature = "hash-grid", feature = "frequency", feature = "nerf")))]
@@ -79,31 +78,21 @@ pub trait Field {
     fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>);
 
     /// The second half: the networks, over what is in `work.a`.
-    fn decode<S: Simd, T: Store>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>);
+    fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>);
 
     /// Fills row 0 of `work.output` with sigma in 1 / scene unit; the others may hold
     /// anything then.
     #[inline(always)]
-    fn densities<S: Simd, T: Store>(
-        &self,
-        simd: S,
-        samples: Samples<'_>,
-        work: &mut Workspace<'_>,
-    ) {
-        self.density_features::<S, T>(simd, samples, work);
+    fn densities<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
+        self.density_features(simd, samples, work);
     }
 
     /// Fills `work.output`: row 0 with sigma in 1 / scene unit, rows
     /// `1 ..= channels` with what a ray accumulates.
     #[inline(always)]
-    fn density_features<S: Simd, T: Store>(
-        &self,
-        simd: S,
-        samples: Samples<'_>,
-        work: &mut Workspace<'_>,
-    ) {
+    fn density_features<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
         self.encode(simd, samples.points, work);
-        self.decode::<S, T>(simd, samples, work);
+        self.decode(simd, samples, work);
     }
 }
 
@@ -152,20 +141,15 @@ impl<D: Decoded> Field for D {
     }
 
     #[inline(always)]
-    fn decode<S: Simd, T: Store>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
-        self.decoder().density_features::<S, T>(simd, samples, work);
+    fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
+        self.decoder().density_features(simd, samples, work);
     }
 
     /// Without the colour network.
     #[inline(always)]
-    fn densities<S: Simd, T: Store>(
-        &self,
-        simd: S,
-        samples: Samples<'_>,
-        work: &mut Workspace<'_>,
-    ) {
+    fn densities<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
         self.encode(simd, samples.points, work);
-        self.decoder().densities::<S, T>(simd, samples.len(), work);
+        self.decoder().densities(simd, samples.len(), work);
     }
 }
 

@@ -9,7 +9,6 @@ use crate::field::{Field, Samples};
 use crate::network::blocks::{BLOCK, Blocks, Row, dense_blocks};
 use crate::network::{Dense, MAX_LAYERS, Mlp};
 use crate::scratch::{Limits, Workspace};
-use crate::store::Store;
 use crate::tensor::DType;
 use crate::{Error, lanes};
 
@@ -252,33 +251,22 @@ impl Field for NerfField<'_> {
     }
 
     #[inline(always)]
-    fn decode<S: Simd, T: Store>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
-        self.ask::<S, T>(simd, samples, work, true);
+    fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
+        self.ask(simd, samples, work, true);
     }
 
     /// Without the feature and the colour network.
     #[inline(always)]
-    fn densities<S: Simd, T: Store>(
-        &self,
-        simd: S,
-        samples: Samples<'_>,
-        work: &mut Workspace<'_>,
-    ) {
+    fn densities<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
         self.encode(simd, samples.points, work);
-        self.ask::<S, T>(simd, samples, work, false);
+        self.ask(simd, samples, work, false);
     }
 }
 
 impl NerfField<'_> {
     /// The networks over encoded points; without colours where they are not `wanted`.
     #[inline(always)]
-    fn ask<S: Simd, T: Store>(
-        &self,
-        simd: S,
-        samples: Samples<'_>,
-        work: &mut Workspace<'_>,
-        wanted: bool,
-    ) {
+    fn ask<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>, wanted: bool) {
         let Workspace { a, b, output, panel, stride } = work;
         let [n_position, n_direction] = [self.positions.n_output(), self.n_direction()];
         let n_blocks = samples.len().div_ceil(BLOCK);
@@ -306,7 +294,7 @@ impl NerfField<'_> {
             let density = &mut density[begin..];
             let density = &mut density.as_chunks_mut().0[..blocks];
             let d = wanted.then_some(d);
-            let rgb = self.fine.forward::<S, T>(simd, (x, d), [a, b], density, panel);
+            let rgb = self.fine.forward(simd, (x, d), [a, b], density, panel);
             for (block, rgb) in rgb.chunks_exact(3).enumerate() {
                 let at = begin + block * BLOCK;
                 let n = BLOCK.min(end - at);
@@ -355,7 +343,7 @@ impl NerfNetwork<'_> {
     /// block, and colours before theirs, `[block][3]`, which end in one of the two
     /// buffers: each has room for the widest layer. Without directions there are no
     /// colours.
-    fn forward<'b, S: Simd, T: Store>(
+    fn forward<'b, S: Simd>(
         &self,
         simd: S,
         (x, directions): (Blocks<'_>, Option<Blocks<'_>>),
@@ -376,17 +364,17 @@ impl NerfNetwork<'_> {
             };
             width = layer.weight.cols();
             let y = &mut to[..rows(width)];
-            dense_blocks::<S, T>(simd, layer, sources, y, self.bends(i), panel);
+            dense_blocks(simd, layer, sources, y, self.bends(i), panel);
             core::mem::swap(&mut from, &mut to);
         }
         let hidden = Blocks { rows: &from[..rows(width)], per_block: width };
-        dense_blocks::<S, T>(simd, &self.density, [hidden, Blocks::NONE], density, false, panel);
+        dense_blocks(simd, &self.density, [hidden, Blocks::NONE], density, false, panel);
         let Some(directions) = directions else { return &[] };
         if let Some(feature) = &self.feature {
             width = feature.weight.cols();
             let y = &mut to[..rows(width)];
             let bends = self.feature_bends;
-            dense_blocks::<S, T>(simd, feature, [hidden, Blocks::NONE], y, bends, panel);
+            dense_blocks(simd, feature, [hidden, Blocks::NONE], y, bends, panel);
             core::mem::swap(&mut from, &mut to);
         }
         let last = self.color.layers().len() - 1;
@@ -395,7 +383,7 @@ impl NerfNetwork<'_> {
             let second = if i == 0 { directions } else { Blocks::NONE };
             width = layer.weight.cols();
             let y = &mut to[..rows(width)];
-            dense_blocks::<S, T>(simd, layer, [hidden, second], y, i != last, panel);
+            dense_blocks(simd, layer, [hidden, second], y, i != last, panel);
             core::mem::swap(&mut from, &mut to);
         }
         &from[..rows(width)]

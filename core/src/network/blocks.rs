@@ -8,7 +8,8 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat};
 
 use super::{Dense, PANEL, finish_row, load_bias, load_panel, panel_len};
-use crate::store::Store;
+use crate::DType;
+use crate::store::{F16, F32, Store};
 
 /// Samples in a block.
 pub const BLOCK: usize = 32;
@@ -43,7 +44,22 @@ impl Blocks<'_> {
 /// passes, as in [`dense`](super::dense)). The layer reads the values of both `x`, one
 /// after the other; `y` is `[block][n_out]`, and its length says how many blocks there
 /// are. `panel` holds at least [`panel_len`] values.
-pub fn dense_blocks<S: Simd, T: Store>(
+pub fn dense_blocks<S: Simd>(
+    simd: S,
+    layer: &Dense<'_>,
+    x: [Blocks<'_>; 2],
+    y: &mut [Row],
+    relu: bool,
+    panel: &mut [f32],
+) {
+    match layer.weight.dtype() {
+        DType::F32 => dense_blocks_stored::<S, F32>(simd, layer, x, y, relu, panel),
+        // Layers are stored in no other type.
+        DType::F16 | DType::I8 => dense_blocks_stored::<S, F16>(simd, layer, x, y, relu, panel),
+    }
+}
+
+fn dense_blocks_stored<S: Simd, T: Store>(
     simd: S,
     layer: &Dense<'_>,
     x: [Blocks<'_>; 2],

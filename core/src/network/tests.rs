@@ -4,7 +4,6 @@ use std::vec;
 use fearless_simd::dispatch;
 
 use super::*;
-use crate::store::F32;
 use crate::{DType, Layout, SimdLevel};
 
 /// One input, one output: `y = x`, then ReLU.
@@ -14,7 +13,7 @@ fn relu<S: Simd>(simd: S, x: f32) -> f32 {
     let (input, mut output) = (vec![x; 32], vec![0.0; 32]);
     let mut panel = vec![0.0; panel_len(1)];
     let layer = Dense { weight, bias: None };
-    dense::<S, F32>(simd, &layer, &input, &mut output, 32, 32, true, &mut panel);
+    dense(simd, &layer, &input, &mut output, 32, 32, true, &mut panel);
     assert!(output.iter().all(|y| y.to_bits() == output[0].to_bits()));
     output[0]
 }
@@ -73,13 +72,13 @@ fn blocks_as_batches() {
             let (first, second) = (rows(0, n_first), rows(n_first, n_second));
             for relu in [false, true] {
                 let mut expected = vec![0.0; n_out * padded];
-                dense::<S, F32>(simd, &layer, &x, &mut expected, padded, padded, relu, &mut panel);
+                dense(simd, &layer, &x, &mut expected, padded, padded, relu, &mut panel);
                 let mut found = vec![[f32::NAN; BLOCK]; n_blocks * n_out];
                 let sources = [
                     Blocks { rows: &first, per_block: n_first },
                     Blocks { rows: &second, per_block: n_second },
                 ];
-                dense_blocks::<S, F32>(simd, &layer, sources, &mut found, relu, &mut panel);
+                dense_blocks(simd, &layer, sources, &mut found, relu, &mut panel);
                 for (o, p) in (0..n_out).flat_map(|o| (0..padded).map(move |p| (o, p))) {
                     let found = found[p / BLOCK * n_out + o][p % BLOCK];
                     let expected = expected[o * padded + p];

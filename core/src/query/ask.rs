@@ -6,8 +6,6 @@ use crate::field::{AnyField, Field, Samples, Shading};
 use crate::march::LANES;
 use crate::query::Probe;
 use crate::scratch::Scratch;
-use crate::store::{F16, F32, Store};
-use crate::tensor::DType;
 
 /// What is asked of a batch.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -34,33 +32,17 @@ impl Probe<'_> {
     pub(super) fn ask(&self, wanted: Wanted, n: usize, scratch: &mut Scratch<'_>) -> usize {
         dispatch!(self.level, simd => match &self.model.field {
             #[cfg(feature = "hash-grid")]
-            AnyField::HashGrid(field) => stored(simd, field, wanted, n, scratch),
+            AnyField::HashGrid(field) => evaluate(simd, field, wanted, n, scratch),
             #[cfg(feature = "frequency")]
-            AnyField::Frequency(field) => stored(simd, field, wanted, n, scratch),
+            AnyField::Frequency(field) => evaluate(simd, field, wanted, n, scratch),
             #[cfg(feature = "nerf")]
-            AnyField::Nerf(field) => stored(simd, field, wanted, n, scratch),
+            AnyField::Nerf(field) => evaluate(simd, field, wanted, n, scratch),
         })
     }
 }
 
-/// Opens the stored type.
 #[inline(always)]
-fn stored<S: Simd, F: Field>(
-    simd: S,
-    field: &F,
-    wanted: Wanted,
-    n: usize,
-    scratch: &mut Scratch<'_>,
-) -> usize {
-    match field.dtype() {
-        DType::F32 => evaluate::<S, F32, F>(simd, field, wanted, n, scratch),
-        // Networks are of no other type.
-        DType::F16 | DType::I8 => evaluate::<S, F16, F>(simd, field, wanted, n, scratch),
-    }
-}
-
-#[inline(always)]
-fn evaluate<S: Simd, T: Store, F: Field>(
+fn evaluate<S: Simd, F: Field>(
     simd: S,
     field: &F,
     wanted: Wanted,
@@ -78,10 +60,10 @@ fn evaluate<S: Simd, T: Store, F: Field>(
     };
     let stride = work.stride;
     if wanted == Wanted::Density {
-        field.densities::<S, T>(simd, samples, work);
+        field.densities(simd, samples, work);
         return stride;
     }
-    field.density_features::<S, T>(simd, samples, work);
+    field.density_features(simd, samples, work);
     let Some(decoder) = field.deferred() else { return stride };
     // As if each point were all that a ray meets.
     let mut work = work.for_width(decoder.color.max_width());
@@ -89,6 +71,6 @@ fn evaluate<S: Simd, T: Store, F: Field>(
     for (to, from) in work.a.chunks_mut(work.stride).zip(features).take(decoder.channels()) {
         to[..padded].copy_from_slice(&from[..padded]);
     }
-    decoder.colors::<S, T>(simd, samples.directions, padded, &mut work);
+    decoder.colors(simd, samples.directions, padded, &mut work);
     work.stride
 }

@@ -14,8 +14,6 @@ use crate::render::{Detail, RenderOptions, RenderStats};
 #[cfg(feature = "nerf")]
 use crate::render::{SamplingMode, hierarchical::each_pixel as each_pixel_hierarchically};
 use crate::scratch::Scratch;
-use crate::store::{F16, F32, Store};
-use crate::tensor::DType;
 use crate::{Error, Model};
 
 /// What is rendered where.
@@ -104,7 +102,7 @@ pub(super) fn render(
     Ok(group.stats())
 }
 
-/// Opens the stored type: from here on it and the kind of field are types.
+/// From here on the kind of field is a type.
 #[inline(always)]
 fn each_pass<S: Simd, F: Field>(
     simd: S,
@@ -115,20 +113,12 @@ fn each_pass<S: Simd, F: Field>(
 ) {
     let (source, detail) = (job.source, job.options.detail);
     for pass in job.span.passes(target.size) {
-        match field.dtype() {
-            DType::F32 => {
-                one_pass::<S, F32, F>(simd, field, group, source, pass, detail, target);
-            }
-            // Networks are of no other type.
-            DType::F16 | DType::I8 => {
-                one_pass::<S, F16, F>(simd, field, group, source, pass, detail, target);
-            }
-        }
+        one_pass::<S, F>(simd, field, group, source, pass, detail, target);
     }
 }
 
 #[inline(always)]
-fn one_pass<S: Simd, T: Store, F: Field>(
+fn one_pass<S: Simd, F: Field>(
     simd: S,
     field: &F,
     group: &mut Group<'_, '_, '_, '_>,
@@ -166,10 +156,10 @@ fn one_pass<S: Simd, T: Store, F: Field>(
         group.ended(Stage::Aim, n);
         let is_over = n < room && pass.is_read_next();
         if group.is_full() || (is_over && group.count > 0) {
-            group.march::<S, T, F>(simd, field);
+            group.march::<S, F>(simd, field);
             let rays = group.count;
             group.hits += rays as u64;
-            group.finish::<S, T>(simd, field.deferred(), source, target);
+            group.finish(simd, field.deferred(), source, target);
             group.ended(Stage::Shade, rays);
         }
         if n < room {

@@ -10,12 +10,11 @@ use crate::render::group::Group;
 use crate::render::source::Source;
 use crate::render::target::Target;
 use crate::scratch::sums_len;
-use crate::store::Store;
 
 impl Group<'_, '_, '_, '_> {
     /// Writes the pixels of all rays, which then are forgotten.
     #[inline(always)]
-    pub(super) fn finish<S: Simd, T: Store>(
+    pub(super) fn finish<S: Simd>(
         &mut self,
         simd: S,
         deferred: Option<&Decoder<'_>>,
@@ -24,7 +23,7 @@ impl Group<'_, '_, '_, '_> {
     ) {
         match deferred {
             None => self.write_sums(target),
-            Some(decoder) => self.shade::<S, T>(simd, decoder, target),
+            Some(decoder) => self.shade(simd, decoder, target),
         }
         if let Some(depth) = &mut target.depth {
             for (pixel, accumulated) in self.finished() {
@@ -54,12 +53,7 @@ impl Group<'_, '_, '_, '_> {
     /// Deferred shading: the colour network reads each hit ray's average
     /// features, `rgb = alpha * logistic(net(sum / opacity, direction))`.
     #[inline(always)]
-    fn shade<S: Simd, T: Store>(
-        &mut self,
-        simd: S,
-        decoder: &Decoder<'_>,
-        target: &mut Target<'_>,
-    ) {
+    fn shade<S: Simd>(&mut self, simd: S, decoder: &Decoder<'_>, target: &mut Target<'_>) {
         let channels = decoder.channels();
         let rays = &self.scratch.rays[..self.count];
         let mut work = self.scratch.work.for_width(decoder.color.max_width());
@@ -91,7 +85,7 @@ impl Group<'_, '_, '_, '_> {
                 row[n..padded].fill(0.0);
             }
             let directions = [0, 1, 2].map(|axis| &*self.scratch.directions[axis]);
-            decoder.colors::<S, T>(simd, directions, padded, &mut work);
+            decoder.colors(simd, directions, padded, &mut work);
             let mut column = 0;
             for ray in &rays[first..end] {
                 let Flight { accumulated, pixel, .. } = Flight::load(ray);

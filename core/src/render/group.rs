@@ -14,7 +14,6 @@ use crate::render::flight::{Flight, Flights, Run};
 use crate::render::observe::{Observer, Stage};
 use crate::render::source::Source;
 use crate::scratch::{Scratch, Tuning, sums_len};
-use crate::store::Store;
 
 /// Rays that travel together.
 pub(super) struct Group<'m, 's, 'o, 'f> {
@@ -94,7 +93,7 @@ impl Group<'_, '_, '_, '_> {
 
     /// Takes all rays to their ends.
     #[inline(always)]
-    pub(super) fn march<S: Simd, T: Store, F: Field>(&mut self, simd: S, field: &F) {
+    pub(super) fn march<S: Simd, F: Field>(&mut self, simd: S, field: &F) {
         let channels = field.channels();
         self.scratch.sums[..self.count * sums_len(channels)].fill(0.0);
         let numbers = self.scratch.active[..self.count].iter_mut().zip(0u32..);
@@ -124,7 +123,7 @@ impl Group<'_, '_, '_, '_> {
                 points: [0, 1, 2].map(|axis| &points[axis][..padded]),
                 directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
             };
-            field.decode::<S, T>(simd, samples, work);
+            field.decode(simd, samples, work);
             self.ended(Stage::Density, n);
             let step = self.model.sampling.step;
             composite::opacities(simd, &mut self.scratch.work.output[..padded], step);

@@ -18,31 +18,12 @@ use crate::render::source::Source;
 use crate::render::target::Target;
 use crate::scratch::{Scratch, sums_len};
 use crate::space::UnitMap;
-use crate::store::{F16, F32, Store};
-use crate::tensor::DType;
 use crate::{Occupancy, Ray, Sampling, Space};
 
 /// Bits of a sample's number within its ray: no ray has more than 2048.
 const NUMBER_BITS: u32 = 11;
-/// Opens the stored type, then renders every pixel.
-#[inline(always)]
+/// Renders every pixel.
 pub(super) fn each_pixel<S: Simd, F: Field>(
-    simd: S,
-    fields: [&F; 2],
-    hierarchical: &Hierarchical,
-    group: &mut Group<'_, '_, '_, '_>,
-    job: &Job<'_, impl Source + ?Sized>,
-    target: &mut Target<'_>,
-) {
-    match fields[1].dtype() {
-        DType::F32 => all_pixels::<S, F32, F>(simd, fields, hierarchical, group, job, target),
-        DType::F16 | DType::I8 => {
-            all_pixels::<S, F16, F>(simd, fields, hierarchical, group, job, target);
-        }
-    }
-}
-
-fn all_pixels<S: Simd, T: Store, F: Field>(
     simd: S,
     [coarse, fine]: [&F; 2],
     hierarchical: &Hierarchical,
@@ -89,13 +70,13 @@ fn all_pixels<S: Simd, T: Store, F: Field>(
             // Here, whether the field was asked along a ray.
             group.scratch.active[..count].fill(0.0);
             if hierarchical.n_fine > 0 {
-                rays.round::<S, T, F>(simd, coarse, group, Round::Coarse);
+                rays.round::<S, F>(simd, coarse, group, Round::Coarse);
                 rays.draw(group);
             }
-            rays.round::<S, T, F>(simd, fine, group, Round::Fine);
+            rays.round::<S, F>(simd, fine, group, Round::Fine);
             group.hits +=
                 group.scratch.active[..count].iter().filter(|asked| **asked > 0.0).count() as u64;
-            group.finish::<S, T>(simd, fine.deferred(), job.source, target);
+            group.finish(simd, fine.deferred(), job.source, target);
             group.ended(Stage::Shade, count);
         }
         if n < room {
@@ -201,7 +182,7 @@ impl<'m> Rays<'m> {
     }
 
     /// Asks the field for all samples of all rays.
-    fn round<S: Simd, T: Store, F: Field>(
+    fn round<S: Simd, F: Field>(
         &self,
         simd: S,
         field: &F,
@@ -246,13 +227,13 @@ impl<'m> Rays<'m> {
                 active[ray] = 1.0;
                 waiting += 1;
                 if waiting == self.batch {
-                    self.ask::<S, T, F>(simd, field, group, round, waiting);
+                    self.ask::<S, F>(simd, field, group, round, waiting);
                     waiting = 0;
                 }
             }
         }
         if waiting > 0 {
-            self.ask::<S, T, F>(simd, field, group, round, waiting);
+            self.ask::<S, F>(simd, field, group, round, waiting);
         }
     }
 
@@ -267,7 +248,7 @@ impl<'m> Rays<'m> {
     }
 
     /// Asks the field for the samples that wait.
-    fn ask<S: Simd, T: Store, F: Field>(
+    fn ask<S: Simd, F: Field>(
         &self,
         simd: S,
         field: &F,
@@ -289,7 +270,7 @@ impl<'m> Rays<'m> {
             points: [0, 1, 2].map(|axis| &points[axis][..padded]),
             directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
         };
-        field.decode::<S, T>(simd, samples, work);
+        field.decode(simd, samples, work);
         group.ended(Stage::Density, n);
         let Scratch { work, t, runs, rays, sums, hierarchical, .. } = &mut group.scratch;
         hierarchical.deltas[n..padded].fill(0.0);

@@ -4,7 +4,6 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use fearless_simd::dispatch;
 use pocketnerf_core::network::{Dense, dense, panel_len};
-use pocketnerf_core::store::F16;
 use pocketnerf_core::{DType, Layout, TensorView, Tuning};
 
 use crate::synthetic::{POINTS, level, numbers, stored};
@@ -26,7 +25,7 @@ fn layer(bencher: Bencher<'_, '_>, [n_in, n_out]: [usize; 2]) {
     let level = level();
     bencher.counter(ItemsCount::new(2 * n_in * n_out * POINTS)).bench_local(|| {
         dispatch!(level, simd => {
-            dense::<_, F16>(simd, &layer, &x, &mut y, POINTS, stride, true, &mut panel);
+            dense(simd, &layer, &x, &mut y, POINTS, stride, true, &mut panel);
         });
         black_box(&mut y);
     });

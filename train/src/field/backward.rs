@@ -5,7 +5,6 @@ use fearless_simd::{Simd, SimdBase};
 use pocketnerf_core::field::Decoder;
 use pocketnerf_core::lanes;
 use pocketnerf_core::network::panel_len;
-use pocketnerf_core::store::Store;
 
 use super::network::Network;
 use super::{EncodingConfig, FieldConfig, Layout, NerfGradients};
@@ -90,7 +89,7 @@ impl Backward {
     /// Density network forwards over `encoded`, as [`Backward::density`] needs
     /// it; its `[1 + n_features][stride]` outputs go to `output` where wanted.
     #[inline(always)]
-    pub fn density_forward<S: Simd, T: Store>(
+    pub fn density_forward<S: Simd>(
         &self,
         simd: S,
         decoder: &Decoder<'_>,
@@ -101,7 +100,7 @@ impl Backward {
     ) {
         let Gradients { stride, density_hidden: hidden, panel, .. } = buffers;
         let layers = decoder.density.layers();
-        self.density.forward::<S, T>(simd, layers, encoded, hidden, output, n, *stride, panel);
+        self.density.forward(simd, layers, encoded, hidden, output, n, *stride, panel);
     }
 
     /// Density network backwards, after [`Backward::density_forward`].
@@ -127,7 +126,7 @@ impl Backward {
     /// Colour network forwards over `input`, `[features, harmonics][stride]`, as
     /// [`Backward::color`] needs it: colours in [0, 1] go to `rgb`, `[3][stride]`.
     #[inline(always)]
-    pub fn color_forward<S: Simd, T: Store>(
+    pub fn color_forward<S: Simd>(
         &self,
         simd: S,
         decoder: &Decoder<'_>,
@@ -138,7 +137,7 @@ impl Backward {
     ) {
         let Gradients { stride, color_hidden: hidden, panel, .. } = buffers;
         let (layers, output) = (decoder.color.layers(), Some(&mut *rgb));
-        self.color.forward::<S, T>(simd, layers, input, hidden, output, n, *stride, panel);
+        self.color.forward(simd, layers, input, hidden, output, n, *stride, panel);
         for row in rgb.chunks_mut(*stride).take(3) {
             for values in row[..n].chunks_exact_mut(S::f32s::LEN) {
                 lanes::logistic(simd, S::f32s::from_slice(simd, values)).store_slice(values);

@@ -3,7 +3,6 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use pocketnerf_core::network::{Dense, dense};
-use pocketnerf_core::store::{F32, Store};
 use pocketnerf_core::{DType, Layout as Order, TensorView};
 
 use super::{Layout, Part};
@@ -59,7 +58,7 @@ impl Network {
     /// `[widths[i + 1]][stride]`, from `input`, and the output where wanted.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "slices of one batch, each with its own size")]
-    pub(super) fn forward<S: Simd, T: Store>(
+    pub(super) fn forward<S: Simd>(
         &self,
         simd: S,
         layers: &[Dense<'_>],
@@ -74,11 +73,11 @@ impl Network {
         for (i, layer) in before.iter().enumerate() {
             let (done, next) = hidden.split_at_mut(i);
             let x = done.last().map_or(input, |v| &v[..]);
-            dense::<S, T>(simd, layer, x, &mut next[0], n, stride, true, panel);
+            dense(simd, layer, x, &mut next[0], n, stride, true, panel);
         }
         if let Some(output) = output {
             let x = hidden.last().map_or(input, |v| &v[..]);
-            dense::<S, T>(simd, last, x, output, n, stride, false, panel);
+            dense(simd, last, x, output, n, stride, false, panel);
         }
     }
 
@@ -110,12 +109,12 @@ impl Network {
             add_weight_gradient(simd, x, gradient, to, n_out, n, stride);
             if i > 0 {
                 let transposed = self.transposed(i);
-                dense::<S, F32>(simd, &transposed, gradient, other, n, stride, false, panel);
+                dense(simd, &transposed, gradient, other, n, stride, false, panel);
                 mask(simd, x, other, n_in, n, stride);
                 std::mem::swap(gradient, other);
             } else if let Some(d_input) = &mut d_input {
                 let transposed = self.transposed(0);
-                dense::<S, F32>(simd, &transposed, gradient, d_input, n, stride, false, panel);
+                dense(simd, &transposed, gradient, d_input, n, stride, false, panel);
             }
         }
     }

@@ -8,7 +8,6 @@
 use fearless_simd::Level;
 use pocketnerf_core::Occupancy;
 use pocketnerf_core::field::Field;
-use pocketnerf_core::store::Store;
 use rayon::prelude::*;
 
 use super::cells::{Grown, Packed};
@@ -147,7 +146,7 @@ impl OccupancyGrid {
 
     /// Looks at a share of the candidates, one random point each. The bits stay as they
     /// are.
-    pub(crate) fn look<T: Store, F: Field + Sync>(
+    pub(crate) fn look<F: Field + Sync>(
         &mut self,
         level: Level,
         field: &F,
@@ -173,7 +172,7 @@ impl OccupancyGrid {
                 }
                 count += 1;
             }
-            let sigmas = probe.densities::<T, F>(level, field, count);
+            let sigmas = probe.densities::<F>(level, field, count);
             let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
             for (density, sigma) in looked_at.zip(sigmas) {
                 let before = if first_look { 0.0 } else { *density * decay };

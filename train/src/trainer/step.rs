@@ -6,7 +6,6 @@ use fearless_simd::{Level, dispatch};
 use pocketnerf_core::AnyField;
 use pocketnerf_core::field::Decoded;
 use pocketnerf_core::march::Marcher;
-use pocketnerf_core::store::{F16, F32, Store};
 use rayon::prelude::*;
 
 use super::group::{Group, GroupStats, Job, Worker};
@@ -116,13 +115,13 @@ impl Trainer {
         let new = || Probe::new(*limits);
         match &field {
             AnyField::HashGrid(field) => {
-                grid.look::<F16, _>(*level, field, *seed, probes, new);
+                grid.look(*level, field, *seed, probes, new);
             }
             AnyField::Frequency(field) => {
-                grid.look::<F16, _>(*level, field, *seed, probes, new);
+                grid.look(*level, field, *seed, probes, new);
             }
             AnyField::Nerf(field) => {
-                grid.look::<F32, _>(*level, field, *seed, probes, new);
+                grid.look(*level, field, *seed, probes, new);
             }
             _ => unreachable!("kinds that this crate lays out"),
         }
@@ -159,7 +158,8 @@ impl Trainer {
         let (level, limits, n_rays) = (self.level, self.limits, self.n_rays);
         let (source, aim) = (&self.source, (&self.aim, &self.attention));
         self.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
-            let mut worker = self.workers.take(|| Worker::new(limits, &self.backward, hierarchical));
+            let mut worker =
+                self.workers.take(|| Worker::new(limits, &self.backward, hierarchical));
             let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
             let mut laps = Laps::begin(job.stopwatch);
             let random = Random::new(seed, [1, step, g as u64]);
@@ -170,9 +170,9 @@ impl Trainer {
             laps.end(Stage::Aim, n);
             match &field {
                 AnyField::Nerf(field) => {
-                    dispatch!(level, simd => group.run_nerf::<_, F32>(simd, field, &job, &mut worker));
+                    dispatch!(level, simd => group.run_nerf(simd, field, &job, &mut worker));
                 }
-                field => run_group::<F16>(level, group, field, &job, &mut worker),
+                field => run_group(level, group, field, &job, &mut worker),
             }
             self.workers.put(worker);
         });
@@ -244,25 +244,25 @@ impl Trainer {
 }
 
 /// `T` is how `field` stores its networks.
-pub(super) fn run_group<T: Store>(
+pub(super) fn run_group(
     level: Level,
     group: &mut Group,
     field: &AnyField<'_>,
     job: &Job<'_>,
     worker: &mut Worker,
 ) {
-    fn run<T: Store, F: Decoded>(
+    fn run<F: Decoded>(
         level: Level,
         group: &mut Group,
         field: &F,
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
-        dispatch!(level, simd => group.run::<_, T, F>(simd, field, job, worker));
+        dispatch!(level, simd => group.run::<_, F>(simd, field, job, worker));
     }
     match field {
-        AnyField::HashGrid(field) => run::<T, _>(level, group, field, job, worker),
-        AnyField::Frequency(field) => run::<T, _>(level, group, field, job, worker),
+        AnyField::HashGrid(field) => run(level, group, field, job, worker),
+        AnyField::Frequency(field) => run(level, group, field, job, worker),
         _ => unreachable!("kinds that this crate lays out"),
     }
 }

@@ -7,7 +7,6 @@ use fearless_simd::{Simd, dispatch};
 use pocketnerf_core::field::{Field, NerfField, Samples};
 use pocketnerf_core::network::panel_len;
 use pocketnerf_core::scratch::{Tuning, Workspace};
-use pocketnerf_core::store::{F16, F32};
 use pocketnerf_core::{AnyField, Error, SimdLevel};
 use pocketnerf_train::aligned::Aligned;
 use pocketnerf_train::field::{
@@ -70,7 +69,7 @@ impl Setting {
         let (a, b, output, panel) = (&mut a[..], &mut b[..], &mut output[..], &mut panel[..]);
         let mut work = Workspace { a, b, output, panel, stride };
         for _ in 0..SAMPLES / BATCH {
-            field.density_features::<S, F16>(simd, self.samples(BATCH), &mut work);
+            field.density_features(simd, self.samples(BATCH), &mut work);
             std::hint::black_box(&work.output);
         }
     }
@@ -82,7 +81,7 @@ impl Setting {
         let mut gradient = vec![0.0; self.layout.len()];
         let Samples { points, directions } = self.samples(TOGETHER);
         for _ in 0..SAMPLES / TOGETHER {
-            tape.forward::<S, F32>(simd, field, points, directions);
+            tape.forward(simd, field, points, directions);
             for s in 0..TOGETHER {
                 tape.set_gradient(s, 1e-3, [1e-3; 3]);
             }

@@ -5,7 +5,6 @@ use pocketnerf_core::field::Activation;
 use pocketnerf_core::math;
 use pocketnerf_core::network::blocks::{BLOCK, Blocks, Row, dense_blocks};
 use pocketnerf_core::network::{Dense, panel_len};
-use pocketnerf_core::store::F32;
 use pocketnerf_core::{DType, Layout as Order, TensorView};
 
 use super::tape::Tape;
@@ -49,7 +48,7 @@ impl Back {
     /// From the gradient of what layers gave to that of what they read.
     #[inline(always)]
     fn apply<S: Simd>(&self, simd: S, x: [Blocks<'_>; 2], y: &mut [Row], panel: &mut [f32]) {
-        dense_blocks::<S, F32>(simd, &self.dense(), x, y, false, panel);
+        dense_blocks(simd, &self.dense(), x, y, false, panel);
     }
 
     fn dense(&self) -> Dense<'_> {

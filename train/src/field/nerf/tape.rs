@@ -6,7 +6,6 @@ use pocketnerf_core::field::NerfField;
 use pocketnerf_core::lanes;
 use pocketnerf_core::network::blocks::{BLOCK, Blocks, Row, dense_blocks};
 use pocketnerf_core::network::panel_len;
-use pocketnerf_core::store::Store;
 
 use super::NerfConfig;
 use crate::aligned::Aligned;
@@ -81,7 +80,7 @@ impl Tape {
     /// number is a multiple of 16. Then [`raw`](Self::raw) and [`color`](Self::color) are
     /// known.
     #[inline(always)]
-    pub fn forward<S: Simd, T: Store>(
+    pub fn forward<S: Simd>(
         &mut self,
         simd: S,
         field: &NerfField<'_>,
@@ -114,22 +113,22 @@ impl Tape {
                 Some(x) if network.skips(i) => [encoded, x.blocks(n)],
                 Some(x) => [x.blocks(n), Blocks::NONE],
             };
-            dense_blocks::<S, T>(simd, dense, x, next[0].rows_mut(n), network.bends(i), panel);
+            dense_blocks(simd, dense, x, next[0].rows_mut(n), network.bends(i), panel);
         }
         let Some(trunk) = self.trunk.last() else { return };
         let mut x = trunk.blocks(n);
         let y = self.density.rows_mut(n);
-        dense_blocks::<S, T>(simd, &network.density, [x, Blocks::NONE], y, false, panel);
+        dense_blocks(simd, &network.density, [x, Blocks::NONE], y, false, panel);
         if let Some(feature) = &network.feature {
             let y = self.feature.rows_mut(n);
-            dense_blocks::<S, T>(simd, feature, [x, Blocks::NONE], y, false, panel);
+            dense_blocks(simd, feature, [x, Blocks::NONE], y, false, panel);
             x = self.feature.blocks(n);
         }
         if let [hidden, last] = network.color.layers() {
             let y = self.color.rows_mut(n);
-            dense_blocks::<S, T>(simd, hidden, [x, second], y, true, panel);
+            dense_blocks(simd, hidden, [x, second], y, true, panel);
             let x = [self.color.blocks(n), Blocks::NONE];
-            dense_blocks::<S, T>(simd, last, x, self.rgb.rows_mut(n), false, panel);
+            dense_blocks(simd, last, x, self.rgb.rows_mut(n), false, panel);
         }
         simd.vectorize(
             #[inline(always)]

@@ -1,6 +1,5 @@
 use fearless_simd::{Simd, dispatch};
 use pocketnerf_core::field::Activation;
-use pocketnerf_core::store::F32;
 use pocketnerf_core::{
     AnyField, ColorSpace, Display, Model, Sampling, SimdLevel, Space, reference,
 };
@@ -94,7 +93,7 @@ impl Case {
             })
         });
         let [points, directions] = axes.each_ref().map(|a| a.each_ref().map(|row| &row[..]));
-        tape.forward::<S, F32>(simd, &field, points, directions);
+        tape.forward(simd, &field, points, directions);
         let mut sum = 0.0;
         for s in 0..N {
             let raw = tape.raw()[s];

@@ -13,7 +13,6 @@ use pocketnerf_core::Camera;
 use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::march::Marcher;
-use pocketnerf_core::store::F32;
 
 use super::group::Job;
 use super::step::run_group;
@@ -185,7 +184,7 @@ impl Step {
         for ((g, group), n) in (0..).zip(groups).zip(self.rays) {
             group.draw(source, (aim, attention), n, Random::new(3, [g, 0, 0]));
             group.reseed(Random::new(44, [g, luck, 0]));
-            run_group::<F32>(*level, group, &field, &job, &mut self.worker);
+            run_group(*level, group, &field, &job, &mut self.worker);
             loss += 0.5 * group.stats.squared_error;
             kept += group.stats.kept;
         }

@@ -6,7 +6,6 @@ use fearless_simd::Simd;
 use pocketnerf_core::field::{Decoded, Decoder, Shading};
 use pocketnerf_core::lanes::transpose;
 use pocketnerf_core::march::LANES;
-use pocketnerf_core::store::Store;
 
 use super::{BATCH, Group, Job, Kept, STRIDE, Worker, row_len};
 use crate::stopwatch::{Laps, Stage};
@@ -53,7 +52,7 @@ impl Group {
 
     /// From samples to network weights and encoded points.
     #[inline(always)]
-    pub(super) fn back_through_networks<S: Simd, T: Store, F: Decoded>(
+    pub(super) fn back_through_networks<S: Simd, F: Decoded>(
         &mut self,
         simd: S,
         field: &F,
@@ -106,10 +105,10 @@ impl Group {
                 }
             }
             if decoder.shading == Shading::PerSample {
-                self.back_through_color::<S, T>(simd, decoder, job, worker, kept);
+                self.back_through_color(simd, decoder, job, worker, kept);
             } else {
                 let Worker { a, gradients, .. } = &mut *worker;
-                job.backward.density_forward::<S, T>(simd, decoder, a, gradients, padded, None);
+                job.backward.density_forward(simd, decoder, a, gradients, padded, None);
             }
             let wanted = (n_encoded > 0).then_some(&mut *d_encoded);
             let weights = &mut self.network_gradient;
@@ -123,7 +122,7 @@ impl Group {
     /// to 3 of the gradient) to that of its features, with the encoded points in
     /// `worker.a`.
     #[inline(always)]
-    fn back_through_color<S: Simd, T: Store>(
+    fn back_through_color<S: Simd>(
         &mut self,
         simd: S,
         decoder: &Decoder<'_>,
@@ -145,10 +144,10 @@ impl Group {
         {
             let Worker { a, gradients, output, color_input, .. } = &mut *worker;
             let values = Some(&mut output[..]);
-            job.backward.density_forward::<S, T>(simd, decoder, a, gradients, padded, values);
+            job.backward.density_forward(simd, decoder, a, gradients, padded, values);
             color_input[..n_features].copy_from_slice(&output[STRIDE..STRIDE + n_features]);
         }
-        worker.colors::<S, T>(simd, decoder, job.backward, padded);
+        worker.colors(simd, decoder, job.backward, padded);
         let rows = worker.gradients.rows();
         for c in 0..3 {
             for column in 0..padded {

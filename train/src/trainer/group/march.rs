@@ -9,7 +9,6 @@ use pocketnerf_core::lanes::transpose;
 use pocketnerf_core::march::composite::{self, Accumulated};
 use pocketnerf_core::march::{LANES, RayPacket, RayQueue, RayState, SampleBatch};
 use pocketnerf_core::scratch::Workspace;
-use pocketnerf_core::store::Store;
 
 use super::{BATCH, Group, Job, MIN_TRANSMITTANCE, Record, STRIDE, Worker, row_len};
 use crate::aligned::Aligned;
@@ -18,7 +17,7 @@ use crate::stopwatch::{Laps, Stage};
 impl Group {
     /// Density and features along every ray until it is opaque.
     #[inline(always)]
-    pub(super) fn march<S: Simd, T: Store, F: Field>(
+    pub(super) fn march<S: Simd, F: Field>(
         &mut self,
         simd: S,
         field: &F,
@@ -70,7 +69,7 @@ impl Group {
             };
             field.encode(simd, samples.points, &mut work);
             laps.end(Stage::Encode, n);
-            field.decode::<S, T>(simd, samples, &mut work);
+            field.decode(simd, samples, &mut work);
             laps.end(Stage::Density, n);
             // The first row of `a` is free now: opacities go there, sigma stays.
             worker.a[..padded].copy_from_slice(&worker.output[..padded]);

@@ -16,7 +16,6 @@ use pocketnerf_core::field::{Decoded, Field, Shading};
 use pocketnerf_core::march::composite::Accumulated;
 use pocketnerf_core::march::{LANES, Marcher, RayState};
 use pocketnerf_core::scratch::Tuning;
-use pocketnerf_core::store::Store;
 
 use super::aim::Aim;
 use super::attention::Attention;
@@ -210,7 +209,7 @@ impl Group {
 
     /// Everything: march, shade, and both backward passes.
     #[inline(always)]
-    pub(crate) fn run<S: Simd, T: Store, F: Decoded>(
+    pub(crate) fn run<S: Simd, F: Decoded>(
         &mut self,
         simd: S,
         field: &F,
@@ -219,12 +218,12 @@ impl Group {
     ) {
         self.stats = GroupStats::default();
         self.network_gradient.fill(0.0);
-        self.march::<S, T, F>(simd, field, job, worker);
+        self.march::<S, F>(simd, field, job, worker);
         match field.decoder().shading {
-            Shading::PerRay => self.shade::<S, T, F>(simd, field, job, worker),
+            Shading::PerRay => self.shade::<S, F>(simd, field, job, worker),
             Shading::PerSample => self.compare(row_len(field.channels())),
         }
         self.sample_gradients(job, row_len(field.channels()));
-        self.back_through_networks::<S, T, F>(simd, field, job, worker);
+        self.back_through_networks::<S, F>(simd, field, job, worker);
     }
 }

@@ -2,7 +2,6 @@
 
 use fearless_simd::Simd;
 use pocketnerf_core::field::NerfField;
-use pocketnerf_core::store::Store;
 
 use super::worker::NERF_BATCH;
 use super::{Group, GroupStats, Job, Worker, row_len};
@@ -12,7 +11,7 @@ use crate::stopwatch::{Laps, Stage};
 impl Group {
     /// Everything: march, compare, and back.
     #[inline(always)]
-    pub(crate) fn run_nerf<S: Simd, T: Store>(
+    pub(crate) fn run_nerf<S: Simd>(
         &mut self,
         simd: S,
         field: &NerfField<'_>,
@@ -22,20 +21,20 @@ impl Group {
         self.stats = GroupStats::default();
         self.network_gradient.fill(0.0);
         if let Some(paper) = &job.paper {
-            self.run_paper::<S, T>(simd, field, job, paper, worker);
+            self.run_paper(simd, field, job, paper, worker);
             return;
         }
-        self.march::<S, T, _>(simd, field, job, worker);
+        self.march::<S, _>(simd, field, job, worker);
         self.compare(row_len(3));
         self.sample_gradients(job, row_len(3));
         let mut laps = Laps::begin(job.stopwatch);
-        self.back_through_nerf::<S, T>(simd, field, job, worker);
+        self.back_through_nerf(simd, field, job, worker);
         laps.end(Stage::Backward, self.kept.len());
     }
 
     /// From samples to weights: forwards again, everything kept, then backwards.
     #[inline(always)]
-    fn back_through_nerf<S: Simd, T: Store>(
+    fn back_through_nerf<S: Simd>(
         &mut self,
         simd: S,
         field: &NerfField<'_>,
@@ -61,7 +60,7 @@ impl Group {
             let points = [0, 1, 2].map(|axis| &points[axis][..padded]);
             let directions = [0, 1, 2].map(|axis| &directions[axis][..padded]);
             let tape = &mut nerf.tapes[0];
-            tape.forward::<S, T>(simd, field, points, directions);
+            tape.forward(simd, field, points, directions);
             for (s, k) in kept.iter().enumerate() {
                 let record = &self.records[k.sample as usize];
                 let sigma = self.values[record.row as usize * row_len];

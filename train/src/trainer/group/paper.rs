@@ -12,7 +12,6 @@ use pocketnerf_core::march::hierarchical::{
 };
 use pocketnerf_core::march::{LANES, Reach};
 use pocketnerf_core::network::blocks::BLOCK;
-use pocketnerf_core::store::Store;
 
 use super::worker::NerfWorker;
 use super::{Group, Job, Worker};
@@ -68,7 +67,7 @@ struct Question<'q> {
 impl Samples {
     /// Asks the fine network of the field at all samples.
     #[inline(always)]
-    fn ask<S: Simd, T: Store>(
+    fn ask<S: Simd>(
         &mut self,
         simd: S,
         question: &Question<'_>,
@@ -89,7 +88,7 @@ impl Samples {
         let padded = self.t.len().next_multiple_of(BLOCK);
         self.axes.iter_mut().for_each(|axis| axis.resize(padded, 0.0));
         let [x, y, z, dx, dy, dz] = self.axes.each_ref().map(|axis| &axis[..]);
-        tape.forward::<S, T>(simd, field, [x, y, z], [dx, dy, dz]);
+        tape.forward(simd, field, [x, y, z], [dx, dy, dz]);
         if paper.noise > 0.0 {
             tape.raw().iter_mut().for_each(|raw| *raw += paper.noise * normal(random));
         }
@@ -161,7 +160,7 @@ impl Group {
 
     /// Everything, a few rays at a time.
     #[inline(always)]
-    pub(super) fn run_paper<S: Simd, T: Store>(
+    pub(super) fn run_paper<S: Simd>(
         &mut self,
         simd: S,
         field: &NerfField<'_>,
@@ -204,7 +203,7 @@ impl Group {
             }
             let (space, lines) = (&job.space, &lines[..]);
             let question = Question { lines, field: &coarse_field, space, paper };
-            first.ask::<S, T>(simd, &question, coarse_tape, &mut random);
+            first.ask(simd, &question, coarse_tape, &mut random);
             all.t.clear();
             for (t, weights) in
                 first.t.chunks_exact(n_coarse).zip(first.weights.chunks_exact(n_coarse))
@@ -220,7 +219,7 @@ impl Group {
                 merge(t, &found, &mut all.t[start..]);
             }
             let question = Question { field, ..question };
-            all.ask::<S, T>(simd, &question, fine_tape, &mut random);
+            all.ask(simd, &question, fine_tape, &mut random);
             self.stats.samples += lines.len() * (n_coarse + n_all);
             for (r, line) in lines.iter().enumerate() {
                 self.compare_along(&all, r * n_all..(r + 1) * n_all, fine_tape, line, field, true);

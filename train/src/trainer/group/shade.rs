@@ -2,7 +2,6 @@
 
 use fearless_simd::Simd;
 use pocketnerf_core::field::Decoded;
-use pocketnerf_core::store::Store;
 
 use super::{BATCH, Group, Job, MIN_TRANSMITTANCE, RayGradient, STRIDE, Worker, row_len};
 use crate::stopwatch::{Laps, Stage};
@@ -50,7 +49,7 @@ impl Group {
     /// Deferred shading: colour of every ray that met something, the error,
     /// and back through the colour network. `sums` become their gradients.
     #[inline(always)]
-    pub(super) fn shade<S: Simd, T: Store, F: Decoded>(
+    pub(super) fn shade<S: Simd, F: Decoded>(
         &mut self,
         simd: S,
         field: &F,
@@ -96,7 +95,7 @@ impl Group {
                     row[column] = d;
                 }
             }
-            worker.colors::<S, T>(simd, decoder, job.backward, padded);
+            worker.colors(simd, decoder, job.backward, padded);
             // Gradient of the colour network's outputs, before the logistic.
             for row in worker.gradients.rows().chunks_mut(STRIDE).take(3) {
                 row[..padded].fill(0.0);

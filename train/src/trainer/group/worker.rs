@@ -3,7 +3,6 @@
 use fearless_simd::Simd;
 use pocketnerf_core::field::Decoder;
 use pocketnerf_core::scratch::Limits;
-use pocketnerf_core::store::Store;
 
 use pocketnerf_core::march::{Hierarchical, LANES};
 use pocketnerf_core::network::blocks::BLOCK;
@@ -87,7 +86,7 @@ impl Worker {
     /// From the features in the first rows of `color_input` and the directions
     /// to colours in the first three rows of `output`.
     #[inline(always)]
-    pub(super) fn colors<S: Simd, T: Store>(
+    pub(super) fn colors<S: Simd>(
         &mut self,
         simd: S,
         decoder: &Decoder<'_>,
@@ -98,6 +97,6 @@ impl Worker {
         let harmonics = &mut color_input[decoder.n_features as usize * STRIDE..];
         let directions = [0, 1, 2].map(|axis| &directions[axis][..]);
         decoder.harmonics(simd, directions, n, harmonics, STRIDE);
-        backward.color_forward::<S, T>(simd, decoder, color_input, gradients, n, output);
+        backward.color_forward(simd, decoder, color_input, gradients, n, output);
     }
 }
