@@ -48,7 +48,6 @@ pub mod cameras;
 pub mod dataset;
 pub mod evaluate;
 pub mod field;
-pub mod image_file;
 pub mod json;
 pub mod lens;
 pub mod metrics;
@@ -57,7 +56,6 @@ pub mod picture;
 mod pool;
 pub mod pose;
 mod probe;
-pub mod progressive;
 pub mod random;
 #[doc(hidden)]
 pub mod stopwatch;

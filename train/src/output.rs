@@ -1,7 +1,10 @@
-//! Files that are whole or not there: written beside their place and renamed.
+//! Files that are written whole or not at all, and why one cannot be written.
 
-use std::io::{self, Write};
+use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
+
+use pocketnerf_formats::write_atomically;
 
 use crate::json::one_line;
 
@@ -41,26 +44,30 @@ pub enum OutputError {
     },
 }
 
-/// Whether a file can be written at `path`: ask before long work, not after.
-/// An existing file may be replaced and is left as it is.
+/// Checks that a file can be written at `path`, before long work rather than after it.
+/// An existing file is left as it is.
 ///
 /// # Errors
 /// One line that says what is in the way.
 pub fn check_output(path: &Path) -> Result<(), OutputError> {
-    temporary(path).map(drop)
+    check_place(path)?;
+    let refused = |source| OutputError::Refused { file: path.to_owned(), source };
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let attempt = path.with_file_name(name);
+    File::create_new(&attempt).map_err(refused)?;
+    std::fs::remove_file(&attempt).map_err(refused)
 }
 
-/// Writes `bytes` to a temporary file in the same folder and renames it, so
-/// that `path` never holds half a file.
+/// Writes `bytes` so that `path` never holds half a file, whatever happens:
+/// see [`write_atomically`].
 ///
 /// # Errors
 /// As [`check_output`], or when the disk is full; `path` is then as it was.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let refused = |source| OutputError::Refused { file: path.to_owned(), source };
-    let mut file = temporary(path)?;
-    file.write_all(bytes).map_err(refused)?;
-    file.persist(path).map_err(|error| refused(error.error))?;
-    Ok(())
+    check_place(path)?;
+    write_atomically(path, bytes)
+        .map_err(|source| OutputError::Refused { file: path.to_owned(), source })
 }
 
 /// The folder a file lies in.
@@ -68,8 +75,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// An open temporary file in the folder of `path`; it vanishes when dropped.
-fn temporary(path: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
+/// Checks that `path` names a file, in a folder that exists.
+fn check_place(path: &Path) -> Result<(), OutputError> {
     let file = path.to_owned();
     let ends_as_folder = path.to_string_lossy().ends_with(std::path::is_separator);
     if path.is_dir() || path.file_name().is_none() || ends_as_folder {
@@ -80,19 +87,13 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
     }
     let folder = folder_of(path);
     match std::fs::metadata(folder) {
-        Ok(kind) if kind.is_dir() => {}
-        Ok(_) => return Err(OutputError::FolderIsAFile { file, folder: folder.to_owned() }),
+        Ok(kind) if kind.is_dir() => Ok(()),
+        Ok(_) => Err(OutputError::FolderIsAFile { file, folder: folder.to_owned() }),
         Err(error) if error.kind() == io::ErrorKind::NotADirectory => {
-            return Err(OutputError::FolderIsAFile { file, folder: first_file(folder) });
+            Err(OutputError::FolderIsAFile { file, folder: first_file(folder) })
         }
-        Err(_) => return Err(OutputError::NoFolder { file, folder: folder.to_owned() }),
+        Err(_) => Err(OutputError::NoFolder { file, folder: folder.to_owned() }),
     }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".pocketnerf-").suffix(".tmp");
-    // As any newly created file; the system takes the user's mask off.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(|source| OutputError::Refused { file, source })
 }
 
 /// The part of a folder's path that is a file.

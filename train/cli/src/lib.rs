@@ -10,5 +10,7 @@ pub mod chart;
 mod commands;
 #[doc(hidden)]
 pub mod convert;
+#[doc(hidden)]
+pub mod machine;
 
 pub use commands::run;

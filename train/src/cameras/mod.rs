@@ -1,6 +1,7 @@
 //! Cameras to render from: orbits, single poses and camera paths.
 
 mod path;
+mod subject;
 
 use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,7 @@ use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera, Space, math};
 
 pub use path::camera_path;
+pub(crate) use subject::{cube, distances, nearest_to_axes, object_box};
 
 use crate::json::{self, JsonError, one_line};
 use crate::pose::{self, PoseProblem};

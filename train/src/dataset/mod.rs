@@ -26,7 +26,6 @@ use rayon::prelude::*;
 pub use error::DatasetError;
 #[doc(hidden)]
 pub use fingerprint::hash_of;
-pub(crate) use report::nearest_to_axes;
 pub use report::{DatasetReport, ImageSize, SplitReport, inspect, inspect_with};
 pub use view::View;
 

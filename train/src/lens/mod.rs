@@ -7,11 +7,13 @@
 
 mod ball;
 mod radial;
+mod render;
 
 use pocketnerf_core::{Camera, Ray};
 
 pub(crate) use ball::Rectangle;
 use radial::Radial;
+pub(crate) use render::render_through;
 
 /// What lies between a pinhole camera and the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -45,7 +45,6 @@ pub use optimizer::{Adam, Slices};
 pub use rays::{Backdrop, RaySource, Targets, TrainingRay};
 pub use run::{Progress, Run, Summary, run};
 pub use scene_box::find_box;
-pub(crate) use scene_box::object_box;
 pub use scene_ndc::ndc_of;
 pub use schedule::{Length, Plan};
 pub use step::{StepSettings, StepStats};

@@ -3,7 +3,7 @@
 use pocketnerf_core::{Camera, Space};
 
 use super::hull::Hull;
-use crate::dataset::nearest_to_axes;
+use crate::cameras::{cube, distances, object_box};
 
 /// Cells along an axis when looking for the box.
 const RESOLUTION: u32 = 64;
@@ -32,35 +32,11 @@ pub fn find_box(cameras: &[Camera], hull: Option<&Hull>) -> Space {
     if cells.is_empty() || found.validate().is_err() { around } else { found }
 }
 
-/// The box of an object that the cameras look at, silhouettes unknown: a cube around the
-/// point that they look at, as large as half the way to the nearest camera on every side.
-pub(crate) fn object_box(cameras: &[Camera]) -> Space {
-    let (center, distances) = distances(cameras);
-    cube(center, 0.5 * distances.into_iter().fold(f32::INFINITY, f32::min))
-}
-
 /// Opaque images show a background, wherever a ray ends: a cube that holds most of the
 /// cameras too.
 fn background_box(cameras: &[Camera]) -> Space {
     let (center, distances) = distances(cameras);
     cube(center, BACKGROUND * distances.iter().sum::<f32>() / distances.len() as f32)
-}
-
-/// The point that the cameras look at, and how far each is from it.
-fn distances(cameras: &[Camera]) -> ([f32; 3], Vec<f32>) {
-    let poses: Vec<[f32; 16]> = cameras.iter().map(|c| c.camera_to_world).collect();
-    let center = nearest_to_axes(&poses).map_or([0.0; 3], |p| p.as_vec3().to_array());
-    let distance = |c: &Camera| {
-        let p = c.position();
-        (0..3).map(|a| (p[a] - center[a]).powi(2)).sum::<f32>().sqrt()
-    };
-    (center, cameras.iter().map(distance).collect())
-}
-
-/// A unit to each side where there is no size.
-fn cube(center: [f32; 3], half: f32) -> Space {
-    let half = if half.is_finite() && half > 5e-4 { half } else { 1.0 };
-    Space::Box { min: center.map(|c| c - half), max: center.map(|c| c + half) }
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! Tiles of the training views, on which it is tried what a finished model bears.
 
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
-use rayon::prelude::*;
 
 use super::aim::Aim;
 use super::rays::{Pixel, RaySource};
-use crate::lens::Lens;
-use crate::picture::render_through;
+use crate::lens::{Lens, render_through};
+use crate::pool::Pool;
 use crate::random::Random;
 
 /// Distinguishes these random numbers from others of the same seed.
@@ -45,15 +44,13 @@ impl Trial<'_> {
         options: &RenderOptions,
         look: impl Fn(&Tried<'_>) -> Result<T, Error> + Sync,
     ) -> Result<Vec<T>, Error> {
-        let tiles = (0..self.tiles).into_par_iter().with_max_len(1);
         let scratch = || vec![0.0; options.scratch_len()];
-        let rendered = tiles.map_init(scratch, |scratch, number| {
+        Pool::default().map((0..self.tiles).collect(), scratch, |scratch, number| {
             let mut tried = self.tile(number, model.display.background);
             let Tried { camera, lens, tile, rgba, .. } = &mut tried;
             render_through(model, (camera, lens), *tile, options, scratch, rgba, None)?;
             look(&tried)
-        });
-        rendered.collect()
+        })
     }
 
     /// A tile around a random pixel that sees something.

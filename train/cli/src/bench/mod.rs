@@ -1,10 +1,9 @@
 //! How near every stage of rendering and training comes to what bounds it.
 //!
-//! [`machine`] measures what the machine can do at best; [`work`] counts what a
-//! field asks of it; [`training`] and [`rendering`] time the stages. Everything
-//! is measured in one run, because only ratios within one run mean anything.
+//! [`machine`](crate::machine) measures what the machine can do at best; [`work`] counts
+//! what a field takes; [`training`] and [`rendering`] time the stages. Everything is
+//! measured in one run, because only ratios within one run mean anything.
 
-pub mod machine;
 pub mod networks;
 pub mod rendering;
 mod report;
@@ -14,7 +13,6 @@ pub mod training;
 mod update;
 pub mod work;
 
-pub use machine::Machine;
 pub use rendering::Rendering;
 pub use report::Report;
 pub use stage::StageCost;

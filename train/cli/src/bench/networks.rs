@@ -15,8 +15,8 @@ use pocketnerf_train::field::{
 use pocketnerf_train::random::Random;
 use pocketnerf_train::trainer::TrainConfig;
 
-use super::machine::Machine;
 use super::stage::{Crowd, Demand, Measured, StageCost, stages};
+use crate::machine::Machine;
 
 /// Samples of a batch, as in rendering.
 const BATCH: usize = Tuning::FAST.samples;

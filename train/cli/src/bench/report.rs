@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::machine::Curve;
-use super::{Machine, Rendering, StageCost, Training};
+use super::{Rendering, StageCost, Training};
+use crate::machine::{Curve, Machine};
 
 /// Everything that was measured: the object that `bench --json` prints.
 #[derive(Clone, Debug, Serialize)]
@@ -100,7 +100,7 @@ impl Report {
 }
 
 fn streams(curve: &Curve) -> Vec<Stream> {
-    let stream = |point: &super::machine::Point| Stream {
+    let stream = |point: &crate::machine::Point| Stream {
         bytes: point.bytes,
         gb_per_s_one_thread: point.rate.one_thread * 1e-9,
         gb_per_s_all: point.rate.all * 1e-9,
@@ -109,7 +109,7 @@ fn streams(curve: &Curve) -> Vec<Stream> {
 }
 
 fn gathers(curve: &Curve) -> Vec<Gather> {
-    let gather = |point: &super::machine::Point| Gather {
+    let gather = |point: &crate::machine::Point| Gather {
         bytes: point.bytes,
         per_second_one_thread: point.rate.one_thread,
         per_second_all: point.rate.all,

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::machine::{Machine, Rate};
 use super::work::LevelReads;
+use crate::machine::{Machine, Rate};
 
 /// What a unit of a stage's work takes at least.
 #[derive(Clone, Debug, Default)]
@@ -175,8 +175,8 @@ pub(super) fn fraction_of_bounds(stages: &[StageCost]) -> f64 {
 mod tests {
     use pocketnerf_core::SimdLevel;
 
-    use super::super::machine::{Curve, Point};
     use super::*;
+    use crate::machine::{Curve, Point};
 
     /// 100 GFLOP/s, 2e9 gathers a second and 10 GB/s a thread; three threads are
     /// twice as fast as one.

@@ -8,10 +8,10 @@ use pocketnerf_train::stopwatch::{Stage as S, Stopwatch};
 use pocketnerf_train::trainer::{GROUPS, Length, Run, TrainConfig, Trainer};
 use serde::Serialize;
 
-use super::machine::Machine;
 use super::stage::{Crowd, Demand, Measured, StageCost, fraction_of_bounds, stages};
 use super::work::{self, LevelReads};
 use super::{BenchError, update};
+use crate::machine::Machine;
 
 /// One in so many steps is not timed: until the occupancy knows what is empty.
 const WARM_UP: u32 = 5;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bench::Machine;
+use crate::machine::Machine;
 
 /// The program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

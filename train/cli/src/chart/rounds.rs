@@ -9,7 +9,7 @@ use pocketnerf_core::{Camera, Error, Model};
 use pocketnerf_train::lens::Lens;
 use pocketnerf_train::picture::{Renderer, Settings};
 
-use crate::bench::machine::Pace;
+use crate::machine::Pace;
 
 /// A turn takes about so long, seconds, where one picture does not take longer.
 const TURN: f64 = 0.25;

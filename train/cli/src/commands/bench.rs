@@ -11,7 +11,8 @@ use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{TrainConfig, ndc_of};
 
 use super::{Common, Failure, open, open_to_render, print_line, read_model};
-use crate::bench::{Machine, Report, machine, networks, rendering, training};
+use crate::bench::{Report, networks, rendering, training};
+use crate::machine::{self, Machine};
 
 /// Views that are rendered.
 const VIEWS: usize = 3;

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use pocketnerf_formats::Precision;
+use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::Split;
 use pocketnerf_train::evaluate::{Evaluation, evaluate};
 use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::metrics::Metrics;
+use pocketnerf_train::picture::image_file;
 use pocketnerf_train::trainer::{Length, Run, TrainConfig, Trainer};
-use pocketnerf_train::{builtin, image_file};
 
 use super::{Common, Failure, make_folder, open_to_render, print_line, read_model, train};
 

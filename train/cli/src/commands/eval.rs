@@ -6,9 +6,9 @@ use pocketnerf_core::Camera;
 use pocketnerf_formats::PixelOrigin;
 use pocketnerf_train::dataset::Split;
 use pocketnerf_train::evaluate::{Evaluation, evaluate};
-use pocketnerf_train::image_file;
 use pocketnerf_train::metrics::{Lpips, Metrics};
 use pocketnerf_train::picture::Settings;
+use pocketnerf_train::picture::image_file;
 
 use super::sampling::Sampling;
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};

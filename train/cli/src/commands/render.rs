@@ -6,9 +6,8 @@ use std::time::{Duration, Instant};
 use pocketnerf_core::{Camera, Model};
 use pocketnerf_formats::ModelFile;
 use pocketnerf_train::cameras::{self, Orbit};
-use pocketnerf_train::picture::Picture;
-use pocketnerf_train::progressive::Progressive;
-use pocketnerf_train::{image_file, metrics, output, picture};
+use pocketnerf_train::picture::{self, Picture, Progressive, image_file};
+use pocketnerf_train::{metrics, output};
 
 use super::sampling::Sampling;
 use super::{Common, Failure, make_folder, open_to_render, read_model};

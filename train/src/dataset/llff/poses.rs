@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DMat4, DVec3};
 
-use crate::dataset::nearest_to_axes;
+use crate::cameras::nearest_to_axes;
 
 /// The nearest depth of all lies here: behind the near plane of normalised device
 /// coordinates, which is at 1.

@@ -1,10 +1,10 @@
 //! Where cameras are and what they look at.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use pocketnerf_core::{Camera, Ray, Space};
 
+use crate::cameras::object_box;
 use crate::dataset::listing::Listing;
-use crate::trainer::object_box;
 
 fn position(pose: &[f32; 16]) -> DVec3 {
     DVec3::new(pose[3].into(), pose[7].into(), pose[11].into())
@@ -25,26 +25,7 @@ pub(super) fn distances(poses: &[[f32; 16]], point: DVec3) -> [f32; 2] {
     [of.clone().fold(f32::INFINITY, f32::min), of.fold(0.0, f32::max)]
 }
 
-/// The point with the least sum of squared distances to the optical axes:
-/// Σ (I − d dᵀ) p = Σ (I − d dᵀ) o.
-pub(crate) fn nearest_to_axes(poses: &[[f32; 16]]) -> Option<DVec3> {
-    let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
-    for pose in poses {
-        let axis = DVec3::new(pose[2].into(), pose[6].into(), pose[10].into()).normalize();
-        let across =
-            DMat3::IDENTITY - DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
-        matrix += across;
-        right += across * position(pose);
-    }
-    // The determinant of the mean is 0 for parallel axes, at most 8/27.
-    let n = poses.len() as f64;
-    // Without cameras it is not a number.
-    let apart = (matrix * (1.0 / n)).determinant() >= 1e-9;
-    apart.then(|| matrix.inverse() * right)
-}
-
-/// The box that should be looked at: the dataset's own, or an object's, found from the
-/// cameras alone.
+/// The box to look at: the dataset's own, or that of an object, from the cameras alone.
 /// Forward-facing captures have none.
 pub(super) fn scene_box(listing: &Listing) -> Option<[[f32; 3]; 2]> {
     if listing.forward_facing {
@@ -72,17 +53,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn axes_that_meet_and_axes_that_do_not() {
+    fn boxes_of_cameras_and_what_they_look_at() {
         let target = [1.0, 2.0, 3.0];
         let poses: Vec<_> = [[5.0, 2.0, 3.0], [1.0, 9.0, 3.5], [0.0, 0.0, 8.0]]
             .into_iter()
             .map(|eye| Camera::look_at(eye, target, [0.0, 0.0, 1.0]))
             .collect();
-        let point = nearest_to_axes(&poses).unwrap();
-        assert!(point.distance(DVec3::new(1.0, 2.0, 3.0)) < 1e-5, "{point}");
         assert_eq!(camera_box(&poses), [[0.0, 0.0, 3.0], [5.0, 9.0, 8.0]]);
-        assert_eq!(nearest_to_axes(&poses[..1]), None);
-        assert_eq!(nearest_to_axes(&[]), None);
         // The first comes along x, the second along y, the third from above.
         let beside = [[0.0, 1.9, 2.9], [0.5, 2.1, 3.1]];
         assert_eq!(share_looking_at(&poses[..2], beside), 0.5);

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::listing::{Frame, Listing};
 use super::{DatasetError, LoadOptions, Split, decode, images, list};
-pub(crate) use look::nearest_to_axes;
+use crate::cameras::nearest_to_axes;
 use look::{camera_box, distances, scene_box, share_looking_at};
 
 /// What is in a dataset. Missing or unreadable images are counted, not refused.

@@ -11,7 +11,7 @@ use rayon::ThreadPool;
 use serde::Serialize;
 
 use super::watch::{Counts, Empty, empty, watch};
-use crate::bench::machine::Probe;
+use crate::machine::Probe;
 
 /// Stages of rendering, in their order.
 pub(super) const STAGES: [Stage; 7] = [

@@ -12,9 +12,9 @@ use serde::Serialize;
 
 pub use frames::Variant;
 
-use super::machine::{Machine, Probe};
 use super::stage::{Crowd, Demand, Measured, StageCost, fraction_of_bounds, stages};
 use super::{BenchError, work};
+use crate::machine::{Machine, Probe};
 use frames::{Job, Round, STAGES, all_empty, every_pixel, medians, variants};
 use watch::Counts;
 

@@ -13,12 +13,12 @@ use super::progress::{Progress, duration};
 use super::scenes::Scene;
 use super::score::{Judge, Scored};
 use super::{Chart, Stop};
-use crate::bench::machine::Pace;
 use crate::chart::rounds::{Contestant, Turn, rounds};
 use crate::chart::statistics::Summary;
 use crate::chart::{Axis, OURS, Point, frontier};
 use crate::commands::train::quoted;
 use crate::commands::{Common, Failure, make_folder, open_to_render};
+use crate::machine::Pace;
 
 /// Views that are timed.
 const TIMED: usize = 4;

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use pocketnerf_core::Camera;
 use pocketnerf_train::dataset::{Dataset, hash_of};
 use pocketnerf_train::evaluate::evaluate;
-use pocketnerf_train::image_file;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::output;
 use pocketnerf_train::picture::Settings;
+use pocketnerf_train::picture::image_file;
 use serde::{Deserialize, Serialize};
 
 use super::measure::Way;

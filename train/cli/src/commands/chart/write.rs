@@ -2,19 +2,19 @@
 
 use std::path::Path;
 
-use pocketnerf_train::image_file::encode_rgb;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::output::write_atomic;
+use pocketnerf_train::picture::image_file::encode_rgb;
 use serde::Deserialize;
 
 use super::Chart;
 use super::measure::Measured;
-use crate::bench::Machine;
 use crate::chart::{
     self, Axis, MachineFacts, Point, Program, Protocol, bjontegaard, drawing, page, table,
 };
 use crate::commands::train::quoted;
 use crate::commands::{Common, Failure, print_line};
+use crate::machine::Machine;
 
 /// Costs by which methods are compared.
 const COMPARED: [Axis; 3] = [Axis::MsPerFrame, Axis::Bytes, Axis::TrainSeconds];

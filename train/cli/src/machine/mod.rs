@@ -168,20 +168,20 @@ fn gathers(level: Level, span: Span, entries: &[u64]) -> Curve {
 }
 
 /// Looks at the machine again while something else is measured.
-pub(super) struct Probe {
+pub(crate) struct Probe {
     level: Level,
     span: Span,
     values: Aligned<f32>,
 }
 
 impl Probe {
-    pub(super) fn new(simd: SimdLevel, quick: bool) -> Result<Self, Error> {
+    pub(crate) fn new(simd: SimdLevel, quick: bool) -> Result<Self, Error> {
         Ok(Self { level: simd.token()?, span: effort(quick).0, values: values() })
     }
 
     /// Floating-point operations a second in registers, and bytes a second that no
     /// cache holds.
-    pub(super) fn look(&self) -> [Rate; 2] {
+    pub(crate) fn look(&self) -> [Rate; 2] {
         let flops = dispatch!(self.level, simd => registers(self.span, simd));
         [flops, stream(self.level, self.span, &self.values, LARGEST_STREAM)]
     }

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use pocketnerf_core::render::{Refinement, Refinements, RenderStats, Tiles, refine_tile};
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
-use rayon::prelude::*;
 
-use crate::picture::{Picture, Settings, copy_rows};
+use super::{Picture, Settings};
+use crate::pool::Pool;
 
 /// Time to put tiles together, a pixel: kept back from the deadline.
 const ASSEMBLE: Duration = Duration::from_nanos(6);
@@ -21,6 +21,7 @@ pub struct Progressive<'m> {
     camera: Camera,
     options: RenderOptions,
     parts: Vec<Part>,
+    scratch: Pool<Vec<f32>>,
 }
 
 /// A tile of the picture.
@@ -52,7 +53,7 @@ impl<'m> Progressive<'m> {
             took: Duration::ZERO,
         });
         let (parts, options) = (parts.collect(), settings.options(model));
-        Self { model, camera: *camera, options, parts }
+        Self { model, camera: *camera, options, parts, scratch: Pool::default() }
     }
 
     /// Refines until `deadline`, on all threads of the current pool; says whether
@@ -69,22 +70,19 @@ impl<'m> Progressive<'m> {
             let (model, camera, options) = (self.model, &self.camera, &self.options);
             let coarser = |part: &&mut Part| part.spacing == 0 || part.spacing > level;
             let pending: Vec<&mut Part> = self.parts.iter_mut().filter(coarser).collect();
-            pending.into_par_iter().with_max_len(1).try_for_each_init(
-                || vec![0.0; options.scratch_len()],
-                |scratch, part| {
-                    let begun = Instant::now();
-                    if part.spacing > 0 && begun + part.took * GROWTH > deadline {
-                        return Ok(());
-                    }
-                    let piece = Refinement { tile: part.tile, known: part.spacing, spacing: level };
-                    let depth = (!part.depth.is_empty()).then_some(&mut part.depth[..]);
-                    let rgba = &mut part.rgba;
-                    part.stats +=
-                        refine_tile(model, camera, &piece, options, scratch, rgba, depth)?;
-                    (part.spacing, part.took) = (level, begun.elapsed());
-                    Ok(())
-                },
-            )?;
+            let scratch = || vec![0.0; options.scratch_len()];
+            self.scratch.map(pending, scratch, |scratch, part| {
+                let begun = Instant::now();
+                if part.spacing > 0 && begun + part.took * GROWTH > deadline {
+                    return Ok(());
+                }
+                let piece = Refinement { tile: part.tile, known: part.spacing, spacing: level };
+                let depth = (!part.depth.is_empty()).then_some(&mut part.depth[..]);
+                let rgba = &mut part.rgba;
+                part.stats += refine_tile(model, camera, &piece, options, scratch, rgba, depth)?;
+                (part.spacing, part.took) = (level, begun.elapsed());
+                Ok(())
+            })?;
             level /= 2;
         }
         Ok(self.parts.iter().all(|part| part.spacing == 1))
@@ -122,5 +120,13 @@ impl<'m> Progressive<'m> {
         let all: usize = self.parts.iter().map(|part| part.tile.pixels()).sum();
         let done: usize = self.parts.iter().filter(refined).map(|part| part.tile.pixels()).sum();
         done as f64 / all.max(1) as f64
+    }
+}
+
+/// Copies a tile, `channels` values a pixel, to its columns of rows of `row` pixels.
+fn copy_rows(from: &[f32], to: &mut [f32], channels: usize, tile: Tile, row: usize) {
+    let n = tile.width as usize * channels;
+    for (from, to) in from.chunks_exact(n).zip(to.chunks_exact_mut(row * channels)) {
+        to[tile.x as usize * channels..][..n].copy_from_slice(from);
     }
 }

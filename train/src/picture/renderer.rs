@@ -1,0 +1,132 @@
+//! Renders whole pictures, tiles in parallel.
+
+use pocketnerf_core::render::{RenderStats, Tiles};
+use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
+
+use super::{Picture, Settings};
+use crate::lens::{Lens, render_through};
+use crate::pool::Pool;
+
+/// Renders pictures one after another, in memory that it keeps.
+#[derive(Debug)]
+pub struct Renderer<'m> {
+    model: &'m Model<'m>,
+    options: RenderOptions,
+    depth: bool,
+    workers: Pool<Worker>,
+    picture: Picture,
+}
+
+impl<'m> Renderer<'m> {
+    /// To render `model`.
+    #[must_use]
+    pub fn new(model: &'m Model<'m>, settings: &Settings) -> Self {
+        Self::with_options(model, settings.options(model), settings.depth)
+    }
+
+    /// The same with any options, and with `depth` where wanted.
+    #[must_use]
+    pub fn with_options(model: &'m Model<'m>, options: RenderOptions, depth: bool) -> Self {
+        Self { model, options, depth, workers: Pool::default(), picture: Picture::default() }
+    }
+
+    /// Renders the picture that `camera` takes, on all threads of the current pool.
+    ///
+    /// # Errors
+    /// Whatever [`render_tile`](pocketnerf_core::render_tile) reports.
+    pub fn render(&mut self, camera: &Camera) -> Result<&Picture, Error> {
+        self.render_through(camera, &Lens::Pinhole)
+    }
+
+    /// Renders the picture that `camera` takes through `lens`. Where the lens shows
+    /// nothing, see [`Lens::undistort`].
+    ///
+    /// # Errors
+    /// Whatever [`render_tile`](pocketnerf_core::render_tile) reports.
+    pub fn render_through(&mut self, camera: &Camera, lens: &Lens) -> Result<&Picture, Error> {
+        let Self { model, options, depth, workers, picture } = self;
+        let (width, height) = (camera.width, camera.height);
+        let pixels = width as usize * height as usize;
+        picture.rgba.resize(pixels * 4, 0.0);
+        picture.depth.resize(if *depth { pixels } else { 0 }, 0.0);
+        let parts = parts(width, height, &mut picture.rgba, &mut picture.depth);
+        let worker = || Worker::new(options, *depth);
+        let stats = workers.map(parts, worker, |worker, part| {
+            worker.render(model, (camera, lens), options, part)
+        })?;
+        let stats = stats.into_iter().fold(RenderStats::default(), |mut a, b| {
+            a += b;
+            a
+        });
+        (picture.width, picture.height, picture.stats) = (width, height, stats);
+        Ok(picture)
+    }
+
+    /// The last picture.
+    pub(super) fn into_picture(self) -> Picture {
+        self.picture
+    }
+}
+
+/// A tile of a picture, and the pieces of the picture's rows that it covers.
+struct Part<'p> {
+    tile: Tile,
+    rgba: Vec<&'p mut [f32]>,
+    /// Empty where it was not asked for.
+    depth: Vec<&'p mut [f32]>,
+}
+
+/// Cuts a picture of so many columns into tiles.
+fn parts<'p>(width: u32, height: u32, rgba: &'p mut [f32], depth: &'p mut [f32]) -> Vec<Part<'p>> {
+    let part = |tile| Part { tile, rgba: Vec::new(), depth: Vec::new() };
+    let tiles = Tiles::new(width, height);
+    let [w, h] = tiles.size().map(|side| side as usize);
+    let mut parts: Vec<Part<'p>> = tiles.map(part).collect();
+    let row = width.max(1) as usize;
+    let first = |y: usize| y / h * row.div_ceil(w);
+    for (y, row) in rgba.chunks_mut(4 * row).enumerate() {
+        let pieces = row.chunks_mut(4 * w).zip(&mut parts[first(y)..]);
+        pieces.for_each(|(piece, part)| part.rgba.push(piece));
+    }
+    for (y, row) in depth.chunks_mut(row).enumerate() {
+        let pieces = row.chunks_mut(w).zip(&mut parts[first(y)..]);
+        pieces.for_each(|(piece, part)| part.depth.push(piece));
+    }
+    parts
+}
+
+/// What a thread needs: the renderer's scratch and a tile.
+#[derive(Debug)]
+struct Worker {
+    scratch: Vec<f32>,
+    rgba: Vec<f32>,
+    depth: Vec<f32>,
+}
+
+impl Worker {
+    fn new(options: &RenderOptions, depth: bool) -> Self {
+        let n = Tiles::MOST_PIXELS;
+        let scratch = vec![0.0; options.scratch_len()];
+        Self { scratch, rgba: vec![0.0; 4 * n], depth: vec![0.0; if depth { n } else { 0 }] }
+    }
+
+    /// Renders a tile.
+    fn render(
+        &mut self,
+        model: &Model<'_>,
+        through: (&Camera, &Lens),
+        options: &RenderOptions,
+        part: Part<'_>,
+    ) -> Result<RenderStats, Error> {
+        let (tile, width) = (part.tile, part.tile.width as usize);
+        let rgba = &mut self.rgba[..4 * tile.pixels()];
+        let depth = (!part.depth.is_empty()).then(|| &mut self.depth[..tile.pixels()]);
+        let scratch = &mut self.scratch;
+        let stats = render_through(model, through, tile, options, scratch, rgba, depth)?;
+        let rows = self.rgba.chunks_exact(4 * width).zip(part.rgba);
+        rows.for_each(|(from, to)| to.copy_from_slice(from));
+        let rows = self.depth.chunks_exact(width).zip(part.depth);
+        rows.for_each(|(from, to)| to.copy_from_slice(from));
+        Ok(stats)
+    }
+}
