@@ -9,8 +9,8 @@ use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::evaluate::evaluate;
 use pocketnerf_train::metrics::Metrics;
-use pocketnerf_train::picture::{self, Settings};
 use pocketnerf_train::picture::Progressive;
+use pocketnerf_train::picture::{self, Settings};
 
 const BYTES: &[u8] = include_bytes!("../../embed-demo/still-life.pnerf");
 
