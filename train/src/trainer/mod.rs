@@ -1,52 +1,35 @@
 //! The training loop: rays → march → shade → back → scatter → new parameters.
 
-mod aim;
-mod alias;
-mod attention;
-mod cells;
-pub mod checkpoint;
 mod config;
-mod effort;
-mod emptier;
-mod finished;
+mod finish;
 #[cfg(test)]
 mod gradient_tests;
-mod group;
-mod guard;
-mod hull;
-mod muon;
-mod occupancy_grid;
-mod optimizer;
-mod rays;
+mod occupancy;
+mod optim;
+mod pixels;
+mod prepass;
 mod run;
-mod scene_box;
-mod scene_ndc;
-mod schedule;
-mod scout;
 mod step;
-mod tolerance;
-mod trial;
-mod update;
 
 use fearless_simd::Level;
 use pocketnerf_core::scratch::Limits;
 use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 
-pub use cells::{dilated, pack};
-pub use checkpoint::{Checkpoint, CheckpointError};
 pub use config::{Paper, TrainConfig};
-pub use effort::Effort;
-pub use finished::Finished;
-pub use guard::{Diverged, MAX_RESTARTS, Trouble};
-pub use hull::Hull;
-pub use occupancy_grid::OccupancyGrid;
-pub(crate) use occupancy_grid::PERIOD as OCCUPANCY_PERIOD;
-pub use optimizer::{Adam, Slices};
-pub use rays::{Backdrop, RaySource, Targets, TrainingRay};
+pub use finish::Finished;
+pub use finish::budget::Effort;
+pub use occupancy::cells::{dilated, pack};
+pub use occupancy::density_grid::OccupancyGrid;
+pub(crate) use occupancy::density_grid::PERIOD as OCCUPANCY_PERIOD;
+pub use optim::adam::{Adam, Slices};
+pub use optim::schedule::{Length, Plan};
+pub use pixels::rays::{Backdrop, RaySource, Targets, TrainingRay};
+pub use prepass::scene_box::find_box;
+pub use prepass::scene_ndc::ndc_of;
+pub use prepass::visual_hull::Hull;
+pub use run::checkpoint::{self, Checkpoint, CheckpointError};
+pub use run::guard::{Diverged, MAX_RESTARTS, Trouble};
 pub use run::{Progress, Run, Summary, run};
-pub use scene_box::find_box;
-pub use scene_ndc::ndc_of;
-pub use schedule::{Length, Plan};
 pub use step::{StepSettings, StepStats};
 
 use crate::aligned::Aligned;
@@ -55,9 +38,11 @@ use crate::field::{Backward, EncodingConfig, Layout, Rounded, initialize};
 use crate::pool::Pool;
 use crate::probe::Probe;
 use crate::stopwatch::Stopwatch;
-use aim::Aim;
-use attention::Attention;
-use group::{Group, MIN_TRANSMITTANCE, Worker};
+use pixels::importance::Attention;
+use pixels::visibility::Aim;
+use prepass::coarse_field;
+use run::guard;
+use step::group::{Group, MIN_TRANSMITTANCE, Worker};
 
 /// Shares that a step is cut into, at any number of threads.
 pub const GROUPS: usize = 16;
@@ -143,7 +128,7 @@ impl Trainer {
             None => find_box(source.cameras(), hull.as_ref()),
         };
         if let (None, Some(hull)) = (config.aabb, &hull) {
-            (space, source) = scout::tighten(space, source, hull, &config, simd)?;
+            (space, source) = coarse_field::tighten(space, source, hull, &config, simd)?;
         }
         // A checkpoint holds it: going on does not look for it again.
         config.aabb = space.scene_box();
@@ -180,7 +165,7 @@ impl Trainer {
             None => all_cells(&space, resolution),
         };
         let (candidates, source) = match (config.nerf_field(), config.paper) {
-            (Some(_), None) => scout::cells(source, hull, space, &config, simd, candidates)?,
+            (Some(_), None) => coarse_field::cells(source, hull, space, &config, simd, candidates)?,
             _ => (candidates, source),
         };
         // Coordinates that hold all that the cameras see: every tile sees something.

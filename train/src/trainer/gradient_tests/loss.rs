@@ -6,7 +6,7 @@ use pocketnerf_core::field::Shading;
 
 use crate::field::{EncodingConfig, FieldConfig, Layout, Part};
 use crate::trainer::TrainingRay;
-use crate::trainer::group::{MIN_TRANSMITTANCE, Record};
+use crate::trainer::step::group::{MIN_TRANSMITTANCE, Record};
 
 /// The loss of some rays as a function of the parameters.
 pub(super) struct Loss {

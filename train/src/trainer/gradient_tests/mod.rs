@@ -14,7 +14,7 @@ use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::march::Marcher;
 
-use super::group::Job;
+use super::step::group::Job;
 use super::step::run_group;
 use super::*;
 use crate::dataset::{Split, View};
@@ -206,7 +206,7 @@ impl Step {
             for (l, range) in layout.levels().iter().enumerate() {
                 let (table, to) = (grid.level(l), &mut gradient[range.indices()]);
                 dispatch!(*level, simd => {
-                    update::scatter_groups(simd, groups, &table, l, features, n_encoded, to);
+                    optim::update::scatter_groups(simd, groups, &table, l, features, n_encoded, to);
                 });
             }
         }

@@ -1,0 +1,99 @@
+//! Tiles of the training views, on which it is tried what a finished model bears.
+
+use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
+
+use crate::lens::{Lens, render_through};
+use crate::pool::Pool;
+use crate::random::Random;
+use crate::trainer::pixels::rays::{Pixel, RaySource};
+use crate::trainer::pixels::visibility::Aim;
+
+/// Distinguishes these random numbers from others of the same seed.
+const STREAM: u64 = 4;
+
+/// Random tiles of the training views, the same for the same seed.
+#[derive(Clone, Copy)]
+pub(crate) struct Trial<'t> {
+    pub(crate) source: &'t RaySource,
+    pub(crate) aim: &'t Aim,
+    pub(crate) seed: u64,
+    /// How many.
+    pub(crate) tiles: usize,
+    /// Width and height of a tile.
+    pub(crate) size: [u32; 2],
+}
+
+/// A tile that was rendered.
+pub(crate) struct Tried<'t> {
+    camera: &'t Camera,
+    lens: &'t Lens,
+    photograph: &'t [u8],
+    mask: Option<&'t [u8]>,
+    background: [f32; 3],
+    /// Which pixels.
+    pub(crate) tile: Tile,
+    /// Premultiplied.
+    pub(crate) rgba: Vec<f32>,
+}
+
+impl Trial<'_> {
+    /// Renders all tiles; gives what `look` makes of each.
+    pub(crate) fn render<T: Send>(
+        &self,
+        model: &Model<'_>,
+        options: &RenderOptions,
+        look: impl Fn(&Tried<'_>) -> Result<T, Error> + Sync,
+    ) -> Result<Vec<T>, Error> {
+        let scratch = || vec![0.0; options.scratch_len()];
+        Pool::default().map((0..self.tiles).collect(), scratch, |scratch, number| {
+            let mut tried = self.tile(number, model.display.background);
+            let Tried { camera, lens, tile, rgba, .. } = &mut tried;
+            render_through(model, (camera, lens), *tile, options, scratch, rgba, None)?;
+            look(&tried)
+        })
+    }
+
+    /// A tile around a random pixel that sees something.
+    fn tile(&self, number: usize, background: [f32; 3]) -> Tried<'_> {
+        let mut random = Random::new(self.seed, [STREAM, number as u64, 0]);
+        let seen = random.below(self.aim.n_tiles());
+        let Pixel { view, x, y } = self.aim.pixel(self.source.cameras(), seen, &mut random);
+        let camera = &self.source.cameras()[view as usize];
+        let lens = &self.source.lenses()[view as usize];
+        let photograph = &self.source.images()[view as usize];
+        let mask = self.source.masks()[view as usize].as_deref();
+        let [width, height] = [self.size[0].min(camera.width), self.size[1].min(camera.height)];
+        let corner = |c: u32, side: u32, all: u32| c.saturating_sub(side / 2).min(all - side);
+        let (x, y) = (corner(x, width, camera.width), corner(y, height, camera.height));
+        let tile = Tile { x, y, width, height };
+        let rgba = vec![0.0; 4 * tile.pixels()];
+        Tried { camera, lens, photograph, mask, background, tile, rgba }
+    }
+}
+
+impl Tried<'_> {
+    /// Of the tile's premultiplied pixels that count against those of the photograph, both
+    /// over the background, all colours together.
+    pub(crate) fn squared_error(&self, rgba: &[f32]) -> f64 {
+        let Self { camera, photograph, mask, background, tile, .. } = self;
+        let width = camera.width as usize;
+        let rows = (0..tile.height).map(|y| (tile.y + y) as usize * width + tile.x as usize);
+        let places = rows.flat_map(|first| first..first + tile.width as usize);
+        let truth = photograph.as_chunks::<4>().0;
+        let pixels = rgba.as_chunks::<4>().0.iter().zip(places);
+        let counted = pixels.filter(|(_, i)| mask.is_none_or(|mask| mask[*i] != 0));
+        let errors = counted.map(|(ours, i)| {
+            let theirs = truth[i];
+            let [r, g, b, alpha] = theirs.map(|value| f32::from(value) / 255.0);
+            let seen = ours[3];
+            let differences = [r, g, b].into_iter().zip(ours).zip(*background);
+            let squares = differences.map(|((theirs, ours), behind)| {
+                let difference =
+                    theirs * alpha + (1.0 - alpha) * behind - ours - (1.0 - seen) * behind;
+                f64::from(difference * difference)
+            });
+            squares.sum::<f64>()
+        });
+        errors.sum()
+    }
+}

@@ -1,0 +1,9 @@
+//! What becomes of a trained field: a model to be rendered.
+
+pub(crate) mod budget;
+pub(crate) mod calibration_tiles;
+mod finished;
+pub(crate) mod pruning;
+pub(crate) mod tolerance;
+
+pub use finished::Finished;

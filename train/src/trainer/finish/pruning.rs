@@ -1,0 +1,111 @@
+//! Which cells hold so little that pictures do without: what the scene bears, tried
+//! on tiles of the training views.
+//!
+//! Training must sample cells that are nearly empty, to learn what is in them. Once
+//! it is over, most of them only cost time; but where a scene is thin, as glass and
+//! fog are, they are what it is made of.
+
+use pocketnerf_core::{Error, Model, RenderOptions, SimdLevel, Tuning};
+
+use crate::trainer::finish::calibration_tiles::Trial;
+use crate::trainer::occupancy::cells::Packed;
+use crate::trainer::occupancy::density_grid::OccupancyGrid;
+
+/// Optical thickness of a step up to which a cell counts as empty, times that of
+/// training. Beyond the last, views that are not tried lose more than those that are
+/// (docs/performance.md).
+const LADDER: [f32; 9] = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0];
+/// Grids that pictures are made with at most: all cells, then halving the ladder.
+pub(crate) const MOST_RENDERED: usize = 5;
+/// Loss that is borne, dB of the training views' PSNR.
+const LOSS: f64 = 0.03;
+
+/// Tiles on which it is tried: each several times.
+pub(crate) const TILES: usize = 24;
+
+/// The cells of a model's `grid` that pictures of the training views need. `model` is
+/// without them.
+pub(crate) fn needed(
+    grid: &OccupancyGrid,
+    model: &Model<'_>,
+    trial: &Trial<'_>,
+    simd: SimdLevel,
+) -> Result<Packed, Error> {
+    let error = |cells: &Packed| -> Result<f64, Error> {
+        let model = Model { occupancy: Some(cells.view()), ..*model };
+        let options = RenderOptions {
+            detail: model.detail(1.0),
+            ..RenderOptions::new(&model, simd, Tuning::FAST)
+        };
+        let errors = trial.render(&model, &options, |tile| Ok(tile.squared_error(&tile.rgba)))?;
+        Ok(errors.iter().sum())
+    };
+    let mut best = grid.occupied().clone();
+    let bearable = error(&best)? * 10.0f64.powf(LOSS / 10.0);
+    // The more is left out, the more is lost: halving finds the last that is borne.
+    let mut ladder = &LADDER[..];
+    while !ladder.is_empty() {
+        let (below, rest) = ladder.split_at(ladder.len() / 2);
+        let fewer = grid.above(model.sampling.step, rest[0]);
+        if error(&fewer)? <= bearable {
+            (best, ladder) = (fewer, &rest[1..]);
+        } else {
+            ladder = below;
+        }
+    }
+    Ok(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtin;
+    use crate::dataset::Split;
+    use crate::field::EncodingConfig;
+    use crate::trainer::{StepSettings, TrainConfig, Trainer};
+
+    #[test]
+    fn what_is_emptied_hardly_shows() {
+        let mut config = TrainConfig::hash_grid();
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            (grid.n_levels, grid.log2_hashmap_size) = (4, 12);
+        }
+        config.aabb = Some([[-1.4; 3], [1.4; 3]]);
+        (config.samples_per_step, config.occupancy_resolution) = (4096, 64);
+        let simd = SimdLevel::detect();
+        let mut trainer = Trainer::new(builtin::dataset(Split::Train, 8), config, simd).unwrap();
+        let settings = StepSettings { update_occupancy: true, ..StepSettings::PLAIN };
+        for _ in 0..200 {
+            trainer.step(&settings);
+        }
+        let mut all = trainer.grid.finer();
+        trainer.look(&mut all, 8);
+        let (model, trial) = (trainer.model(), trainer.trial(TILES));
+        // This scene needs them all, so short a time after the start. Were they so many
+        // times as dense, the highest thresholds would be little above the usual one.
+        let same = needed(&all, &model, &trial, simd).unwrap();
+        assert_eq!(same.view().fraction(), all.view().fraction());
+        let (density, updates) = all.state();
+        let denser: Vec<f32> = density.iter().map(|density| density * 9.0).collect();
+        let (coarse, fine) = (all.view().coarse_bytes(), all.view().fine_bytes());
+        let mut some = all.clone();
+        assert!(some.restore(&denser, updates, coarse, fine));
+        let some = needed(&some, &model, &trial, simd).unwrap();
+        let share = some.view().fraction() / all.view().fraction();
+        assert!((0.8..0.99).contains(&share), "{share}");
+        let n = all.view().resolution();
+        for cell in 0..n * n * n {
+            let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+            assert!(all.view().cell(x, y, z) || !some.view().cell(x, y, z));
+        }
+        // Against the photographs, and not only those of the trial.
+        let [whole, emptied] = [all.occupied(), &some].map(|cells| {
+            let model = Model { occupancy: Some(cells.view()), ..model };
+            let options = RenderOptions::new(&model, simd, Tuning::FAST);
+            let trial = Trial { seed: trial.seed + 1, ..trial };
+            let errors = trial.render(&model, &options, |t| Ok(t.squared_error(&t.rgba)));
+            errors.unwrap().iter().sum::<f64>()
+        });
+        assert!(emptied < whole * 1.02, "{emptied} {whole}");
+    }
+}

@@ -1,0 +1,175 @@
+//! Sets of cells: as core reads them, and with all their neighbours.
+
+use pocketnerf_core::occupancy::{BLOCK, BLOCK_BYTES};
+use pocketnerf_core::{Error, Occupancy};
+use rayon::prelude::*;
+
+/// The cells of an occupancy and all their neighbours, a bit a cell.
+pub(crate) struct Grown {
+    resolution: usize,
+    /// Words of a row along x.
+    words: usize,
+    bits: Vec<u64>,
+}
+
+impl Grown {
+    pub(crate) fn new(occupancy: &Occupancy<'_>) -> Self {
+        let n = occupancy.resolution() as usize;
+        let words = n.div_ceil(64);
+        let mut bits = vec![0u64; words * n * n];
+        let blocks = occupancy.resolution() / BLOCK;
+        for block in 0..blocks * blocks * blocks {
+            let corner = [block % blocks, block / blocks % blocks, block / (blocks * blocks)];
+            let Some(bytes) = occupancy.block(corner[0], corner[1], corner[2]) else { continue };
+            let [x, y, z] = corner.map(|c| (c * BLOCK) as usize);
+            for (i, byte) in bytes.iter().enumerate() {
+                let row = (y + i % 8) + n * (z + i / 8);
+                bits[row * words + x / 64] |= u64::from(*byte) << (x % 64);
+            }
+        }
+        // Along x within the rows, then rows with rows, then planes with planes.
+        for row in bits.chunks_exact_mut(words) {
+            let mut carry = 0;
+            for w in 0..words {
+                let (word, next) = (row[w], row.get(w + 1).copied().unwrap_or(0));
+                row[w] = word | word << 1 | word >> 1 | carry | next << 63;
+                carry = word >> 63;
+            }
+        }
+        for plane in bits.chunks_exact_mut(words * n) {
+            spread(plane, words);
+        }
+        spread(&mut bits, words * n);
+        Self { resolution: n, words, bits }
+    }
+
+    /// In ascending order of `x + n (y + n z)`.
+    pub(crate) fn cells(&self) -> impl Iterator<Item = u32> {
+        let full = self.bits.iter().enumerate().filter(|(_, word)| **word != 0);
+        full.flat_map(move |(i, word)| {
+            let (row, first) = (i / self.words, i % self.words * 64);
+            // A row may end within a word.
+            let columns = first..(first + 64).min(self.resolution);
+            let set = columns.filter(move |x| word >> (x - first) & 1 == 1);
+            set.map(move |x| (row * self.resolution + x) as u32)
+        })
+    }
+}
+
+/// Every part of `len` words becomes its union with the part before and the one after.
+fn spread(bits: &mut [u64], len: usize) {
+    let mut before = vec![0; len];
+    for start in (0..bits.len()).step_by(len) {
+        let (part, after) = bits[start..].split_at_mut(len);
+        for (i, word) in part.iter_mut().enumerate() {
+            let own = *word;
+            *word |= before[i] | after.get(i).copied().unwrap_or(0);
+            before[i] = own;
+        }
+    }
+}
+
+/// Coarse blocks and fine bits of some cells, as core reads them.
+#[must_use]
+pub fn pack(resolution: u32, cells: impl Iterator<Item = u32>) -> (Vec<u8>, Vec<u8>) {
+    let n = resolution;
+    let blocks = n / BLOCK;
+    let mut bits: Vec<Option<Box<[u8; BLOCK_BYTES]>>> =
+        vec![None; (blocks * blocks * blocks) as usize];
+    for cell in cells {
+        let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+        let block = x / BLOCK + blocks * (y / BLOCK + blocks * (z / BLOCK));
+        let bytes = bits[block as usize].get_or_insert_with(|| Box::new([0; BLOCK_BYTES]));
+        bytes[(y % BLOCK + BLOCK * (z % BLOCK)) as usize] |= 1 << (x % BLOCK);
+    }
+    let mut coarse = Vec::with_capacity(bits.len() * 2);
+    let mut fine = Vec::new();
+    for block in bits {
+        let mut number = 0u16;
+        if let Some(bytes) = block {
+            fine.extend_from_slice(&bytes[..]);
+            number = (fine.len() / BLOCK_BYTES) as u16;
+        }
+        coarse.extend(number.to_le_bytes());
+    }
+    (coarse, fine)
+}
+
+/// Cells as core reads them, and a table of what lies around each.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Packed {
+    resolution: u32,
+    coarse: Vec<u8>,
+    fine: Vec<u8>,
+    table: Vec<u8>,
+}
+
+impl Packed {
+    /// Of some cells.
+    pub(crate) fn of(resolution: u32, cells: impl Iterator<Item = u32>) -> Self {
+        let (coarse, fine) = pack(resolution, cells);
+        Self::new(resolution, coarse, fine).expect("packed for this resolution")
+    }
+
+    /// Of coarse blocks and fine bits.
+    pub(crate) fn new(resolution: u32, coarse: Vec<u8>, fine: Vec<u8>) -> Result<Self, Error> {
+        let occupancy = Occupancy::new(resolution, 1, &coarse, &fine)?;
+        let mut table = vec![0; occupancy.table_len()];
+        occupancy.write_table(&mut table)?;
+        Ok(Self { resolution, coarse, fine, table })
+    }
+
+    /// For core to march through.
+    pub(crate) fn view(&self) -> Occupancy<'_> {
+        Occupancy::new(self.resolution, 1, &self.coarse, &self.fine)
+            .and_then(|occupancy| occupancy.with_table(&self.table))
+            .expect("checked when it was packed")
+    }
+}
+
+/// The cells of an occupancy and all their neighbours.
+#[must_use]
+pub fn dilated(occupancy: &Occupancy<'_>) -> Vec<u32> {
+    let n = occupancy.resolution();
+    let near = |c: u32| c.saturating_sub(1)..(c + 2).min(n);
+    (0..n * n * n)
+        .into_par_iter()
+        .filter(|cell| {
+            let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+            near(z).any(|z| near(y).any(|y| near(x).any(|x| occupancy.cell(x, y, z))))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn packs_and_dilates() {
+        let (coarse, fine) = pack(16, [5u32, 16 * 16 * 15 + 16 * 15 + 15].into_iter());
+        let occupancy = Occupancy::new(16, 1, &coarse, &fine).unwrap();
+        assert!(occupancy.cell(5, 0, 0) && occupancy.cell(15, 15, 15));
+        assert_eq!(occupancy.fraction(), 2.0 / 4096.0);
+        let grown = dilated(&occupancy);
+        // A cell on a face grows to 3 × 2 × 2, one in a corner to 2 × 2 × 2.
+        assert_eq!(grown.len(), 12 + 8);
+        assert!(grown.contains(&(4 + 16 + 256)) && !grown.contains(&3));
+    }
+
+    #[test]
+    fn grows_as_dilation_says() {
+        for resolution in [16, 72, 128] {
+            let mut random = Random::new(3, [resolution.into(), 0, 0]);
+            let cells: Vec<u32> = (0..40)
+                .map(|_| random.below((resolution * resolution * resolution) as usize) as u32)
+                .chain([0, resolution - 1, resolution * resolution * resolution - 1])
+                .collect();
+            let (coarse, fine) = pack(resolution, cells.into_iter());
+            let occupancy = Occupancy::new(resolution, 1, &coarse, &fine).unwrap();
+            let near = Grown::new(&occupancy);
+            assert_eq!(near.cells().collect::<Vec<_>>(), dilated(&occupancy));
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! Which cells a field occupies, learnt while it trains.
+//!
+//! Every candidate cell keeps a decaying maximum of the densities seen at
+//! random points in it (Müller et al. 2022, appendix C). A cell is occupied
+//! where a step through it would absorb more than a little; the threshold is
+//! held below the mean, so that a field that is thin everywhere is not lost.
+
+use fearless_simd::Level;
+use pocketnerf_core::Occupancy;
+use pocketnerf_core::field::Field;
+use rayon::prelude::*;
+
+use crate::pool::Pool;
+use crate::probe::{BATCH, Probe};
+use crate::random::Random;
+use crate::trainer::occupancy::cells::{Grown, Packed};
+
+/// A cell is looked at in one of so many updates.
+pub(crate) const PERIOD: usize = 4;
+/// What remains of a cell's density when it is looked at again, while the field
+/// changes.
+const DECAY: f32 = 0.8;
+/// Optical thickness of one step above which a cell is occupied.
+const THRESHOLD: f32 = 0.006;
+/// Cells a task.
+const TASK: usize = 512;
+
+/// Decaying densities of the candidate cells, and the bits made from them.
+#[derive(Clone, Debug, Default)]
+pub struct OccupancyGrid {
+    resolution: u32,
+    /// Cells that may hold something, ascending; the rest never will.
+    candidates: Vec<u32>,
+    /// Greatest density of each candidate, 1 / scene unit.
+    density: Vec<f32>,
+    /// What remains of a density when its cell is looked at again.
+    decay: f32,
+    /// The occupied cells.
+    occupied: Packed,
+    /// The occupied cells and their neighbours.
+    grown: Packed,
+    updates: u32,
+}
+
+impl OccupancyGrid {
+    /// All candidates occupied.
+    #[must_use]
+    pub fn new(resolution: u32, candidates: Vec<u32>) -> Self {
+        let mut grid = Self {
+            resolution,
+            density: vec![f32::INFINITY; candidates.len()],
+            decay: DECAY,
+            candidates,
+            occupied: Packed::default(),
+            grown: Packed::default(),
+            updates: 0,
+        };
+        grid.reset();
+        grid
+    }
+
+    /// As it was when it was made: all candidates occupied.
+    pub fn reset(&mut self) {
+        self.density.fill(f32::INFINITY);
+        self.updates = 0;
+        self.occupied = Packed::of(self.resolution, self.candidates.iter().copied());
+        self.grow();
+    }
+
+    /// The bits, for core to march through.
+    #[must_use]
+    pub fn view(&self) -> Occupancy<'_> {
+        self.occupied.view()
+    }
+
+    /// The occupied cells and all their neighbours, candidates or not.
+    #[must_use]
+    pub fn grown(&self) -> Occupancy<'_> {
+        self.grown.view()
+    }
+
+    /// Fraction of the candidates that are occupied.
+    #[must_use]
+    pub fn fraction(&self) -> f32 {
+        let all = f64::from(self.resolution).powi(3);
+        (f64::from(self.view().fraction()) * all / self.candidates.len().max(1) as f64) as f32
+    }
+
+    /// Cells half as wide, where those of this grid are occupied, for a field that
+    /// no longer changes: looks find the occupied among them.
+    #[must_use]
+    pub(crate) fn finer(&self) -> Self {
+        let n = self.resolution;
+        let view = self.view();
+        let at = |cell: &&u32| view.cell(*cell % n, *cell / n % n, *cell / (n * n));
+        self.halved(self.candidates.iter().filter(at).copied())
+    }
+
+    /// The same, where the occupied cells of this grid and their neighbours are.
+    #[must_use]
+    pub(crate) fn finer_and_around(&self) -> Self {
+        let n = self.resolution;
+        let view = self.grown();
+        let at = |cell: &u32| view.cell(*cell % n, *cell / n % n, *cell / (n * n));
+        self.halved((0..n * n * n).filter(at))
+    }
+
+    fn halved(&self, cells: impl Iterator<Item = u32>) -> Self {
+        let (n, mut candidates) = (self.resolution, Vec::new());
+        for cell in cells {
+            let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+            for (k, j, i) in (0..8).map(|c| (c >> 2, c >> 1 & 1, c & 1)) {
+                candidates.push(((2 * z + k) * 2 * n + 2 * y + j) * 2 * n + 2 * x + i);
+            }
+        }
+        candidates.sort_unstable();
+        Self { decay: 1.0, ..Self::new(2 * n, candidates) }
+    }
+
+    /// The cells that are denser than `sigma`, 1 / scene unit.
+    pub fn denser_than(&self, sigma: f32) -> impl Iterator<Item = u32> {
+        let cells = self.candidates.iter().zip(&self.density);
+        cells.filter(move |(_, density)| **density > sigma).map(|(cell, _)| *cell)
+    }
+
+    /// What a checkpoint keeps: densities and number of updates.
+    #[must_use]
+    pub fn state(&self) -> (&[f32], u32) {
+        (&self.density, self.updates)
+    }
+
+    /// Takes back what [`OccupancyGrid::state`] gave, with the bits of
+    /// [`OccupancyGrid::view`]. False where the sizes differ.
+    #[must_use]
+    pub fn restore(&mut self, density: &[f32], updates: u32, coarse: &[u8], fine: &[u8]) -> bool {
+        let occupied = Packed::new(self.resolution, coarse.to_vec(), fine.to_vec());
+        let (Ok(occupied), true) = (occupied, density.len() == self.density.len()) else {
+            return false;
+        };
+        self.density.copy_from_slice(density);
+        self.updates = updates;
+        self.occupied = occupied;
+        self.grow();
+        true
+    }
+
+    /// Looks at a share of the candidates, one random point each. The bits stay as they
+    /// are.
+    pub(crate) fn look<F: Field + Sync>(
+        &mut self,
+        level: Level,
+        field: &F,
+        seed: u64,
+        probes: &Pool<Probe>,
+        new: impl Fn() -> Probe + Sync,
+    ) {
+        let n = self.resolution as usize;
+        let phase = self.updates as usize % PERIOD;
+        let update = u64::from(self.updates);
+        let first_look = self.updates < PERIOD as u32;
+        let (candidates, decay) = (&self.candidates, self.decay);
+        self.density.par_chunks_mut(TASK * PERIOD).enumerate().for_each(|(task, densities)| {
+            let mut probe = probes.take(&new);
+            let first = task * TASK * PERIOD;
+            let mut random = Random::new(seed, [2, update, task as u64]);
+            let mut count = 0;
+            for i in (phase..densities.len()).step_by(PERIOD) {
+                let cell = candidates[first + i] as usize;
+                let corner = [cell % n, cell / n % n, cell / (n * n)];
+                for (row, c) in probe.points().iter_mut().zip(corner) {
+                    row[count] = (c as f32 + random.next_f32()) / n as f32;
+                }
+                count += 1;
+            }
+            let sigmas = probe.densities::<F>(level, field, count);
+            let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
+            for (density, sigma) in looked_at.zip(sigmas) {
+                let before = if first_look { 0.0 } else { *density * decay };
+                *density = before.max(*sigma);
+            }
+            probes.put(probe);
+        });
+        self.updates += 1;
+    }
+
+    /// Sets the bits anew, once all candidates have been looked at. `step` is the distance
+    /// between samples, scene units.
+    pub(crate) fn settle(&mut self, step: f32) {
+        if self.updates >= PERIOD as u32 {
+            self.occupied = self.above(step, 1.0);
+            self.grow();
+        }
+    }
+
+    /// The occupied cells.
+    pub(crate) fn occupied(&self) -> &Packed {
+        &self.occupied
+    }
+
+    /// The cells in which a step of this length, scene units, would absorb `factor`
+    /// times what makes a cell occupied.
+    pub(crate) fn above(&self, step: f32, factor: f32) -> Packed {
+        let sum: f64 = self.density.iter().map(|d| f64::from(*d)).sum();
+        let mean = (sum / self.density.len().max(1) as f64) as f32;
+        let threshold = (factor * THRESHOLD / step).min(mean);
+        let cells = self.candidates.iter().zip(&self.density);
+        let occupied = cells.filter(|(_, density)| **density >= threshold);
+        Packed::of(self.resolution, occupied.map(|(cell, _)| *cell))
+    }
+
+    fn grow(&mut self) {
+        let near = Grown::new(&self.view());
+        self.grown = Packed::of(self.resolution, near.cells());
+    }
+}
+
+const _: () = assert!(TASK <= BATCH);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_by_hand() {
+        let mut grid = OccupancyGrid::new(16, (0..8).collect());
+        grid.density.copy_from_slice(&[0.01, 0.013, 0.04, 0.1, 2.0, 2.0, 2.0, 2.0]);
+        // Steps of 0.5: the usual threshold is 0.012.
+        let occupied = |grid: &OccupancyGrid, factor: f32| {
+            (grid.above(0.5, factor).view().fraction() * 4096.0).round()
+        };
+        assert_eq!(
+            [1.0, 3.0, 4.0, 10.0].map(|factor| occupied(&grid, factor)),
+            [7.0, 6.0, 5.0, 4.0]
+        );
+        // Never above the mean, about 1: what is thin everywhere is not lost.
+        assert_eq!(occupied(&grid, 1e6), 4.0);
+        grid.density.fill(0.01);
+        assert_eq!(occupied(&grid, 10.0), 8.0);
+    }
+}

@@ -1,0 +1,4 @@
+//! Which cells hold something.
+
+pub(crate) mod cells;
+pub(crate) mod density_grid;

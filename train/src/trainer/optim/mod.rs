@@ -1,0 +1,6 @@
+//! How parameters follow their gradients.
+
+pub(crate) mod adam;
+pub(crate) mod muon;
+pub(crate) mod schedule;
+pub(crate) mod update;

@@ -1,0 +1,147 @@
+//! Rays where the error is.
+//!
+//! The variance of a step's gradient is smallest where pixels are drawn in proportion
+//! to the size of their gradient, about the root of their squared error, and weighed
+//! by one over that: on average the gradient stays that of all pixels alike
+//! (importance sampling; for fields, Kheradmand et al. 2024).
+
+use crate::random::Random;
+use crate::trainer::pixels::alias_table::Alias;
+
+/// Squared error a channel that is expected where nothing is known yet: much.
+const UNKNOWN: f32 = 0.05;
+/// How much the newest pixel counts in its tile's error.
+const NEWEST: f32 = 0.25;
+/// Part of the mean error that is added to all: no tile is forgotten, and no pixel
+/// weighs more than a few times as much as others.
+const FLOOR: f32 = 0.1;
+/// So much is added where there is no error at all.
+const LEAST: f32 = 1e-9;
+
+/// How often the tiles of the views are drawn.
+#[derive(Clone, Debug)]
+pub(crate) struct Attention {
+    /// Mean squared error of each tile's latest pixels.
+    errors: Vec<f32>,
+    /// How often each is drawn, 1 on average.
+    sizes: Vec<f32>,
+    alias: Alias,
+}
+
+impl Attention {
+    /// All of so many tiles alike.
+    pub(crate) fn new(n_tiles: usize) -> Self {
+        let (errors, sizes) = (vec![UNKNOWN; n_tiles], vec![1.0; n_tiles]);
+        Self { errors, sizes, alias: Alias::uniform(n_tiles) }
+    }
+
+    /// A random tile, and what its pixels weigh.
+    #[inline]
+    pub(crate) fn draw(&self, random: &mut Random) -> (u32, f32) {
+        let tile = self.alias.draw(random);
+        (tile as u32, 1.0 / self.sizes[tile])
+    }
+
+    /// Notes the squared error a channel of a pixel.
+    #[inline]
+    pub(crate) fn note(&mut self, tile: u32, squared_error: f32) {
+        let error = &mut self.errors[tile as usize];
+        *error += NEWEST * (squared_error - *error);
+    }
+
+    /// From now on tiles are drawn as the errors say.
+    pub(crate) fn update(&mut self) {
+        let n = self.errors.len() as f64;
+        let mean = self.errors.iter().map(|error| f64::from(*error)).sum::<f64>() / n;
+        let added = FLOOR * mean as f32 + LEAST;
+        for (size, error) in self.sizes.iter_mut().zip(&self.errors) {
+            *size = (error + added).sqrt();
+        }
+        let mean = self.sizes.iter().map(|size| f64::from(*size)).sum::<f64>() / n;
+        let scale = (1.0 / mean) as f32;
+        self.sizes.iter_mut().for_each(|size| *size *= scale);
+        self.alias.update(&self.sizes);
+    }
+
+    /// Errors and sizes.
+    pub(crate) fn state(&self) -> [&[f32]; 2] {
+        [&self.errors, &self.sizes]
+    }
+
+    /// Goes on from such a state, one after the other; `false`, and nothing done, where
+    /// it is not one.
+    pub(crate) fn restore(&mut self, state: &[f32]) -> bool {
+        let n = self.errors.len();
+        if state.len() != 2 * n {
+            return false;
+        }
+        let (errors, sizes) = state.split_at(n);
+        let is_sound = errors.iter().all(|error| (0.0..f32::INFINITY).contains(error))
+            && sizes.iter().all(|size| (f32::MIN_POSITIVE..f32::INFINITY).contains(size));
+        if !is_sound {
+            return false;
+        }
+        self.errors.copy_from_slice(errors);
+        self.sizes.copy_from_slice(sizes);
+        self.alias.update(&self.sizes);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_are_drawn_by_the_root_of_their_error() {
+        let mut attention = Attention::new(4);
+        let mut random = Random::new(1, [0; 3]);
+        assert_eq!(attention.draw(&mut random).1, 1.0);
+        // Often enough to forget what was expected.
+        for _ in 0..100 {
+            for (tile, error) in [(0, 0.0), (1, 0.01), (2, 0.01), (3, 0.06)] {
+                attention.note(tile, error);
+            }
+        }
+        attention.update();
+        // The mean is 0.02, a tenth is added: roots of 0.002, 0.012, 0.012, 0.062.
+        let roots = [0.002f64, 0.012, 0.012, 0.062].map(f64::sqrt);
+        let sum: f64 = roots.iter().sum();
+        let (mut counts, mut weights) = ([0.0; 4], 0.0);
+        for _ in 0..200_000 {
+            let (tile, weight) = attention.draw(&mut random);
+            let expected = sum / (4.0 * roots[tile as usize]);
+            assert!((f64::from(weight) / expected - 1.0).abs() < 1e-4, "{tile}: {weight}");
+            counts[tile as usize] += 1.0 / 200_000.0;
+            weights += f64::from(weight) / 200_000.0;
+        }
+        for (count, root) in counts.iter().zip(roots) {
+            assert!(f64::abs(count - root / sum) < 0.005, "{counts:?}");
+        }
+        // Unbiased: weights are 1 on average.
+        assert!((weights - 1.0).abs() < 0.01, "{weights}");
+    }
+
+    #[test]
+    fn a_state_is_gone_on_from() {
+        let mut first = Attention::new(100);
+        (0..100).for_each(|tile| first.note(tile, tile as f32 * 1e-3));
+        first.update();
+        first.note(7, 0.5);
+        let mut second = Attention::new(100);
+        assert!(second.restore(&first.state().concat()));
+        let (mut a, mut b) = (Random::new(3, [0; 3]), Random::new(3, [0; 3]));
+        assert!((0..1000).all(|_| first.draw(&mut a) == second.draw(&mut b)));
+        assert_eq!(first.state(), second.state());
+        // No error anywhere: all alike.
+        let mut perfect = Attention::new(2);
+        assert!(perfect.restore(&[0.0, 0.0, 0.5, 1.5]));
+        perfect.update();
+        assert_eq!(perfect.state()[1], [1.0; 2]);
+        for bad in [f32::NAN, f32::INFINITY, -1.0] {
+            assert!(!perfect.restore(&[bad, 0.0, 1.0, 1.0]));
+            assert!(!perfect.restore(&[0.0, 0.0, bad, 1.0]));
+        }
+        assert!(!perfect.restore(&[0.0, 0.0, 0.0, 1.0]) && !perfect.restore(&[1.0; 3]));
+    }
+}

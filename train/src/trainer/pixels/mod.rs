@@ -1,0 +1,6 @@
+//! Which pixels a step learns from, and the rays through them.
+
+pub(crate) mod alias_table;
+pub(crate) mod importance;
+pub(crate) mod rays;
+pub(crate) mod visibility;

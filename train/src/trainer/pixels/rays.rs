@@ -1,0 +1,299 @@
+//! What a step learns from: random pixels of all training views.
+
+use pocketnerf_core::{Camera, Ray};
+
+use crate::dataset::View;
+use crate::lens::Lens;
+use crate::random::Random;
+use crate::trainer::pixels::visibility::Aim;
+
+/// Which pixel of which view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Pixel {
+    /// Number of the view.
+    pub(crate) view: u32,
+    /// Column.
+    pub(crate) x: u32,
+    /// Row.
+    pub(crate) y: u32,
+}
+
+/// A pixel to learn from.
+#[derive(Clone, Copy, Debug)]
+pub struct TrainingRay {
+    /// Through the pixel's centre.
+    pub ray: Ray,
+    /// Where in its step each sample lies, 0 to 1.
+    pub phase: f32,
+    /// Colour behind the scene, or the mean of what may be behind it.
+    pub background: [f32; 3],
+    /// Variance of each channel of what may be behind it.
+    pub background_variance: f32,
+    /// The pixel's colour over that background.
+    pub target: [f32; 3],
+    /// The pixel's opacity.
+    pub alpha: f32,
+    /// Number of the tile that the pixel was drawn from.
+    pub tile: u32,
+    /// How much its error counts.
+    pub weight: f32,
+}
+
+/// The error of a ray's colour.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RayError {
+    /// Squared, summed over the channels, expected over the backgrounds.
+    pub(crate) squared: f32,
+    /// Gradient of half of that by the colour over the mean background, weighed.
+    pub(crate) d_color: [f32; 3],
+    /// And by the opacity where that colour stays the same.
+    pub(crate) d_opacity: f32,
+}
+
+impl TrainingRay {
+    /// What is wrong with `color`, over the mean background, and `opacity`.
+    #[inline(always)]
+    pub(crate) fn error(&self, color: [f32; 3], opacity: f32) -> RayError {
+        let off = [0, 1, 2].map(|c| color[c] - self.target[c]);
+        let [r, g, b] = off;
+        // A background that is b brighter makes `b (alpha - opacity)` of difference.
+        let through = 3.0 * self.background_variance * (opacity - self.alpha);
+        RayError {
+            squared: r * r + g * g + b * b + through * (opacity - self.alpha),
+            d_color: off.map(|d| self.weight * d),
+            d_opacity: self.weight * through,
+        }
+    }
+}
+
+/// What lies behind the training images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Backdrop {
+    /// All colours alike: what is transparent must become empty. For images with
+    /// alpha. The error is what it is on average over random colours, which is known
+    /// from their mean and variance: nothing is drawn.
+    Random,
+    /// Always this colour.
+    Color([f32; 3]),
+}
+
+impl Backdrop {
+    /// Mean of each channel and variance of all.
+    fn moments(self) -> ([f32; 3], f32) {
+        match self {
+            Self::Random => ([0.5; 3], 1.0 / 12.0),
+            Self::Color(color) => (color, 0.0),
+        }
+    }
+}
+
+/// What the training images are like on average.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Targets {
+    /// Mean alpha.
+    pub alpha: f64,
+    /// Mean squared error of who has learnt nothing: who shows the background
+    /// alone, or everywhere the mean colour, whichever is better.
+    pub trivial_error: f64,
+    /// Share of that error, if everything were transparent, that lies in pixels
+    /// which training does not draw: none can be explained.
+    pub unseen_error: f64,
+}
+
+/// Every so many pixels count for [`Targets`]: images of 800x800 give ten
+/// thousand each. A prime, so that all columns have their turn.
+const PIXELS_APART: usize = 61;
+
+/// The training views as a source of rays.
+#[derive(Debug)]
+pub struct RaySource {
+    cameras: Vec<Camera>,
+    lenses: Vec<Lens>,
+    images: Vec<Vec<u8>>,
+    masks: Vec<Option<Vec<u8>>>,
+    backdrop: Backdrop,
+}
+
+impl RaySource {
+    /// Takes over the views' images.
+    #[must_use]
+    pub fn new(views: Vec<View>, backdrop: Backdrop) -> Self {
+        let cameras = views.iter().map(|view| view.camera).collect();
+        let lenses = views.iter().map(|view| view.lens).collect();
+        let (images, masks) = views.into_iter().map(|view| (view.rgba, view.mask)).unzip();
+        Self { cameras, lenses, images, masks, backdrop }
+    }
+
+    /// What pictures are to be seen on: what is behind the images, white where that may be
+    /// any colour.
+    #[must_use]
+    pub const fn display_background(&self) -> [f32; 3] {
+        match self.backdrop {
+            Backdrop::Random => [1.0; 3],
+            Backdrop::Color(color) => color,
+        }
+    }
+
+    /// The views' cameras.
+    #[must_use]
+    pub fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    /// What bends each camera's rays.
+    #[must_use]
+    pub fn lenses(&self) -> &[Lens] {
+        &self.lenses
+    }
+
+    /// Which pixels of each image count, see [`View::mask`].
+    #[must_use]
+    pub fn masks(&self) -> &[Option<Vec<u8>>] {
+        &self.masks
+    }
+
+    /// The ray through a pixel's centre.
+    #[inline]
+    pub(crate) fn through(&self, pixel: Pixel) -> Ray {
+        let (x, y) = (pixel.x as f32 + 0.5, pixel.y as f32 + 0.5);
+        self.lenses[pixel.view as usize].ray(&self.cameras[pixel.view as usize], x, y)
+    }
+
+    /// Whether the `i`-th pixel of a view counts.
+    #[inline]
+    pub(crate) fn counts(&self, view: usize, i: usize) -> bool {
+        self.masks[view].as_ref().is_none_or(|mask| mask[i] != 0)
+    }
+
+    /// The views' images, RGBA.
+    #[must_use]
+    pub fn images(&self) -> &[Vec<u8>] {
+        &self.images
+    }
+
+    /// A pixel's straight RGBA.
+    #[inline]
+    pub(crate) fn rgba(&self, pixel: Pixel) -> [u8; 4] {
+        let width = self.cameras[pixel.view as usize].width as usize;
+        let image = self.images[pixel.view as usize].as_chunks::<4>().0;
+        image[pixel.y as usize * width + pixel.x as usize]
+    }
+
+    /// The ray through a pixel that shows `rgba`, drawn from a `tile` and weighing
+    /// `weight`.
+    #[inline]
+    pub(crate) fn ray(
+        &self,
+        pixel: Pixel,
+        rgba: [u8; 4],
+        (tile, weight): (u32, f32),
+        random: &mut Random,
+    ) -> TrainingRay {
+        let phase = random.next_f32();
+        let (background, background_variance) = self.backdrop.moments();
+        let [r, g, b, alpha] = rgba.map(|value| f32::from(value) / 255.0);
+        let [r0, g0, b0] = background.map(|value| (1.0 - alpha) * value);
+        let target = [r * alpha + r0, g * alpha + g0, b * alpha + b0];
+        let ray = self.through(pixel);
+        TrainingRay { ray, phase, background, background_variance, target, alpha, tile, weight }
+    }
+
+    /// Averages over a fixed share of the pixels that count.
+    #[must_use]
+    pub(crate) fn targets(&self, aim: &Aim) -> Targets {
+        let (mean, variance) = self.backdrop.moments();
+        let (mean, variance) = (mean.map(f64::from), f64::from(variance));
+        let square = mean.map(|mean| mean * mean + variance);
+        let (mut n, mut alpha, mut nothing, mut unseen) = (0.0, 0.0, 0.0, 0.0);
+        let (mut sum, mut sum_of_squares) = ([0.0; 3], 0.0);
+        let pixels = self.images.iter().enumerate().flat_map(|(view, image)| {
+            image.chunks_exact(4).enumerate().map(move |(i, rgba)| (view, i, rgba))
+        });
+        let counted = pixels.step_by(PIXELS_APART).filter(|(view, i, _)| self.counts(*view, *i));
+        for (view, i, pixel) in counted {
+            let [r, g, b, a] = [0, 1, 2, 3].map(|i| f64::from(pixel[i]) / 255.0);
+            n += 1.0;
+            alpha += a;
+            let width = self.cameras[view].width;
+            let (x, y) = (i as u32 % width, i as u32 / width);
+            let drawn = aim.draws(Pixel { view: view as u32, x, y });
+            for (c, value) in [r, g, b].into_iter().enumerate() {
+                let (own, through) = (a * value, 1.0 - a);
+                let error = own * own - 2.0 * own * a * mean[c] + a * a * square[c];
+                nothing += error;
+                unseen += if drawn { 0.0 } else { error };
+                sum[c] += own + through * mean[c];
+                sum_of_squares +=
+                    own * own + 2.0 * own * through * mean[c] + through * through * square[c];
+            }
+        }
+        let n = f64::max(n, 1.0);
+        let wall = sum_of_squares / n - sum.map(|s| (s / n) * (s / n)).iter().sum::<f64>();
+        Targets {
+            alpha: alpha / n,
+            trivial_error: f64::min(nothing / n, wall).max(0.0) / 3.0,
+            unseen_error: unseen.max(0.0) / (3.0 * n),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a pixel that is drawn as `premultiplied` and `opacity` differs from an image
+    /// of `rgba`, over `background`: half the sum of squares.
+    fn half_squared(
+        [premultiplied, rgb]: [[f32; 3]; 2],
+        [opacity, alpha]: [f32; 2],
+        background: f32,
+    ) -> f32 {
+        let off = |c: usize| {
+            let drawn = premultiplied[c] + (1.0 - opacity) * background;
+            drawn - (rgb[c] * alpha + (1.0 - alpha) * background)
+        };
+        (0..3).map(|c| 0.5 * off(c) * off(c)).sum()
+    }
+
+    #[test]
+    fn the_error_is_the_mean_over_all_backgrounds() {
+        let pose = Camera::look_at([2.0; 3], [0.0; 3], [0.0, 0.0, 1.0]);
+        let view = View::new("", Camera::from_fov_x(1, 1, 0.7, pose), vec![51, 102, 255, 153]);
+        let source = RaySource::new(vec![view], Backdrop::Random);
+        let pixel = Pixel { view: 0, x: 0, y: 0 };
+        let rgba = source.rgba(pixel);
+        let ray = source.ray(pixel, rgba, (7, 2.0), &mut Random::new(1, [0; 3]));
+        assert_eq!((ray.tile, ray.weight), (7, 2.0));
+        let (rgb, alpha) = ([0.2, 0.4, 1.0], 0.6);
+        // Simpson's rule is exact for squares.
+        let expected = |premultiplied, opacity| {
+            let at = |b| half_squared([premultiplied, rgb], [opacity, alpha], b);
+            (at(0.0) + 4.0 * at(0.5) + at(1.0)) / 6.0
+        };
+        let (premultiplied, opacity) = ([0.5, 0.1, 0.3], 0.9);
+        let color = premultiplied.map(|p| p + (1.0 - opacity) * 0.5);
+        let error = ray.error(color, opacity);
+        assert!((0.5 * error.squared - expected(premultiplied, opacity)).abs() < 1e-6);
+        // The gradients against differences, the weight included.
+        for c in 0..3 {
+            let moved = |by: f32| {
+                let mut other = premultiplied;
+                other[c] += by;
+                expected(other, opacity)
+            };
+            let slope = (moved(0.125) - moved(-0.125)) / 0.25;
+            assert!((error.d_color[c] - 2.0 * slope).abs() < 1e-5);
+        }
+        // More opacity, and as much less of the mean background.
+        let moved = |by: f32| expected(premultiplied.map(|p| p + 0.5 * by), opacity + by);
+        let slope = (moved(0.125) - moved(-0.125)) / 0.25;
+        assert!((error.d_opacity - 2.0 * slope).abs() < 1e-5);
+        // One colour behind: nothing is spread.
+        let source = RaySource { backdrop: Backdrop::Color([1.0; 3]), ..source };
+        let ray = source.ray(pixel, rgba, (0, 1.0), &mut Random::new(1, [0; 3]));
+        let error = ray.error(premultiplied.map(|p| p + (1.0 - opacity)), opacity);
+        let expected = half_squared([premultiplied, rgb], [opacity, alpha], 1.0);
+        assert!((0.5 * error.squared - expected).abs() < 1e-6);
+        assert_eq!(error.d_opacity, 0.0);
+    }
+}

@@ -1,0 +1,221 @@
+//! A run on disk: interrupted here, it goes on there as if nothing had been.
+//!
+//! A checkpoint is a model file in f32, so that whatever reads models reads
+//! checkpoints, with the trainer's state in sections of its own that readers
+//! of models skip. It holds no image: a run goes on with the dataset it began
+//! with, which its fingerprint proves.
+//!
+//! With the same steps, SIMD level and build, a run that was interrupted gives
+//! the same model, to the bit, as one that was not.
+
+mod error;
+mod nerf;
+mod record;
+mod sections;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use pocketnerf_core::{Sampling, SimdLevel, Space};
+use pocketnerf_formats::{About, ContainerWriter, Precision, SectionId, WriteError};
+
+pub use error::{CheckpointError, Problem};
+pub use sections::{kind, section_name};
+
+use crate::dataset::Dataset;
+use crate::field::rounding::EightBits;
+use crate::trainer::run::guard::{self, Averages};
+use crate::trainer::{Length, Plan, Run, TrainConfig, Trainer};
+use record::RecordV1;
+use sections::V1;
+
+/// Which images a run learns from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TrainedOn {
+    /// [`Dataset::fingerprint`].
+    pub fingerprint: u64,
+    /// How many times smaller than on disk the images are.
+    pub downscale_factor: u32,
+}
+
+/// What was read from a checkpoint: sound in itself, not yet held against a dataset.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    file: PathBuf,
+    config: TrainConfig,
+    space: Space,
+    sampling: Sampling,
+    /// Name of the dataset, for people.
+    dataset: String,
+    record: RecordV1,
+    parameters: Vec<f32>,
+    mean: Vec<f32>,
+    square: Vec<f32>,
+    sum: Vec<f32>,
+    density: Vec<f32>,
+    scales: Option<Vec<EightBits>>,
+    /// Errors, then sizes.
+    attention: Option<Vec<f32>>,
+    coarse: Vec<u8>,
+    fine: Vec<u8>,
+}
+
+/// The bytes of a checkpoint. `about` is what the model would be written with.
+///
+/// # Errors
+/// What writing a model may report: a weight that is not finite.
+pub fn write(
+    trainer: &Trainer,
+    run: &Run,
+    trained_on: TrainedOn,
+    about: &About<'_>,
+) -> Result<Vec<u8>, WriteError> {
+    let mut writer = ContainerWriter::new();
+    writer.add_model(&trainer.model(), about, Precision::F32)?;
+    let nerf = nerf::NerfV1::of(&trainer.config).map(nerf::NerfV1::to_bytes);
+    let mut add = |kind, bytes| writer.add(SectionId::first(kind), V1, false, bytes);
+    let record = RecordV1::new(trainer, run, trained_on).to_bytes();
+    add(kind::TRAINER, &record[..]);
+    add(kind::MEAN, bytemuck::must_cast_slice(&trainer.mean));
+    add(kind::SQUARE, bytemuck::must_cast_slice(&trainer.square));
+    add(kind::DENSITY, bytemuck::must_cast_slice(trainer.grid.state().0));
+    let scales: Vec<u8> =
+        trainer.rounded.scales().map(|s| s.scale_log2().cast_unsigned()).collect();
+    add(kind::SCALES, &scales);
+    let attention = trainer.attention.state().concat();
+    add(kind::ATTENTION, bytemuck::must_cast_slice(&attention));
+    if let Some(nerf) = &nerf {
+        add(kind::NERF, nerf);
+    }
+    if trainer.averaged > 0 {
+        add(kind::SUM, bytemuck::must_cast_slice(&trainer.sum));
+    }
+    writer.finish()
+}
+
+impl Checkpoint {
+    /// Reads a checkpoint, every byte checked.
+    ///
+    /// # Errors
+    /// One line: which file, what was found, what was expected, what to do.
+    pub fn read(file: &Path) -> Result<Self, CheckpointError> {
+        let bytes = std::fs::read(file).map_err(|e| Problem::Unreadable(e).of(file))?;
+        Self::from_bytes(file, &bytes)
+    }
+
+    /// As [`Checkpoint::read`], from bytes; `file` is what errors call them.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::read`].
+    pub fn from_bytes(file: &Path, bytes: &[u8]) -> Result<Self, CheckpointError> {
+        sections::read(file, bytes).map_err(|problem| problem.of(file))
+    }
+
+    /// The file it was read from.
+    #[must_use]
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// The run's settings.
+    #[must_use]
+    pub const fn config(&self) -> &TrainConfig {
+        &self.config
+    }
+
+    /// The images that the run learns from.
+    #[must_use]
+    pub const fn trained_on(&self) -> TrainedOn {
+        self.record.trained_on()
+    }
+
+    /// How long the run was to be.
+    #[must_use]
+    pub const fn length(&self) -> Length {
+        self.record.length()
+    }
+
+    /// The run's steps, where they are fixed already.
+    #[must_use]
+    pub fn plan(&self) -> Option<Plan> {
+        self.record.plan()
+    }
+
+    /// Steps taken.
+    #[must_use]
+    pub const fn steps(&self) -> u32 {
+        self.record.step
+    }
+
+    /// How often training has begun anew.
+    #[must_use]
+    pub const fn restarts(&self) -> u32 {
+        self.record.restarts
+    }
+
+    /// Seconds that the run has taken so far.
+    #[must_use]
+    pub const fn elapsed(&self) -> f64 {
+        self.record.elapsed
+    }
+
+    /// The trainer and the run as they were, on the dataset they were on.
+    /// `started` is when this program began.
+    ///
+    /// # Errors
+    /// [`Problem::Dataset`] where the dataset is another, [`Problem::Model`] or
+    /// [`Problem::Changed`] where this build makes something else of it.
+    pub fn resume(
+        self,
+        dataset: Dataset,
+        simd: SimdLevel,
+        started: Instant,
+    ) -> Result<(Trainer, Run), CheckpointError> {
+        let file = self.file.clone();
+        self.resumed(dataset, simd, started).map_err(|problem| problem.of(&file))
+    }
+
+    fn resumed(
+        self,
+        dataset: Dataset,
+        simd: SimdLevel,
+        started: Instant,
+    ) -> Result<(Trainer, Run), Problem> {
+        let (expected, found) = (self.record.fingerprint, dataset.fingerprint());
+        if expected != found {
+            let (name, given) = (self.dataset, dataset.source);
+            return Err(Problem::Dataset { name, given, expected, found });
+        }
+        let record = self.record;
+        let mut trainer = Trainer::new(dataset, self.config, simd).map_err(Problem::Model)?;
+        let changed = |part, same: bool| if same { Ok(()) } else { Err(Problem::Changed(part)) };
+        changed("scene box", trainer.space == self.space)?;
+        changed("steps along a ray", trainer.sampling == self.sampling)?;
+        changed("number of parameters", trainer.parameters.len() == self.parameters.len())?;
+        let (density, updates) = (&self.density, record.updates);
+        let restored = trainer.grid.restore(density, updates, &self.coarse, &self.fine);
+        changed("cells that may be occupied", restored)?;
+        trainer.set_parameters(|_, parameters| parameters.copy_from_slice(&self.parameters));
+        if let Some(scales) = &self.scales {
+            let Trainer { rounded, level, layout, parameters, .. } = &mut trainer;
+            rounded.round_tables(*level, layout, scales, parameters);
+        }
+        if let Some(attention) = &self.attention {
+            let restored = trainer.attention.restore(attention);
+            changed("tiles of the images", restored)?;
+        }
+        trainer.mean = self.mean;
+        trainer.square.copy_from_slice(&self.square);
+        (trainer.sum, trainer.averaged) = (self.sum, record.averaged);
+        trainer.step = record.step;
+        trainer.n_rays = record.n_rays as usize;
+        trainer.roulette = record.roulette;
+        trainer.restarts = record.restarts;
+        trainer.seed = guard::seed(trainer.config.seed, record.restarts);
+        let mut run = Run::continued(record.length(), record.plan(), record.elapsed, started);
+        let [squared_error, opacity] = record.averages;
+        run.averages = Averages { squared_error, opacity };
+        (run.rays, run.samples) = (record.rays, record.samples);
+        Ok((trainer, run))
+    }
+}

@@ -1,0 +1,149 @@
+//! From what rays accumulated to their colours, the error, and back.
+
+use fearless_simd::Simd;
+use pocketnerf_core::field::Decoded;
+
+use super::group::{BATCH, Group, Job, MIN_TRANSMITTANCE, RayGradient, STRIDE, Worker, row_len};
+use crate::stopwatch::{Laps, Stage};
+use crate::trainer::pixels::rays::RayError;
+
+impl Group {
+    /// The error of a ray's colour, noted.
+    #[inline(always)]
+    pub(crate) fn error(&mut self, ray: usize, color: [f32; 3], opacity: f32) -> RayError {
+        let weight = f64::from(self.rays[ray].weight);
+        let error = self.rays[ray].error(color, opacity);
+        self.errors[ray] = error.squared / 3.0;
+        self.stats.squared_error += weight * f64::from(error.squared);
+        self.stats.opacity += weight * f64::from(opacity);
+        error
+    }
+
+    /// Per-sample shading: the sums are the colour over black, and of a ray that
+    /// has ended, their mean is its colour.
+    pub(crate) fn compare(&mut self, row_len: usize) {
+        self.ray_gradients.clear();
+        for r in 0..self.rays.len() {
+            let (accumulated, background) = (self.accumulated[r], self.rays[r].background);
+            let ended = accumulated.transmittance < MIN_TRANSMITTANCE;
+            let scale = if ended { 1.0 / accumulated.opacity } else { 1.0 };
+            let opacity = accumulated.alpha(MIN_TRANSMITTANCE);
+            let sums = r * row_len..(r + 1) * row_len;
+            let over_black = [0, 1, 2].map(|c| scale * self.sums[sums.start + 1 + c]);
+            let color = [0, 1, 2].map(|c| over_black[c] + (1.0 - opacity) * background[c]);
+            let error = self.error(r, color, opacity);
+            let d_sum = error.d_color.map(|d| scale * d);
+            // Features fill the rest of the row: nothing depends on their sums.
+            let sums = &mut self.sums[sums];
+            sums.fill(0.0);
+            sums[1..4].copy_from_slice(&d_sum);
+            let unlike = |c: usize| if ended { over_black[c] } else { background[c] };
+            let d_opacity = if ended { 0.0 } else { error.d_opacity };
+            self.ray_gradients.push(RayGradient {
+                opacity: d_opacity - (0..3).map(|c| d_sum[c] * unlike(c)).sum::<f32>(),
+                size: d_sum.iter().map(|d| d.abs()).sum(),
+            });
+        }
+    }
+
+    /// Deferred shading: colour of every ray that met something, the error,
+    /// and back through the colour network. `sums` become their gradients.
+    #[inline(always)]
+    pub(crate) fn shade<S: Simd, F: Decoded>(
+        &mut self,
+        simd: S,
+        field: &F,
+        job: &Job<'_>,
+        worker: &mut Worker,
+    ) {
+        let mut laps = Laps::begin(job.stopwatch);
+        let decoder = field.decoder();
+        let channels = decoder.channels();
+        let row_len = row_len(channels);
+        self.ray_gradients.clear();
+        self.ray_gradients.resize(self.rays.len(), RayGradient::default());
+        let mut hits = Vec::with_capacity(BATCH);
+        let mut next = 0;
+        loop {
+            hits.clear();
+            while next < self.rays.len() && hits.len() < BATCH {
+                if self.accumulated[next].opacity > 0.0 {
+                    hits.push(next);
+                } else {
+                    let _ = self.error(next, self.rays[next].background, 0.0);
+                }
+                next += 1;
+            }
+            if hits.is_empty() {
+                laps.end(Stage::Shade, 0);
+                return;
+            }
+            let padded = hits.len().next_multiple_of(32);
+            for row in worker.color_input.chunks_mut(STRIDE) {
+                row[hits.len()..padded].fill(0.0);
+            }
+            for row in &mut worker.directions {
+                row[hits.len()..padded].fill(0.0);
+            }
+            for (column, &r) in hits.iter().enumerate() {
+                let sums = &self.sums[r * row_len + 1..][..channels];
+                let rows = worker.color_input.chunks_mut(STRIDE);
+                for (row, sum) in rows.zip(sums) {
+                    row[column] = sum / self.accumulated[r].opacity;
+                }
+                for (row, d) in worker.directions.iter_mut().zip(self.rays[r].ray.direction) {
+                    row[column] = d;
+                }
+            }
+            worker.colors(simd, decoder, job.backward, padded);
+            // Gradient of the colour network's outputs, before the logistic.
+            for row in worker.gradients.rows().chunks_mut(STRIDE).take(3) {
+                row[..padded].fill(0.0);
+            }
+            for (column, &r) in hits.iter().enumerate() {
+                let opacity = self.accumulated[r].alpha(MIN_TRANSMITTANCE);
+                let background = self.rays[r].background;
+                let rgb = [0, 1, 2].map(|c| worker.output[c * STRIDE + column]);
+                let color = [0, 1, 2].map(|c| opacity * rgb[c] + (1.0 - opacity) * background[c]);
+                let error = self.error(r, color, opacity);
+                let rows = worker.gradients.rows();
+                for c in 0..3 {
+                    let slope = rgb[c] * (1.0 - rgb[c]);
+                    rows[c * STRIDE + column] = opacity * error.d_color[c] * slope;
+                }
+                // That of a ray that has ended is 1, whatever its samples.
+                if opacity < 1.0 {
+                    let unlike = |c: usize| error.d_color[c] * (rgb[c] - background[c]);
+                    self.ray_gradients[r].opacity =
+                        error.d_opacity + (0..3).map(unlike).sum::<f32>();
+                }
+            }
+            job.backward.color(
+                simd,
+                &worker.color_input,
+                &mut worker.gradients,
+                padded,
+                &mut self.network_gradient,
+                &mut worker.d_color_input,
+            );
+            for (column, &r) in hits.iter().enumerate() {
+                let inverse = 1.0 / self.accumulated[r].opacity;
+                let gradient = &mut self.ray_gradients[r];
+                let d_rows = worker.d_color_input.chunks(STRIDE);
+                let rows = worker.color_input.chunks(STRIDE);
+                let sums = &mut self.sums[r * row_len..][..row_len];
+                // Nothing depends on the sum of densities, nor on what fills up the row.
+                sums.fill(0.0);
+                let channels = sums[1..=channels].iter_mut();
+                for ((sum, d_row), row) in channels.zip(d_rows).zip(rows) {
+                    // feature = sum / opacity.
+                    let d_sum = d_row[column] * inverse;
+                    *sum = d_sum;
+                    gradient.opacity -= d_sum * row[column];
+                    gradient.size += d_sum.abs();
+                }
+            }
+            laps.end(Stage::Shade, hits.len());
+        }
+    }
+}
