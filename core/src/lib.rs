@@ -9,39 +9,46 @@
 //! # Features
 //! * `std` (default): detects the machine's SIMD level; everything else is the
 //!   same without it.
-//! * `hash-grid`, `frequency`, `nerf` (default): kinds of field, at least one; `nerf` also is
-//!   the paper's sampling.
+//! * `hash-grid`, `nerf` (default): kinds of field, at least one; `nerf` also is the
+//!   paper's sampling.
 //! * `ndc` (default): the space of forward-facing captures, beside boxes.
 //!
 //! # Example
-//! A fog that is denser to the right, from 24 numbers; `pocketnerf-formats` reads
-//! such a model from a file.
-#![cfg_attr(all(feature = "std", feature = "frequency"), doc = "```")]
-#![cfg_attr(not(all(feature = "std", feature = "frequency")), doc = "```ignore")]
-//! use pocketnerf_core::encoding::FrequencyConfig;
-//! use pocketnerf_core::field::{Decoder, FrequencyField, Shading};
+//! A fog that is denser to the right; `pocketnerf-formats` reads such a model from a file.
+#![cfg_attr(all(feature = "std", feature = "hash-grid"), doc = "```")]
+#![cfg_attr(not(all(feature = "std", feature = "hash-grid")), doc = "```ignore")]
+//! use pocketnerf_core::encoding::{GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
+//! use pocketnerf_core::field::{Decoder, HashGridField, Shading};
 //! use pocketnerf_core::network::{Dense, Mlp};
 //! use pocketnerf_core::{
 //!     AnyField, Camera, ColorSpace, DType, Display, Layout, Model, RenderOptions, Sampling,
 //!     SimdLevel, Space, TensorView, Tile, Tuning, render_tile,
 //! };
 //!
-//! // Position and its sines and cosines, 9 values, to log density and a feature:
-//! // x goes to both. The feature and a constant to a colour.
-//! let mut density = [0f32; 18];
-//! [density[0], density[1]] = [2.0, 1.0];
-//! let color = [3f32, 0.0, -3.0, 0.0, 0.0, 0.0];
-//! let bytes = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
-//! let (density, color) = (bytes(&density), bytes(&color));
-//! let layer = |bytes, shape| {
-//!     let weight = TensorView::new(bytes, DType::F32, shape, 0, Layout::RowMajor)?;
-//!     Mlp::new(&[Dense { weight, bias: None }])
+//! // A grid of 4x4x4 corners, in blocks of 2x2x2, whose values interpolate to the scene's x;
+//! // x to log density and a feature; the feature and a constant to a colour.
+//! let config = HashGridConfig {
+//!     n_levels: 1,
+//!     n_features_per_level: 1,
+//!     log2_hashmap_size: 6,
+//!     base_resolution: 2,
+//!     per_level_scale: 1.0,
+//!     index: GridIndex::Blocked,
 //! };
+//! let corner_x = |entry: usize| entry / 8 % 2 * 2 + entry % 2;
+//! let grid: Vec<f32> = (0..64).map(|entry| 2.0 * corner_x(entry) as f32 - 2.0).collect();
+//! let bytes = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+//! let (grid, density) = (bytes(&grid), bytes(&[2.0, 1.0]));
+//! let color = bytes(&[3.0, 0.0, -3.0, 0.0, 0.0, 0.0]);
+//! let tensor = |bytes, shape| TensorView::new(bytes, DType::F32, shape, 0, Layout::RowMajor);
+//! let layer = |bytes, shape| Mlp::new(&[Dense { weight: tensor(bytes, shape)?, bias: None }]);
+//! let mut levels = [TensorView::EMPTY; MAX_LEVELS];
+//! levels[0] = tensor(&grid, [64, 1])?;
 //! let model = Model {
-//!     field: AnyField::Frequency(FrequencyField {
-//!         encoding: FrequencyConfig { n_frequencies: 1, include_input: true },
+//!     field: AnyField::HashGrid(HashGridField {
+//!         grid: HashGrid { config, levels },
 //!         decoder: Decoder {
-//!             density: layer(&density, [9, 2])?,
+//!             density: layer(&density, [1, 2])?,
 //!             color: layer(&color, [2, 3])?,
 //!             n_features: 1,
 //!             sh_degree: 1,

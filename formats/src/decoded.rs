@@ -32,8 +32,6 @@ fn parts<'f, 'a>(field: &'f AnyField<'a>) -> Option<(&'f [TensorView<'a>], &'f D
             let n_levels = (field.grid.config.n_levels as usize).min(MAX_LEVELS);
             Some((&field.grid.levels[..n_levels], &field.decoder))
         }
-        #[cfg(feature = "frequency")]
-        AnyField::Frequency(field) => Some((&[], &field.decoder)),
         _ => None,
     }
 }

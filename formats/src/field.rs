@@ -3,13 +3,11 @@
 use pocketnerf_core::AnyField;
 #[cfg(feature = "hash-grid")]
 use pocketnerf_core::encoding::HashGrid;
-#[cfg(feature = "frequency")]
-use pocketnerf_core::field::FrequencyField;
 #[cfg(feature = "hash-grid")]
 use pocketnerf_core::field::HashGridField;
 
 use crate::FormatError;
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 use crate::decoded;
 use crate::directory::Listed;
 use crate::metadata::field::FieldConfig;
@@ -32,11 +30,6 @@ pub(crate) fn read<'a>(
                 grid: HashGrid { config: *config, levels },
                 decoder,
             })
-        }
-        #[cfg(feature = "frequency")]
-        FieldConfig::Frequency(encoding, decoder) => {
-            let decoder = decoded::decoder(decoder, &mut listed)?;
-            AnyField::Frequency(FrequencyField { encoding: *encoding, decoder })
         }
         #[cfg(feature = "nerf")]
         FieldConfig::Nerf(config) => AnyField::Nerf(nerf::read(config, &mut listed)?),

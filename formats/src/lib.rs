@@ -12,32 +12,44 @@
 //! * `alloc`: [`write`](write()) and [`ContainerWriter`].
 //! * `std` (default): [`write_atomically`], faster checksums.
 //! * `ndc` (default): the space of forward-facing captures, beside boxes.
-//! * `hash-grid`, `frequency`, `nerf` (default): kinds of field. A file of a kind that is
-//!   left out is refused by name; at least one is needed.
+//! * `hash-grid`, `nerf` (default): kinds of field. A file of a kind that is left out is
+//!   refused by name; at least one is needed.
 //! * `import`: [`import`], the checkpoints that other programs wrote.
 //!
 //! # Example
-#![cfg_attr(all(feature = "alloc", feature = "frequency"), doc = "```")]
-#![cfg_attr(not(all(feature = "alloc", feature = "frequency")), doc = "```ignore")]
-//! use pocketnerf_core::encoding::FrequencyConfig;
-//! use pocketnerf_core::field::{Decoder, FrequencyField, Shading};
+#![cfg_attr(all(feature = "alloc", feature = "hash-grid"), doc = "```")]
+#![cfg_attr(not(all(feature = "alloc", feature = "hash-grid")), doc = "```ignore")]
+//! use pocketnerf_core::encoding::{GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
+//! use pocketnerf_core::field::{Decoder, HashGridField, Shading};
 //! use pocketnerf_core::network::{Dense, Mlp};
 //! use pocketnerf_core::{
 //!     AnyField, ColorSpace, DType, Display, Layout, Model, Sampling, Space, TensorView,
 //! };
 //! use pocketnerf_formats::{About, Precision};
 //!
-//! // A field as small as a field can be: 9 encoded values to log density and
-//! // one feature; the feature and a constant to a colour.
-//! let weights: Vec<u8> = (0..18).flat_map(|i| (0.1 * i as f32).to_le_bytes()).collect();
-//! let density = TensorView::new(&weights, DType::F32, [9, 2], 0, Layout::RowMajor)?;
-//! let color = TensorView::new(&weights[..24], DType::F32, [2, 3], 0, Layout::RowMajor)?;
+//! // A small hash grid: one level of 64 entries, whose value becomes log density and one
+//! // feature; the feature and a constant become a colour.
+//! let config = HashGridConfig {
+//!     n_levels: 1,
+//!     n_features_per_level: 1,
+//!     log2_hashmap_size: 6,
+//!     base_resolution: 2,
+//!     per_level_scale: 1.0,
+//!     index: GridIndex::Blocked,
+//! };
+//! let weights: Vec<u8> = (0..64).flat_map(|i| (0.1 * i as f32).to_le_bytes()).collect();
+//! let tensor = |rows: u32, cols: u32| {
+//!     let bytes = &weights[..4 * (rows * cols) as usize];
+//!     TensorView::new(bytes, DType::F32, [rows, cols], 0, Layout::RowMajor)
+//! };
+//! let mut levels = [TensorView::EMPTY; MAX_LEVELS];
+//! levels[0] = tensor(64, 1)?;
 //! let model = Model {
-//!     field: AnyField::Frequency(FrequencyField {
-//!         encoding: FrequencyConfig { n_frequencies: 1, include_input: true },
+//!     field: AnyField::HashGrid(HashGridField {
+//!         grid: HashGrid { config, levels },
 //!         decoder: Decoder {
-//!             density: Mlp::new(&[Dense { weight: density, bias: None }])?,
-//!             color: Mlp::new(&[Dense { weight: color, bias: None }])?,
+//!             density: Mlp::new(&[Dense { weight: tensor(1, 2)?, bias: None }])?,
+//!             color: Mlp::new(&[Dense { weight: tensor(2, 3)?, bias: None }])?,
 //!             n_features: 1,
 //!             sh_degree: 1,
 //!             shading: Shading::PerSample,
@@ -54,7 +66,7 @@
 //! let bytes = pocketnerf_formats::write(&model, &About::default(), Precision::F16)?;
 //! let file = pocketnerf_formats::open_verified(&bytes)?;
 //! assert_eq!(file.model.space, model.space);
-//! assert_eq!(file.tensors().count(), 2);
+//! assert_eq!(file.tensors().count(), 3);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![no_std]
@@ -74,7 +86,7 @@ mod about;
 mod atomic;
 mod checksum;
 mod container;
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 mod decoded;
 mod directory;
 #[cfg(feature = "alloc")]

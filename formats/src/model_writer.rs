@@ -2,19 +2,19 @@
 
 use alloc::vec::Vec;
 
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 use pocketnerf_core::field::Decoder;
 use pocketnerf_core::{AnyField, DType, Display, Layout, Model, TensorView};
 
 use crate::ModelFile;
 use crate::about::{About, PixelOrigin};
 use crate::directory::write_directory;
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 use crate::metadata::decoder::DecoderConfig;
 use crate::metadata::field::{FieldConfig, write_field};
 #[cfg(feature = "nerf")]
 use crate::metadata::nerf::NerfV1;
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 use crate::metadata::widths::Widths;
 use crate::metadata::{V1, about, encode, space};
 use crate::section::{SectionId, kind};
@@ -186,17 +186,13 @@ fn config(field: &AnyField<'_>) -> Option<FieldConfig> {
         AnyField::HashGrid(field) => {
             Some(FieldConfig::HashGrid(field.grid.config, decoder(&field.decoder)?))
         }
-        #[cfg(feature = "frequency")]
-        AnyField::Frequency(field) => {
-            Some(FieldConfig::Frequency(field.encoding, decoder(&field.decoder)?))
-        }
         #[cfg(feature = "nerf")]
         AnyField::Nerf(field) => Some(FieldConfig::Nerf(NerfV1::of(field)?)),
         _ => None,
     }
 }
 
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 fn decoder(decoder: &Decoder<'_>) -> Option<DecoderConfig> {
     Some(DecoderConfig {
         n_features: decoder.n_features,

@@ -4,7 +4,7 @@ use core::fmt;
 
 use pocketnerf_core::{AnyField, TensorView};
 
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 use crate::decoded;
 #[cfg(feature = "nerf")]
 use crate::nerf;
@@ -168,7 +168,7 @@ pub fn tensors<'f, 'a>(
     field: &'f AnyField<'a>,
 ) -> impl Iterator<Item = (TensorName, TensorView<'a>)> + 'f {
     let tensors = core::iter::empty();
-    #[cfg(any(feature = "hash-grid", feature = "frequency"))]
+    #[cfg(feature = "hash-grid")]
     let tensors = tensors.chain(decoded::tensors(field));
     #[cfg(feature = "nerf")]
     let tensors = tensors.chain(nerf::tensors(field));

@@ -1,10 +1,10 @@
 //! Models small enough for golden files, the same on every machine.
 
 use pocketnerf_core::encoding::{
-    Affine, Fourier, FrequencyConfig, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, Waves,
+    Affine, Fourier, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, Waves,
 };
 use pocketnerf_core::field::{
-    Activation, Decoder, FrequencyField, HashGridField, NerfField, NerfNetwork, Shading,
+    Activation, Decoder, HashGridField, NerfField, NerfNetwork, Shading,
 };
 use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::network::{Dense, Mlp};
@@ -116,12 +116,22 @@ impl Tiny {
         Model { space: Space::Ndc(ndc), sampling, ..model }
     }
 
-    /// The paper's encoding and a network, shaded per sample, without occupancy.
+    /// A hash grid of one dense level, shaded per sample, without occupancy, in linear colours.
     #[must_use]
-    pub fn frequency(&self) -> Model<'_> {
+    pub fn per_sample(&self) -> Model<'_> {
         let mut cut = Cutter(&self.weights);
+        let config = HashGridConfig {
+            n_levels: 1,
+            n_features_per_level: 4,
+            log2_hashmap_size: 7,
+            base_resolution: 3,
+            per_level_scale: 1.5,
+            index: GridIndex::Blocked,
+        };
+        let mut levels = [TensorView::EMPTY; MAX_LEVELS];
+        levels[0] = cut.tensor(config.level(0).entries, 4);
         let decoder = Decoder {
-            density: cut.mlp(&[15, 16, 16, 6]),
+            density: cut.mlp(&[4, 16, 16, 6]),
             color: cut.mlp(&[5 + 9, 3]),
             n_features: 5,
             sh_degree: 3,
@@ -129,10 +139,7 @@ impl Tiny {
             log_density_bias: -0.5,
         };
         Model {
-            field: AnyField::Frequency(FrequencyField {
-                encoding: FrequencyConfig { n_frequencies: 2, include_input: true },
-                decoder,
-            }),
+            field: AnyField::HashGrid(HashGridField { grid: HashGrid { config, levels }, decoder }),
             space: Space::Box { min: [0.0; 3], max: [2.0; 3] },
             occupancy: None,
             sampling: Sampling { step: 0.125, near: 0.0, far: 8.0, min_transmittance: 0.0 },

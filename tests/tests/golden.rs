@@ -61,9 +61,6 @@ fn assert_same_but_weights(found: &Model<'_>, expected: &Model<'_>) {
         (AnyField::HashGrid(found), AnyField::HashGrid(expected)) => {
             assert_eq!(found.grid.config, expected.grid.config);
         }
-        (AnyField::Frequency(found), AnyField::Frequency(expected)) => {
-            assert_eq!(found.encoding, expected.encoding);
-        }
         (AnyField::Nerf(found), AnyField::Nerf(expected)) => {
             return assert_same_nerf(found, expected);
         }
@@ -195,12 +192,12 @@ fn hash_grid_f32() {
 }
 
 #[test]
-fn frequency_f16() {
+fn per_sample_f16() {
     let tiny = Tiny::new();
-    let model = tiny.frequency();
+    let model = tiny.per_sample();
     let about = Default::default();
     let bytes = write(&model, &about, Precision::F16).unwrap();
-    let bytes = golden("frequency-f16.pnerf", &bytes);
+    let bytes = golden("per-sample-f16.pnerf", &bytes);
     let file = open_verified(&bytes).unwrap();
     assert_eq!(file.about, about);
     assert_same_but_weights(&file.model, &model);

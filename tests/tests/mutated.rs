@@ -38,7 +38,7 @@ fn goldens() -> [Vec<u8>; 4] {
     detailed.display.tolerance = 0.0625;
     [
         write(&tiny.hash_grid(), &tiny::about(), Precision::F16).unwrap(),
-        write(&tiny.frequency(), &tiny::about(), Precision::F32).unwrap(),
+        write(&tiny.per_sample(), &tiny::about(), Precision::F32).unwrap(),
         write(&detailed, &tiny::about(), Precision::I8).unwrap(),
         write(&tiny.nerf(), &tiny::about(), Precision::F16).unwrap(),
     ]

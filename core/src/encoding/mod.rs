@@ -2,13 +2,11 @@
 
 #[cfg(feature = "nerf")]
 pub mod fourier;
-pub mod frequency;
 pub mod hash_grid;
 pub mod spherical_harmonics;
 
 #[cfg(feature = "nerf")]
 pub use fourier::{Affine, Fourier, Waves};
-pub use frequency::FrequencyConfig;
 #[cfg(feature = "corner-index")]
 pub use hash_grid::{CornerLevel, CornerLevels};
 pub use hash_grid::{GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};

@@ -2,16 +2,12 @@
 //! colour. One file a kind.
 
 mod decoder;
-#[cfg(feature = "frequency")]
-mod frequency;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
 #[cfg(feature = "nerf")]
 mod nerf;
 
 pub use decoder::{Decoder, Shading};
-#[cfg(feature = "frequency")]
-pub use frequency::FrequencyField;
 #[cfg(feature = "hash-grid")]
 pub use hash_grid::HashGridField;
 #[cfg(feature = "nerf")]
@@ -23,9 +19,9 @@ use crate::Error;
 use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
 
-#[cfg(not(any(feature = "hash-grid", feature = "frequency", feature = "nerf")))]
+#[cfg(not(any(feature = "hash-grid", feature = "nerf")))]
 compile_error!(
-    "pocketnerf-core needs at least one kind of field: feature `hash-grid`, `frequency` or `nerf`"
+    "pocketnerf-core needs at least one kind of field: feature `hash-grid` or `nerf`"
 );
 
 /// Most features that a ray may accumulate.
@@ -164,9 +160,6 @@ pub enum AnyField<'a> {
     /// Multiresolution hash grid and small networks.
     #[cfg(feature = "hash-grid")]
     HashGrid(HashGridField<'a>),
-    /// Positional encoding and a network.
-    #[cfg(feature = "frequency")]
-    Frequency(FrequencyField<'a>),
     /// The paper's networks.
     #[cfg(feature = "nerf")]
     Nerf(NerfField<'a>),
@@ -179,8 +172,6 @@ impl AnyField<'_> {
         match self {
             #[cfg(feature = "hash-grid")]
             Self::HashGrid(_) => "hash-grid",
-            #[cfg(feature = "frequency")]
-            Self::Frequency(_) => "frequency",
             #[cfg(feature = "nerf")]
             Self::Nerf(_) => "nerf",
         }
@@ -192,8 +183,6 @@ impl AnyField<'_> {
         match self {
             #[cfg(feature = "hash-grid")]
             Self::HashGrid(field) => field.limits(),
-            #[cfg(feature = "frequency")]
-            Self::Frequency(field) => field.limits(),
             #[cfg(feature = "nerf")]
             Self::Nerf(field) => field.limits(),
         }
@@ -205,8 +194,6 @@ impl AnyField<'_> {
         match self {
             #[cfg(feature = "hash-grid")]
             Self::HashGrid(field) => Some(&field.decoder),
-            #[cfg(feature = "frequency")]
-            Self::Frequency(field) => Some(&field.decoder),
             #[cfg(feature = "nerf")]
             Self::Nerf(_) => None,
         }
@@ -218,8 +205,6 @@ impl AnyField<'_> {
         match self {
             #[cfg(feature = "hash-grid")]
             Self::HashGrid(field) => field.channels(),
-            #[cfg(feature = "frequency")]
-            Self::Frequency(field) => field.channels(),
             #[cfg(feature = "nerf")]
             Self::Nerf(field) => field.channels(),
         }
@@ -231,8 +216,6 @@ impl AnyField<'_> {
         match self {
             #[cfg(feature = "hash-grid")]
             Self::HashGrid(field) => field.dtype(),
-            #[cfg(feature = "frequency")]
-            Self::Frequency(field) => field.dtype(),
             #[cfg(feature = "nerf")]
             Self::Nerf(field) => field.dtype(),
         }
@@ -246,8 +229,6 @@ impl AnyField<'_> {
         match self {
             #[cfg(feature = "hash-grid")]
             Self::HashGrid(field) => field.validate(),
-            #[cfg(feature = "frequency")]
-            Self::Frequency(field) => field.validate(),
             #[cfg(feature = "nerf")]
             Self::Nerf(field) => field.validate(),
         }

@@ -33,8 +33,6 @@ impl Probe<'_> {
         dispatch!(self.level, simd => match &self.model.field {
             #[cfg(feature = "hash-grid")]
             AnyField::HashGrid(field) => evaluate(simd, field, wanted, n, scratch),
-            #[cfg(feature = "frequency")]
-            AnyField::Frequency(field) => evaluate(simd, field, wanted, n, scratch),
             #[cfg(feature = "nerf")]
             AnyField::Nerf(field) => evaluate(simd, field, wanted, n, scratch),
         })

@@ -104,8 +104,6 @@ fn detail(field: &AnyField<'_>) -> f32 {
             1.0 / cells
         }
         // sin(2^k π x) over x = 2 u - 1.
-        #[cfg(feature = "frequency")]
-        AnyField::Frequency(field) => 0.25 / (1u32 << (field.encoding.n_frequencies - 1)) as f32,
         #[cfg(feature = "nerf")]
         AnyField::Nerf(field) => {
             let map = field.map.scale.iter().fold(0.0, |most: f32, s| most.max(s.abs()));

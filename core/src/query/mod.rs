@@ -24,22 +24,33 @@
 //! # Example
 //! The fog of the crate's example, whose log density grows from -1 to 3 along x, two metres
 //! of it; the caller counts in centimetres.
-#![cfg_attr(all(feature = "std", feature = "frequency"), doc = "```")]
-#![cfg_attr(not(all(feature = "std", feature = "frequency")), doc = "```ignore")]
-//! # use pocketnerf_core::encoding::FrequencyConfig;
-//! # use pocketnerf_core::field::{Decoder, FrequencyField, Shading};
+#![cfg_attr(all(feature = "std", feature = "hash-grid"), doc = "```")]
+#![cfg_attr(not(all(feature = "std", feature = "hash-grid")), doc = "```ignore")]
+//! # use pocketnerf_core::encoding::{GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
+//! # use pocketnerf_core::field::{Decoder, HashGridField, Shading};
 //! # use pocketnerf_core::network::{Dense, Mlp};
 //! # use pocketnerf_core::{AnyField, ColorSpace, DType, Display, Layout, Model, Sampling, Space, TensorView};
-//! # let mut density = [0f32; 18];
-//! # density[0] = 2.0;
+//! # let config = HashGridConfig {
+//! #     n_levels: 1,
+//! #     n_features_per_level: 1,
+//! #     log2_hashmap_size: 6,
+//! #     base_resolution: 2,
+//! #     per_level_scale: 1.0,
+//! #     index: GridIndex::Blocked,
+//! # };
+//! # let corner_x = |entry: usize| entry / 8 % 2 * 2 + entry % 2;
+//! # let grid: Vec<f32> = (0..64).map(|entry| 2.0 * corner_x(entry) as f32 - 2.0).collect();
 //! # let bytes = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
-//! # let (density, color, bias) = (bytes(&density), bytes(&[0.0; 6]), bytes(&[1.0, 0.0]));
+//! # let (grid, density, bias) = (bytes(&grid), bytes(&[2.0, 0.0]), bytes(&[1.0, 0.0]));
+//! # let color = bytes(&[0.0; 6]);
 //! # let tensor = |bytes, shape| TensorView::new(bytes, DType::F32, shape, 0, Layout::RowMajor);
+//! # let mut levels = [TensorView::EMPTY; MAX_LEVELS];
+//! # levels[0] = tensor(&grid, [64, 1])?;
 //! # let model = Model {
-//! #     field: AnyField::Frequency(FrequencyField {
-//! #         encoding: FrequencyConfig { n_frequencies: 1, include_input: true },
+//! #     field: AnyField::HashGrid(HashGridField {
+//! #         grid: HashGrid { config, levels },
 //! #         decoder: Decoder {
-//! #             density: Mlp::new(&[Dense { weight: tensor(&density, [9, 2])?, bias: Some(tensor(&bias, [1, 2])?) }])?,
+//! #             density: Mlp::new(&[Dense { weight: tensor(&density, [1, 2])?, bias: Some(tensor(&bias, [1, 2])?) }])?,
 //! #             color: Mlp::new(&[Dense { weight: tensor(&color, [2, 3])?, bias: None }])?,
 //! #             n_features: 1,
 //! #             sh_degree: 1,

@@ -1,17 +1,17 @@
 //! What a field says of one point: density, features and colour.
 
 use super::harmonics::harmonics;
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 use super::math::exp;
 use super::math::logistic;
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 use super::network::Values;
 use super::network::{self, MAX_WIDTH};
 use crate::field::{AnyField, Decoder, MAX_CHANNELS, Shading};
 use crate::{Error, Model};
 
 /// Highest log density; beyond it sigma stays at e^15 per scene unit.
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 const MAX_LOG_DENSITY: f64 = 15.0;
 
 /// Features of a point or of a ray; those that the field does not have are 0.
@@ -35,8 +35,6 @@ pub(super) fn decoder<'f, 'a>(field: &'f AnyField<'a>) -> Option<&'f Decoder<'a>
     match field {
         #[cfg(feature = "hash-grid")]
         AnyField::HashGrid(field) => Some(&field.decoder),
-        #[cfg(feature = "frequency")]
-        AnyField::Frequency(field) => Some(&field.decoder),
         #[cfg(feature = "nerf")]
         AnyField::Nerf(_) => None,
     }
@@ -53,12 +51,12 @@ pub(super) fn ask(field: &AnyField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f6
     match field {
         #[cfg(feature = "nerf")]
         AnyField::Nerf(field) => super::nerf::ask(field, u, direction),
-        #[cfg(any(feature = "hash-grid", feature = "frequency"))]
+        #[cfg(feature = "hash-grid")]
         _ => ask_decoded(field, u, direction),
     }
 }
 
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 fn ask_decoded(field: &AnyField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
     let Some(decoder) = decoder(field) else { return (0.0, [0.0; MAX_CHANNELS]) };
     let (sigma, features) = density(field, decoder, u);
@@ -70,13 +68,11 @@ fn ask_decoded(field: &AnyField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, 
     (sigma, channels)
 }
 
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 fn encode(field: &AnyField<'_>, u: [f32; 3]) -> Values {
     match field {
         #[cfg(feature = "hash-grid")]
         AnyField::HashGrid(field) => super::hash_grid::encode(&field.grid, u),
-        #[cfg(feature = "frequency")]
-        AnyField::Frequency(field) => super::frequency::encode(&field.encoding, u),
         #[cfg(feature = "nerf")]
         AnyField::Nerf(_) => [0.0; MAX_WIDTH],
     }
@@ -98,7 +94,7 @@ pub(super) fn place(model: &Model<'_>, p: [f32; 3]) -> Option<[f32; 3]> {
 /// Sigma, per scene unit, and the features at unit point `u`.
 ///
 /// `sigma = exp(min(raw + log_density_bias, 15))`; a NaN is empty space.
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 fn density(field: &AnyField<'_>, decoder: &Decoder<'_>, u: [f32; 3]) -> (f64, Features) {
     let out = network::forward(&decoder.density, &encode(field, u));
     let log_density = out[0] + f64::from(decoder.log_density_bias);

@@ -60,8 +60,8 @@ pub(super) fn march(
     if n_fine > 0 {
         let coarse = match &model.field {
             AnyField::Nerf(field) => AnyField::Nerf(field.coarse_field()),
-            #[cfg(any(feature = "hash-grid", feature = "frequency"))]
-            other => *other,
+            #[cfg(feature = "hash-grid")]
+            AnyField::HashGrid(_) => model.field,
         };
         let mut weights = [0.0; MOST];
         let mut transmittance = 1.0;

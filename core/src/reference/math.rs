@@ -30,7 +30,7 @@ pub(super) fn exp(x: f64) -> f64 {
 
 /// Sine and cosine of π x, error ≤ 1e-15 for |x| ≤ 2^50: whole half turns are
 /// taken off before π comes in, without rounding.
-#[cfg_attr(not(feature = "frequency"), allow(dead_code, reason = "only positions need it"))]
+#[cfg_attr(not(feature = "nerf"), allow(dead_code, reason = "only waves need it"))]
 pub(super) fn sin_cos_pi(x: f64) -> (f64, f64) {
     let quarter = nearest(2.0 * x);
     let r = PI * (x - 0.5 * quarter as f64);

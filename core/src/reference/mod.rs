@@ -35,8 +35,6 @@
 //! NaN colour is black, so no result ever holds NaN, and every ray ends.
 
 mod field;
-#[cfg(feature = "frequency")]
-mod frequency;
 mod harmonics;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;

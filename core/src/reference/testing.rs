@@ -32,16 +32,6 @@ pub(crate) struct Kind {
 /// One encoding for each field kind that this build links.
 pub(crate) fn kinds() -> Vec<Kind> {
     vec![
-        #[cfg(feature = "frequency")]
-        Kind {
-            n_encoded: 9,
-            z: 2,
-            field: |decoder| {
-                let encoding =
-                    crate::encoding::FrequencyConfig { n_frequencies: 1, include_input: true };
-                AnyField::Frequency(crate::field::FrequencyField { encoding, decoder })
-            },
-        },
         #[cfg(feature = "hash-grid")]
         Kind {
             n_encoded: 1,

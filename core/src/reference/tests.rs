@@ -199,7 +199,7 @@ fn nan_weights_are_empty_space() {
 }
 
 // With both kinds linked: picks one of them.
-#[cfg(all(feature = "hash-grid", feature = "frequency"))]
+#[cfg(all(feature = "hash-grid", feature = "nerf"))]
 #[test]
 fn a_nan_entry_is_empty_only_where_it_is_read() {
     use crate::AnyField;

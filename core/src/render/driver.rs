@@ -78,10 +78,6 @@ pub(super) fn render(
             AnyField::HashGrid(field) => {
                 each_pixel_hierarchically(simd, [field; 2], hierarchical, &mut group, job, &mut target);
             }
-            #[cfg(feature = "frequency")]
-            AnyField::Frequency(field) => {
-                each_pixel_hierarchically(simd, [field; 2], hierarchical, &mut group, job, &mut target);
-            }
             AnyField::Nerf(field) => {
                 let fields = [&field.coarse_field(), field];
                 each_pixel_hierarchically(simd, fields, hierarchical, &mut group, job, &mut target);
@@ -93,8 +89,6 @@ pub(super) fn render(
     dispatch!(level, simd => match &model.field {
         #[cfg(feature = "hash-grid")]
         AnyField::HashGrid(field) => each_pass(simd, field, &mut group, job, &mut target),
-        #[cfg(feature = "frequency")]
-        AnyField::Frequency(field) => each_pass(simd, field, &mut group, job, &mut target),
         #[cfg(feature = "nerf")]
         AnyField::Nerf(field) => each_pass(simd, field, &mut group, job, &mut target),
     });

@@ -247,7 +247,7 @@ enum PnrfText
  {
     // What people call the scene.
     PNRF_TEXT_NAME = 0,
-    // The kind of its field: hash-grid, frequency or nerf.
+    // The kind of its field: hash-grid or nerf.
     PNRF_TEXT_KIND = 1,
     // How it was trained, or from what it was converted.
     PNRF_TEXT_METHOD = 2,

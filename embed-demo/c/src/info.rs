@@ -104,7 +104,7 @@ pub unsafe extern "C" fn pnrf_info(
 pub enum Text {
     /// What people call the scene.
     Name = 0,
-    /// The kind of its field: hash-grid, frequency or nerf.
+    /// The kind of its field: hash-grid or nerf.
     Kind = 1,
     /// How it was trained, or from what it was converted.
     Method = 2,

@@ -140,7 +140,7 @@ fn misuse_is_refused_and_damaged_files_are_survived() {
     run(Command::new(&program).args([golden("hash-grid-f16"), golden("unknown-critical")]));
     build("tests/c/mutated.c");
     let kinds =
-        ["hash-grid-f16", "frequency-f16", "nerf-f16", "ndc-f16", "detail-f16", "hash-grid-i8"];
+        ["hash-grid-f16", "per-sample-f16", "nerf-f16", "ndc-f16", "detail-f16", "hash-grid-i8"];
     let said = run(Command::new(&program).arg("10000").args(kinds.map(golden)));
     println!("{}", String::from_utf8_lossy(&said.stdout));
 }

@@ -1,16 +1,12 @@
 //! FIELD: the kind of field and its configuration, without weights.
 
-#[cfg(feature = "frequency")]
-use pocketnerf_core::encoding::FrequencyConfig;
 #[cfg(feature = "hash-grid")]
 use pocketnerf_core::encoding::HashGridConfig;
-#[cfg(feature = "frequency")]
-use serde::{Deserialize, Serialize};
 
 use super::Fields;
-#[cfg(all(feature = "alloc", any(feature = "hash-grid", feature = "frequency")))]
+#[cfg(all(feature = "alloc", feature = "hash-grid"))]
 use super::decoder::DecoderV1;
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 use super::decoder::{DecoderConfig, read_decoder};
 #[cfg(feature = "nerf")]
 use super::nerf::NerfV1;
@@ -18,23 +14,14 @@ use crate::FormatError;
 
 /// Codes of the field kinds.
 const HASH_GRID: u8 = 0;
-const FREQUENCY: u8 = 1;
+// 1 is reserved: no kind has it.
 const NERF: u8 = 2;
-/// FIELD after its code, kind [`FREQUENCY`]; a [`DecoderV1`] follows.
-#[cfg(feature = "frequency")]
-#[derive(Serialize, Deserialize)]
-struct FrequencyV1 {
-    n_frequencies: u32,
-    include_input: bool,
-}
 
 /// What FIELD says, by kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FieldConfig {
     #[cfg(feature = "hash-grid")]
     HashGrid(HashGridConfig, DecoderConfig),
-    #[cfg(feature = "frequency")]
-    Frequency(FrequencyConfig, DecoderConfig),
     #[cfg(feature = "nerf")]
     Nerf(NerfV1),
 }
@@ -46,18 +33,10 @@ pub(crate) fn read_field(mut fields: Fields<'_>) -> Result<FieldConfig, FormatEr
             let config = super::hash_grid::read(&mut fields)?;
             Ok(FieldConfig::HashGrid(config, read_decoder(fields)?))
         }
-        #[cfg(feature = "frequency")]
-        FREQUENCY => {
-            let FrequencyV1 { n_frequencies, include_input } = fields.take()?;
-            let config = FrequencyConfig { n_frequencies, include_input };
-            Ok(FieldConfig::Frequency(config, read_decoder(fields)?))
-        }
         #[cfg(feature = "nerf")]
         NERF => Ok(FieldConfig::Nerf(NerfV1::read(fields)?)),
         #[cfg(not(feature = "hash-grid"))]
         HASH_GRID => Err(FormatError::FieldKind("hash-grid")),
-        #[cfg(not(feature = "frequency"))]
-        FREQUENCY => Err(FormatError::FieldKind("frequency")),
         #[cfg(not(feature = "nerf"))]
         NERF => Err(FormatError::FieldKind("nerf")),
         code => Err(fields.unknown("kind of field", code)),
@@ -73,12 +52,6 @@ pub(crate) fn write_field(config: &FieldConfig) -> Option<alloc::vec::Vec<u8>> {
             let grid = super::hash_grid::write(grid)?;
             [super::encode(&HASH_GRID), grid, super::encode(&DecoderV1::of(decoder))].concat()
         }
-        #[cfg(feature = "frequency")]
-        FieldConfig::Frequency(encoding, decoder) => {
-            let FrequencyConfig { n_frequencies, include_input } = *encoding;
-            let encoding = FrequencyV1 { n_frequencies, include_input };
-            super::encode(&(FREQUENCY, encoding, DecoderV1::of(decoder)))
-        }
         #[cfg(feature = "nerf")]
         FieldConfig::Nerf(nerf) => super::encode(&(NERF, nerf)),
     })
@@ -90,14 +63,14 @@ mod tests {
     use crate::metadata::test_section;
     use crate::section::kind;
 
-    #[cfg(any(feature = "hash-grid", feature = "frequency"))]
+    #[cfg(feature = "hash-grid")]
     fn widths(values: &[u32]) -> crate::metadata::widths::Widths {
         let mut widths = crate::metadata::widths::Widths::default();
         assert!(values.iter().all(|width| widths.push(*width)));
         widths
     }
 
-    #[cfg(any(feature = "hash-grid", feature = "frequency"))]
+    #[cfg(feature = "hash-grid")]
     fn decoder() -> DecoderConfig {
         DecoderConfig {
             n_features: 15,
@@ -123,7 +96,6 @@ mod tests {
         3, 32, 64, 16, // density network
         2, 31, 3, // colour network
     ];
-    const FREQUENCY_BYTES: [u8; 17] = [1, 10, 1, 15, 4, 1, 0, 0, 0, 0xc0, 3, 32, 64, 16, 2, 31, 3];
     /// One octave, no directions, one layer of eight.
     #[rustfmt::skip]
     const NERF_BYTES: [u8; 45] = [
@@ -153,6 +125,10 @@ mod tests {
         let mut bytes = write_field(&config).unwrap();
         assert_eq!(bytes, HASH_GRID_BYTES);
         assert_eq!(read(&bytes), Ok(config));
+        for end in 0..bytes.len() {
+            let section = crate::section::SectionId::first(kind::FIELD);
+            assert_eq!(read(&bytes[..end]), Err(FormatError::Metadata(section)));
+        }
         bytes[10] = 7;
         let section = crate::section::SectionId::first(kind::FIELD);
         assert_eq!(
@@ -191,27 +167,18 @@ mod tests {
         }
     }
 
-    #[cfg(feature = "frequency")]
+
     #[test]
-    fn bytes_of_frequency_v1() {
-        let encoding = FrequencyConfig { n_frequencies: 10, include_input: true };
-        let config = FieldConfig::Frequency(encoding, decoder());
-        let bytes = write_field(&config).unwrap();
-        assert_eq!(bytes, FREQUENCY_BYTES);
-        assert_eq!(read(&bytes), Ok(config));
-        for end in 0..bytes.len() {
-            assert_eq!(
-                read(&bytes[..end]),
-                Err(FormatError::Metadata(crate::section::SectionId::first(kind::FIELD)))
-            );
-        }
+    fn a_reserved_code_is_no_kind() {
+        let section = crate::section::SectionId::first(kind::FIELD);
+        let unknown = FormatError::UnknownCode { section, field: "kind of field", found: 1 };
+        assert_eq!(read(&[1, 10, 1]), Err(unknown));
     }
 
     #[test]
     fn a_kind_that_is_left_out_is_refused_by_name() {
         for (bytes, kind, linked) in [
             (&HASH_GRID_BYTES[..], "hash-grid", cfg!(feature = "hash-grid")),
-            (&FREQUENCY_BYTES[..], "frequency", cfg!(feature = "frequency")),
             (&NERF_BYTES[..], "nerf", cfg!(feature = "nerf")),
         ] {
             match read(bytes) {

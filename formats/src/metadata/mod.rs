@@ -5,7 +5,7 @@
 //! version. The tests hold the bytes of each.
 
 pub(crate) mod about;
-#[cfg(any(feature = "hash-grid", feature = "frequency"))]
+#[cfg(feature = "hash-grid")]
 pub(crate) mod decoder;
 pub(crate) mod field;
 #[cfg(feature = "hash-grid")]

@@ -77,7 +77,6 @@ fn poisoned(model: &Model<'static>, of_density: bool, layer: usize, value: f32) 
     let mut model = *model;
     let decoder = match &mut model.field {
         AnyField::HashGrid(field) => &mut field.decoder,
-        AnyField::Frequency(field) => &mut field.decoder,
         _ => unreachable!("a new kind of field"),
     };
     let network = if of_density { &mut decoder.density } else { &mut decoder.color };
@@ -94,7 +93,7 @@ fn poisoned(model: &Model<'static>, of_density: bool, layer: usize, value: f32) 
 #[test]
 fn weights_that_are_no_numbers() {
     let camera = camera(11, 7);
-    for encoding in [Encoding::HashGrid(2), Encoding::Frequency { include_input: true }] {
+    for encoding in [Encoding::HashGrid(2), Encoding::Corners(4)] {
         for shading in [Shading::PerSample, Shading::PerRay] {
             let sound = Recipe { encoding, shading, ..Recipe::PLAIN }.build();
             for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN] {

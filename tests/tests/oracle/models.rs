@@ -1,9 +1,9 @@
 //! Random models whose pictures have edges, mist and empty places.
 
 use pocketnerf_core::encoding::{
-    CornerLevel, CornerLevels, FrequencyConfig, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS,
+    CornerLevel, CornerLevels, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS,
 };
-use pocketnerf_core::field::{AnyField, Decoder, FrequencyField, HashGridField, Shading};
+use pocketnerf_core::field::{AnyField, Decoder, HashGridField, Shading};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{
@@ -36,8 +36,6 @@ pub(crate) enum Encoding {
     HashGrid(u32),
     /// One whose corners are numbered one by one.
     Corners(u32),
-    /// Sines and cosines, with the position itself or without.
-    Frequency { include_input: bool },
     /// The paper's networks, which bring shading of their own.
     Nerf(Nerf),
 }
@@ -69,14 +67,11 @@ impl Recipe {
     /// occupancy; the degree of the harmonics goes round.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         let encodings = [1, 2, 4, 8].map(Encoding::HashGrid).into_iter().chain([
-            Encoding::Frequency { include_input: false },
-            Encoding::Frequency { include_input: true },
             Encoding::Corners(2),
             Encoding::Corners(4),
         ]);
         let decoded = encodings.enumerate().flat_map(|(e, encoding)| {
-            let n_types = if matches!(encoding, Encoding::Frequency { .. }) { 2 } else { 3 };
-            (0..4 * n_types).map(move |n| Self {
+            (0..12).map(move |n| Self {
                 encoding,
                 dtype: match n {
                     8.. => DType::I8,
@@ -119,11 +114,6 @@ impl Recipe {
                 }
                 let decoder = self.decoder(&mut tensors, grid.config.n_output());
                 AnyField::HashGrid(HashGridField { grid, decoder })
-            }
-            Encoding::Frequency { include_input } => {
-                let encoding = FrequencyConfig { n_frequencies: 4, include_input };
-                let decoder = self.decoder(&mut tensors, encoding.n_output());
-                AnyField::Frequency(FrequencyField { encoding, decoder })
             }
             Encoding::Nerf(nerf) => AnyField::Nerf(nerf.build(&mut tensors)),
         };

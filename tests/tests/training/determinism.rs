@@ -8,7 +8,7 @@ use pocketnerf_train::trainer::checkpoint::kind;
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
 use super::setup::{
-    advance, begin, config, dataset, finish, frequency, read, resume, save, with_threads,
+    advance, begin, config, dataset, finish, per_sample, read, resume, save, with_threads,
 };
 
 const STEPS: u32 = 70;
@@ -19,7 +19,7 @@ fn whole(config: TrainConfig) -> Vec<u8> {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    for config in [config(), frequency()] {
+    for config in [config(), per_sample()] {
         let models = [1, 2, 7].map(|n| with_threads(n, || whole(config.clone())));
         assert!(models[0] == models[1] && models[1] == models[2]);
         let other = TrainConfig { seed: 1, ..config };
@@ -30,7 +30,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 #[test]
 fn an_interruption_leaves_no_trace() {
     let searching = TrainConfig { batch_rays: Some(100), aabb: None, ..config() };
-    for config in [config(), frequency(), searching] {
+    for config in [config(), per_sample(), searching] {
         let expected = with_threads(1, || whole(config.clone()));
         // At once, between two updates of the occupancy and at one, after it is
         // frozen, and when all is done.

@@ -7,7 +7,7 @@ use pocketnerf_train::trainer::{
     Diverged, Length, MAX_RESTARTS, Run, TrainConfig, Trainer, Trouble,
 };
 
-use super::setup::{advance, begin, config, dataset, frequency, resume, save, with_threads};
+use super::setup::{advance, begin, config, dataset, per_sample, resume, save, with_threads};
 
 /// Runs to the end: the troubles on the way with the steps taken before each.
 fn troubles((mut trainer, mut run): (Trainer, Run)) -> (Vec<(u32, Trouble)>, Option<Diverged>) {
@@ -91,7 +91,7 @@ fn pictures_that_no_scene_explains_end_in_an_error() {
         pixel.copy_from_slice(&[noise, noise, noise, 255]);
     }
     // A field that is too small to learn the pixels by heart.
-    let mut small = frequency();
+    let mut small = per_sample();
     (small.field.density_hidden, small.field.color_hidden) = (vec![4], vec![4]);
     let trainer = Trainer::new(dataset, small, SimdLevel::detect()).unwrap();
     let (found, diverged) = impatient(trainer);

@@ -5,7 +5,8 @@ use std::sync::LazyLock;
 use std::time::Instant;
 
 use pocketnerf_core::SimdLevel;
-use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGridConfig};
+use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
+use pocketnerf_core::field::Shading;
 use pocketnerf_formats::{About, Precision, Provenance};
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::{Dataset, Split};
@@ -47,11 +48,20 @@ pub(crate) fn config() -> TrainConfig {
     config
 }
 
-/// The paper's encoding instead of a grid.
-pub(crate) fn frequency() -> TrainConfig {
+/// A colour for each sample, two layers a network, and one hashed level.
+pub(crate) fn per_sample() -> TrainConfig {
     let mut config = config();
-    let encoding = FrequencyConfig { n_frequencies: 4, include_input: true };
-    config.field.encoding = EncodingConfig::Frequency(encoding);
+    config.field.encoding = EncodingConfig::HashGrid(HashGridConfig {
+        n_levels: 1,
+        n_features_per_level: 4,
+        log2_hashmap_size: 8,
+        base_resolution: 12,
+        per_level_scale: 1.0,
+        index: GridIndex::Blocked,
+    });
+    config.field.shading = Shading::PerSample;
+    config.field.density_hidden = vec![16, 8];
+    config.field.color_hidden = vec![12, 16];
     config
 }
 

@@ -1,6 +1,6 @@
 //! The shape of a trainable field.
 
-use pocketnerf_core::encoding::{FrequencyConfig, HashGridConfig, spherical_harmonics};
+use pocketnerf_core::encoding::{HashGridConfig, spherical_harmonics};
 use pocketnerf_core::field::Shading;
 
 use super::NerfConfig;
@@ -10,8 +10,6 @@ use super::NerfConfig;
 pub enum EncodingConfig {
     /// Multiresolution hash grid, trained.
     HashGrid(HashGridConfig),
-    /// Positional encoding, fixed.
-    Frequency(FrequencyConfig),
     /// The paper's field, which brings its own networks: nothing else of a
     /// [`FieldConfig`] is read.
     Nerf(NerfConfig),
@@ -23,7 +21,6 @@ impl EncodingConfig {
     pub fn n_output(&self) -> usize {
         match self {
             Self::HashGrid(config) => config.n_output(),
-            Self::Frequency(config) => config.n_output(),
             Self::Nerf(config) => config.positions.n_output(),
         }
     }

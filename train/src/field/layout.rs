@@ -1,7 +1,7 @@
 //! Where each tensor of a field lies in the flat parameter buffer.
 
 use pocketnerf_core::encoding::{HashGrid, MAX_LEVELS};
-use pocketnerf_core::field::{Decoder, FrequencyField, HashGridField};
+use pocketnerf_core::field::{Decoder, HashGridField};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::{AnyField, DType, Error, Layout as Order, TensorView};
 
@@ -214,9 +214,6 @@ impl Layout {
         let field = match config.encoding {
             EncodingConfig::HashGrid(config) => {
                 AnyField::HashGrid(HashGridField { grid: HashGrid { config, levels }, decoder })
-            }
-            EncodingConfig::Frequency(encoding) => {
-                AnyField::Frequency(FrequencyField { encoding, decoder })
             }
             EncodingConfig::Nerf(_) => unreachable!("laid out above"),
         };

@@ -139,14 +139,10 @@ mod tests {
             assert!(reads(field).iter().all(|l| l.entry_bytes == 2.0));
         })
         .unwrap();
-        let frequency = |field: &mut FieldConfig| {
-            field.encoding =
-                EncodingConfig::Frequency(pocketnerf_core::encoding::FrequencyConfig {
-                    n_frequencies: 4,
-                    include_input: true,
-                });
+        let nerf = |field: &mut FieldConfig| {
+            field.encoding = TrainConfig::nerf().field.encoding;
         };
-        with_field(frequency, |field| {
+        with_field(nerf, |field| {
             assert_eq!(encode_flops(field), None);
             assert!(reads(field).is_empty());
         })

@@ -60,14 +60,6 @@ fn hash_grids() {
 }
 
 #[test]
-fn frequencies() {
-    for shading in SHADINGS {
-        check(Case { shading, ..ONE_LAYER });
-        check(Case { encoding: frequency(false), shading, ..TWO_LAYERS });
-    }
-}
-
-#[test]
 fn rays_that_end_early() {
     for shading in SHADINGS {
         let case = Case { encoding: hash_grid(4), shading, log_density: 3.0, ..ONE_LAYER };

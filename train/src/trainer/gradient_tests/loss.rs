@@ -25,12 +25,8 @@ struct Seen {
     samples: Vec<(Encoding, f64)>,
 }
 
-/// An encoded point.
-enum Encoding {
-    /// Eight entries and their weights a level.
-    Corners(Vec<[(usize, f64); 8]>),
-    Values(Vec<f64>),
-}
+/// An encoded point: eight entries and their weights a level.
+type Encoding = Vec<[(usize, f64); 8]>;
 
 impl Loss {
     pub(super) fn new(
@@ -105,13 +101,9 @@ impl Loss {
         f64::from(weight) * ((0..3).map(|c| error(c) * error(c)).sum::<f64>() + spread)
     }
 
-    fn encoded(&self, parameters: &[f64], encoding: &Encoding) -> Vec<f64> {
-        let levels = match encoding {
-            Encoding::Values(values) => return values.clone(),
-            Encoding::Corners(levels) => levels,
-        };
+    fn encoded(&self, parameters: &[f64], encoding: &[[(usize, f64); 8]]) -> Vec<f64> {
         let mut values = Vec::new();
-        for (corners, range) in levels.iter().zip(self.layout.levels()) {
+        for (corners, range) in encoding.iter().zip(self.layout.levels()) {
             let [_, n_features] = range.shape;
             values.extend((0..n_features).map(|f| {
                 let value = |(entry, w)| w * parameters[range.start + entry * n_features + f];
@@ -151,17 +143,7 @@ fn encoding(config: &FieldConfig, u: [f32; 3]) -> Encoding {
     match config.encoding {
         EncodingConfig::HashGrid(grid) => {
             let levels = 0..grid.n_levels as usize;
-            Encoding::Corners(levels.map(|l| corners(&grid.level(l), u)).collect())
-        }
-        EncodingConfig::Frequency(frequency) => {
-            let x = u.map(|u| 2.0 * u - 1.0);
-            let mut values = if frequency.include_input { x.to_vec() } else { Vec::new() };
-            for k in 0..frequency.n_frequencies {
-                let phases = x.map(|x| f64::from(1 << k) * std::f64::consts::PI * x);
-                values.extend(phases.map(f64::sin));
-                values.extend(phases.map(f64::cos));
-            }
-            Encoding::Values(values)
+            levels.map(|l| corners(&grid.level(l), u)).collect()
         }
         EncodingConfig::Nerf(_) => unreachable!("has tests of its own"),
     }

@@ -10,7 +10,7 @@ mod samples;
 
 use fearless_simd::dispatch;
 use pocketnerf_core::Camera;
-use pocketnerf_core::encoding::{FrequencyConfig, GridIndex, HashGridConfig};
+use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::march::Marcher;
 
@@ -46,21 +46,16 @@ fn dataset(has_alpha: bool) -> Dataset {
     Dataset { has_alpha, ..Dataset::new("", "test", Split::Train, views.into()) }
 }
 
-fn hash_grid(n_features_per_level: u32) -> EncodingConfig {
-    let grid = HashGridConfig {
+/// The first level is dense, the last one hashed.
+const fn hash_grid(n_features_per_level: u32) -> EncodingConfig {
+    EncodingConfig::HashGrid(HashGridConfig {
         n_levels: 3,
         n_features_per_level,
         log2_hashmap_size: 9,
         base_resolution: 3,
         per_level_scale: 2.0,
         index: GridIndex::Blocked,
-    };
-    assert!(grid.level(0).dense_side > 0 && grid.level(2).dense_side == 0);
-    EncodingConfig::HashGrid(grid)
-}
-
-fn frequency(include_input: bool) -> EncodingConfig {
-    EncodingConfig::Frequency(FrequencyConfig { n_frequencies: 3, include_input })
+    })
 }
 
 /// A field to look at.
@@ -82,7 +77,7 @@ struct Case {
 }
 
 const ONE_LAYER: Case = Case {
-    encoding: EncodingConfig::Frequency(FrequencyConfig { n_frequencies: 3, include_input: true }),
+    encoding: hash_grid(4),
     density_hidden: &[16],
     color_hidden: &[16],
     n_features: 5,

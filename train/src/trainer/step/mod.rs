@@ -125,9 +125,6 @@ impl Trainer {
             AnyField::HashGrid(field) => {
                 grid.look(*level, field, *seed, probes, new);
             }
-            AnyField::Frequency(field) => {
-                grid.look(*level, field, *seed, probes, new);
-            }
             AnyField::Nerf(field) => {
                 grid.look(*level, field, *seed, probes, new);
             }
@@ -270,7 +267,6 @@ pub(crate) fn run_group(
     }
     match field {
         AnyField::HashGrid(field) => run(level, group, field, job, worker),
-        AnyField::Frequency(field) => run(level, group, field, job, worker),
         _ => unreachable!("kinds that this crate lays out"),
     }
 }

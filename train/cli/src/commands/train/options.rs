@@ -280,7 +280,7 @@ impl Train {
         };
         let (log2_hashmap_size, n_levels) = match config.field.encoding {
             EncodingConfig::HashGrid(grid) => (Some(grid.log2_hashmap_size), Some(grid.n_levels)),
-            EncodingConfig::Frequency(_) | EncodingConfig::Nerf(_) => (None, None),
+            EncodingConfig::Nerf(_) => (None, None),
         };
         let FieldConfig { density_hidden, color_hidden, .. } = &config.field;
         let mut widths = density_hidden.iter().chain(color_hidden);

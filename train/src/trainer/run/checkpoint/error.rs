@@ -67,8 +67,8 @@ pub enum Problem {
     State(&'static str),
     /// A model that no trainer of ours works on.
     #[error(
-        "the model in it is not one that training makes ({0}), expected a hash grid or \
-         frequency field in f32; train anew without --resume"
+        "the model in it is not one that training makes ({0}), expected a hash grid \
+         or a NeRF in f32; train anew without --resume"
     )]
     Untrainable(&'static str),
     /// The run was on another dataset.

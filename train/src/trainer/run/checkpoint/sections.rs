@@ -181,7 +181,6 @@ fn field_config(field: &AnyField<'_>, nerf: Option<&NerfV1>) -> Result<FieldConf
             return Ok(FieldConfig { encoding, ..TrainConfig::nerf().field });
         }
         AnyField::HashGrid(field) => (EncodingConfig::HashGrid(field.grid.config), &field.decoder),
-        AnyField::Frequency(field) => (EncodingConfig::Frequency(field.encoding), &field.decoder),
         _ => return Err(Problem::Untrainable("a kind of field unknown to this build")),
     };
     Ok(FieldConfig {
