@@ -3,9 +3,7 @@
 use pocketnerf_core::encoding::{
     Affine, Fourier, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, Waves,
 };
-use pocketnerf_core::field::{
-    Activation, Decoder, HashGridField, NerfField, NerfNetwork, Shading,
-};
+use pocketnerf_core::field::{Activation, Decoder, HashGridField, NerfField, NerfNetwork, Shading};
 use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::space::Ndc;

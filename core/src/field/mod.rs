@@ -20,9 +20,7 @@ use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
 
 #[cfg(not(any(feature = "hash-grid", feature = "nerf")))]
-compile_error!(
-    "pocketnerf-core needs at least one kind of field: feature `hash-grid` or `nerf`"
-);
+compile_error!("pocketnerf-core needs at least one kind of field: feature `hash-grid` or `nerf`");
 
 /// Most features that a ray may accumulate.
 pub const MAX_CHANNELS: usize = 32;

@@ -167,7 +167,6 @@ mod tests {
         }
     }
 
-
     #[test]
     fn a_reserved_code_is_no_kind() {
         let section = crate::section::SectionId::first(kind::FIELD);

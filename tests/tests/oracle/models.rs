@@ -66,10 +66,10 @@ impl Recipe {
     /// Every encoding with every stored type that it has and every shading, with and without
     /// occupancy; the degree of the harmonics goes round.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
-        let encodings = [1, 2, 4, 8].map(Encoding::HashGrid).into_iter().chain([
-            Encoding::Corners(2),
-            Encoding::Corners(4),
-        ]);
+        let encodings = [1, 2, 4, 8]
+            .map(Encoding::HashGrid)
+            .into_iter()
+            .chain([Encoding::Corners(2), Encoding::Corners(4)]);
         let decoded = encodings.enumerate().flat_map(|(e, encoding)| {
             (0..12).map(move |n| Self {
                 encoding,
