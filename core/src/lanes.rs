@@ -2,6 +2,10 @@
 
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat};
 
+/// Values that kernels take at a time: the lanes of the widest registers. Narrower ones
+/// take them in parts.
+pub const LANES: usize = 16;
+
 /// e^x, relative error ≤ 4e-7; 0 below −87 and for NaN, cut off at e^88.
 #[inline(always)]
 pub fn exp<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
@@ -61,9 +65,6 @@ pub fn sin_pi<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     (value ^ odd.bitcast::<S::i32s>()).bitcast()
 }
 
-/// Rows that [`transpose`] takes.
-pub const ROWS: usize = 16;
-
 /// Transposes the first `columns` (a multiple of 16) of 16 rows: value `(r, c)`
 /// at `from[r * from_stride + c]` goes to `to[c * to_stride + r]`. Rows from
 /// `rows` on are not there and count as 0.
@@ -76,8 +77,8 @@ pub fn transpose<S: Simd>(
 ) {
     let n = S::f32s::LEN;
     for column in (0..columns).step_by(n) {
-        for row in (0..ROWS).step_by(n) {
-            let mut block = [S::f32s::splat(simd, 0.0); ROWS];
+        for row in (0..LANES).step_by(n) {
+            let mut block = [S::f32s::splat(simd, 0.0); LANES];
             let there = rows.saturating_sub(row).min(n);
             for (i, register) in block.iter_mut().enumerate().take(there) {
                 *register =

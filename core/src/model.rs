@@ -4,6 +4,7 @@ use crate::field::AnyField;
 use crate::march::{Hierarchical, Reach};
 use crate::render::{Detail, SamplingMode};
 use crate::scratch::Limits;
+use crate::space::UnitMap;
 use crate::{Error, Occupancy, Sampling, Space};
 
 /// How colour values are to be understood.
@@ -98,6 +99,15 @@ impl<'a> Model<'a> {
             return Err(Error::Range("tolerance"));
         }
         self.field.validate()
+    }
+
+    /// The unit coordinates of local point `p` where the model may hold something: inside
+    /// the box, its faces included, and in an occupied cell. `map` is the space's.
+    #[inline(always)]
+    pub(crate) fn place(&self, map: &UnitMap, p: [f32; 3]) -> Option<[f32; 3]> {
+        let u = map.apply(p);
+        let occupied = || self.occupancy.is_none_or(|occupancy| occupancy.at(u));
+        (self.space.contains(p) && occupied()).then_some(u)
     }
 
     /// What may be left out of pictures, from 0, the fastest, to 1, the finest; the

@@ -6,24 +6,25 @@
 //! asks for nothing more. Where a picture need not be the finest, a pixel whose
 //! neighbours agree is their mean.
 
+mod composite;
 mod detail;
 mod driver;
 mod finish;
-pub(crate) mod flight;
 mod foreground;
-mod group;
 #[cfg(feature = "nerf")]
 mod hierarchical;
 mod observe;
 mod passes;
 mod progressive;
+mod ray_group;
 mod rehearse;
 mod source;
 mod target;
 mod tiles;
 
+pub use crate::march::Stage;
 pub use detail::Detail;
-pub use observe::{Observer, Stage, observe_tile};
+pub use observe::{Observer, observe_tile};
 pub use progressive::{Refinement, Refinements, refine_tile};
 pub use rehearse::rehearse_tile;
 pub use tiles::Tiles;

@@ -1,7 +1,8 @@
 //! The caller's working memory, cut into the buffers that a tile needs.
 
 use crate::Error;
-use crate::march::LANES;
+use crate::lanes::LANES;
+use crate::march::{RayLimits, RaySlots, SampleBatch};
 use crate::network::panel_len;
 
 /// The largest model that scratch is sized for.
@@ -17,7 +18,7 @@ pub struct Limits {
     /// Features that the density network gives, and channels that a ray
     /// accumulates, whichever is more; at least 3.
     pub channels: usize,
-    /// Samples of a ray in the paper's sampling; 0: nobody asks for it.
+    /// Samples of a ray in hierarchical sampling; 0: it is not used.
     pub ray_samples: usize,
 }
 
@@ -34,7 +35,7 @@ impl Limits {
     /// Enough for every hash grid with networks up to 64 wide.
     pub const SMALL: Self = Self { width: 64, rows: [64; 2], channels: 15, ray_samples: 0 };
 
-    /// Rays that travel together in the paper's sampling: enough to fill batches even
+    /// Rays that travel together in hierarchical sampling: enough to fill batches even
     /// where most samples lie in empty cells.
     #[cfg(feature = "nerf")]
     pub(crate) const fn hierarchical_rays(&self, tuning: Tuning) -> usize {
@@ -66,8 +67,7 @@ impl Tuning {
     pub fn validate(&self) -> Result<(), Error> {
         let Self { samples, rays } = *self;
         let multiples = samples.is_multiple_of(32) && rays.is_multiple_of(LANES);
-        // Rays are known by whole numbers in f32.
-        if !multiples || rays == 0 || rays > samples || rays > 1 << f32::MANTISSA_DIGITS {
+        if !multiples || rays == 0 || rays > samples || rays > 1 << 24 {
             return Err(Error::Range(
                 "tuning: samples a multiple of 32, rays of 16 and no more than samples or 2^24",
             ));
@@ -86,12 +86,12 @@ impl Tuning {
 /// Values that may be left out at the start, so that rows begin at a line of
 /// the cache.
 const ALIGNMENT: usize = 15;
-/// Numbers kept for a ray in flight, beside its channels.
+/// Values kept of a ray on its way, beside its channels.
 pub(crate) const RAY_LEN: usize = 16;
 /// Sums kept for a ray: of what is in a field's rows of output, in whole
 /// registers.
 pub(crate) const fn sums_len(channels: usize) -> usize {
-    (1 + channels).next_multiple_of(crate::lanes::ROWS)
+    (1 + channels).next_multiple_of(LANES)
 }
 
 /// Rows kept for a sample: position, direction, distance, and whose it is.
@@ -107,12 +107,12 @@ pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
         + (1 + limits.channels) * stride
         + panel_len(limits.width)
         + SAMPLE_ROWS * stride
-        + tuning.rays * (RAY_LEN + 1 + sums_len(limits.channels))
+        + tuning.rays * (RAY_LEN + 2 + sums_len(limits.channels))
         + depths_len(tuning)
         + hierarchical_len(limits, tuning)
 }
 
-/// What the paper's sampling takes: two rows a ray, one more, and one of a batch.
+/// What hierarchical sampling takes: two rows a ray, one more, and one of a batch.
 const fn hierarchical_len(limits: Limits, tuning: Tuning) -> usize {
     #[cfg(feature = "nerf")]
     if limits.ray_samples > 0 {
@@ -166,18 +166,10 @@ impl Workspace<'_> {
 #[derive(Debug)]
 pub(crate) struct Scratch<'s> {
     pub(crate) work: Workspace<'s>,
-    /// Unit coordinates of the samples.
-    pub(crate) points: [&'s mut [f32]; 3],
-    /// Directions of the samples' rays.
-    pub(crate) directions: [&'s mut [f32]; 3],
-    /// Distances of the samples along their rays.
-    pub(crate) t: &'s mut [f32],
-    /// At the first of a ray's samples: whose they are, and how many.
-    pub(crate) runs: &'s mut [f32],
-    /// Rays in flight.
-    pub(crate) rays: &'s mut [[f32; RAY_LEN]],
+    pub(crate) samples: SampleBatch<'s>,
+    pub(crate) slots: RaySlots<'s>,
     /// Numbers of the rays that have steps left.
-    pub(crate) active: &'s mut [f32],
+    pub(crate) active: &'s mut [u32],
     /// [`sums_len`] sums a ray.
     pub(crate) sums: &'s mut [f32],
     /// Depths of squares of pixels.
@@ -186,7 +178,7 @@ pub(crate) struct Scratch<'s> {
     pub(crate) hierarchical: HierarchicalScratch<'s>,
 }
 
-/// What the paper's sampling keeps.
+/// What hierarchical sampling keeps.
 #[cfg(feature = "nerf")]
 #[derive(Debug)]
 pub(crate) struct HierarchicalScratch<'s> {
@@ -195,8 +187,8 @@ pub(crate) struct HierarchicalScratch<'s> {
     pub(crate) rays: &'s mut [f32],
     /// Distances drawn for a ray.
     pub(crate) found: &'s mut [f32],
-    /// What a batch's samples stand for.
-    pub(crate) deltas: &'s mut [f32],
+    /// The lengths that a batch's samples stand for.
+    pub(crate) lengths: &'s mut [f32],
 }
 
 impl<'s> Scratch<'s> {
@@ -219,19 +211,29 @@ impl<'s> Scratch<'s> {
                 panel: take(panel_len(limits.width)),
                 stride,
             },
-            points: [take(stride), take(stride), take(stride)],
-            directions: [take(stride), take(stride), take(stride)],
-            t: take(stride),
-            runs: take(stride),
-            rays: take(tuning.rays * RAY_LEN).as_chunks_mut().0,
-            active: take(tuning.rays),
+            samples: SampleBatch {
+                points: [take(stride), take(stride), take(stride)],
+                directions: [take(stride), take(stride), take(stride)],
+                t: take(stride),
+                capacity: tuning.samples,
+                len: 0,
+                directed: false,
+            },
+            slots: RaySlots {
+                runs: bytemuck::must_cast_slice_mut(take(stride)),
+                rays: take(tuning.rays * RAY_LEN).as_chunks_mut().0,
+                pixels: bytemuck::must_cast_slice_mut(take(tuning.rays)),
+                count: 0,
+                limits: RayLimits::NONE,
+            },
+            active: bytemuck::must_cast_slice_mut(take(tuning.rays)),
             sums: take(tuning.rays * sums_len(limits.channels)),
             depths: take(depths_len(tuning)),
             #[cfg(feature = "nerf")]
             hierarchical: HierarchicalScratch {
                 rays: take(2 * limits.hierarchical_rays(tuning) * limits.ray_samples),
                 found: take(limits.ray_samples),
-                deltas: take(if limits.ray_samples > 0 { stride } else { 0 }),
+                lengths: take(if limits.ray_samples > 0 { stride } else { 0 }),
             },
         }
     }
@@ -251,7 +253,7 @@ mod tests {
     fn cut_uses_exactly_what_was_promised() {
         let mut memory = [0.0; scratch_len(Limits::SMALL, Tuning::SMALL)];
         let scratch = Scratch::cut(&mut memory, Limits::SMALL, Tuning::SMALL);
-        assert_eq!(scratch.rays.len(), Tuning::SMALL.rays);
+        assert_eq!(scratch.slots.rays.len(), Tuning::SMALL.rays);
         assert_eq!(scratch.sums.len(), Tuning::SMALL.rays * sums_len(Limits::SMALL.channels));
     }
 }

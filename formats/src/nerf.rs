@@ -83,7 +83,7 @@ fn network<'a>(
     let bits = [config.skips, config.linear];
     let color = Mlp::new(&color[..n_color])?;
     let mut network = NerfNetwork::new(&trunk[..depth], bits, density, feature, color)?;
-    network.feature_bends = matches!(config.feature, FeatureV1::Bent(_));
+    network.feature_relu = matches!(config.feature, FeatureV1::Bent(_));
     Ok(network)
 }
 

@@ -7,25 +7,24 @@ use crate::pool::Pool;
 use crate::probe::Probe;
 use crate::trainer::{OccupancyGrid, all_cells};
 use fearless_simd::Level;
-use pocketnerf_core::Space;
-use pocketnerf_core::field::Field;
+use pocketnerf_core::{AnyField, Space};
 
 /// Cells along an axis at first.
 const COARSE: u32 = 64;
 /// Looks at each cell, a random point each time.
 const LOOKS: usize = 8;
 
-/// Asks a field.
+/// Finds the occupied cells of a field.
 #[derive(Debug)]
-pub struct Baker<'f, F> {
-    pub field: &'f F,
+pub struct Baker<'f> {
+    pub field: &'f AnyField<'f>,
     pub level: Level,
     pub seed: u64,
     /// Distance between samples, local units.
     pub step: f32,
 }
 
-impl<F: Field + Sync> Baker<'_, F> {
+impl Baker<'_> {
     /// The occupied cells of the space, half as wide as they are looked for at first, and
     /// all their neighbours.
     pub fn cells(&self, space: &Space) -> OccupancyGrid {

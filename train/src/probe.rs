@@ -1,7 +1,10 @@
-//! Asks a field for densities, a batch of points at a time.
+//! Densities of a field, a batch of points at a time.
 
 use fearless_simd::{Level, dispatch};
-use pocketnerf_core::field::{Field, Samples};
+use pocketnerf_core::AnyField;
+use pocketnerf_core::lanes::LANES;
+use pocketnerf_core::march::{Output, SampleBatch, evaluate};
+use pocketnerf_core::network::panel_len;
 use pocketnerf_core::scratch::{Limits, Tuning, Workspace};
 
 use crate::aligned::Aligned;
@@ -19,8 +22,6 @@ pub(crate) struct Probe {
     output: Aligned<f32>,
     panel: Aligned<f32>,
     points: [Aligned<f32>; 3],
-    /// Zeros: no density depends on it.
-    direction: Aligned<f32>,
 }
 
 impl Probe {
@@ -30,10 +31,9 @@ impl Probe {
         Self {
             a: rows(limits.width.max(limits.rows[0])),
             b: rows(limits.width.max(limits.rows[1])),
-            output: rows((1 + limits.channels).next_multiple_of(16)),
-            panel: Aligned::new(pocketnerf_core::network::panel_len(limits.width)),
+            output: rows((1 + limits.channels).next_multiple_of(LANES)),
+            panel: Aligned::new(panel_len(limits.width)),
             points: [rows(1), rows(1), rows(1)],
-            direction: rows(1),
         }
     }
 
@@ -43,19 +43,20 @@ impl Probe {
     }
 
     /// Sigma at the first `count` points.
-    pub(crate) fn densities<F: Field>(&mut self, level: Level, field: &F, count: usize) -> &[f32] {
-        let padded = count.next_multiple_of(32);
-        let Self { a, b, output, panel, points, direction } = self;
-        for row in points.iter_mut() {
-            row[count..padded].fill(0.0);
-        }
+    pub(crate) fn densities(&mut self, level: Level, field: &AnyField<'_>, count: usize) -> &[f32] {
+        let Self { a, b, output, panel, points } = self;
+        let mut samples = SampleBatch {
+            points: points.each_mut().map(|row| &mut row[..]),
+            directions: [&mut [], &mut [], &mut []],
+            t: &mut [],
+            capacity: BATCH,
+            len: count,
+            directed: false,
+        };
         let mut work = Workspace { a, b, output, panel, stride: STRIDE };
         dispatch!(level, simd => {
-            let samples = Samples {
-                points: [0, 1, 2].map(|a| &points[a][..padded]),
-                directions: [&direction[..padded]; 3],
-            };
-            field.densities(simd, samples, &mut work);
+            let (field, output) = (field.kernels(), Output::Density);
+            evaluate(simd, field, output, &mut samples, &mut work, |_, _| ());
         });
         &self.output[..count]
     }

@@ -15,6 +15,7 @@ pub use shape::{
 
 use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, SimdInt};
 
+use crate::lanes::LANES;
 use crate::store::{F16, F32, I8, Store};
 use crate::{DType, TensorView};
 
@@ -65,7 +66,7 @@ fn encode_table<S: Simd, T: Store>(
                 each_group(simd, level, points, factor, |g, corners| {
                     let rows = interpolate_quads::<S, T>(simd, entries, corners);
                     for (f, row) in rows.iter().enumerate() {
-                        out[f * stride + g * GROUP..][..GROUP].copy_from_slice(row);
+                        out[f * stride + g * LANES..][..LANES].copy_from_slice(row);
                     }
                 });
             },
@@ -78,7 +79,7 @@ fn encode_table<S: Simd, T: Store>(
                 each_group(simd, level, points, table.scale(), |g, corners| {
                     for f in 0..features {
                         let row = interpolate_single::<T>(values, features, f, corners);
-                        out[f * stride + g * GROUP..][..GROUP].copy_from_slice(&row);
+                        out[f * stride + g * LANES..][..LANES].copy_from_slice(&row);
                     }
                 });
             },
@@ -89,22 +90,19 @@ fn encode_table<S: Simd, T: Store>(
 /// Features of an entry for which there is a kernel of its own.
 const QUAD: usize = 4;
 
-/// Points that a kernel takes at a time: the widest register's lanes.
-pub const GROUP: usize = 16;
-
 /// The eight corners around each of 16 points: entry numbers and trilinear
 /// weights. Corner c is `floor + (c & 1, c >> 1 & 1, c >> 2)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Corners {
     /// Entry of corner c of point s: `entry[c][s]`.
-    pub entry: [[u32; GROUP]; 8],
+    pub entry: [[u32; LANES]; 8],
     /// Its weight, times the factor given.
-    pub weight: [[f32; GROUP]; 8],
+    pub weight: [[f32; LANES]; 8],
 }
 
 impl Corners {
     /// Room for a group.
-    pub const ZERO: Self = Self { entry: [[0; GROUP]; 8], weight: [[0.0; GROUP]; 8] };
+    pub const ZERO: Self = Self { entry: [[0; LANES]; 8], weight: [[0.0; LANES]; 8] };
 
     /// Finds the corners of 16 points; weights are multiplied by `factor`.
     #[inline(always)]
@@ -112,7 +110,7 @@ impl Corners {
         &mut self,
         simd: S,
         level: &Level,
-        points: [&[f32; GROUP]; 3],
+        points: [&[f32; LANES]; 3],
         factor: f32,
     ) {
         let n = S::f32s::LEN;
@@ -126,7 +124,7 @@ impl Corners {
             let corners = corner * multipliers[axis];
             if by_corner { corners } else { in_blocks(corner, multipliers[axis], axis as u32) }
         };
-        for lane in (0..GROUP).step_by(n) {
+        for lane in (0..LANES).step_by(n) {
             let lanes = lane..lane + n;
             let mut low = [S::u32s::splat(simd, 0); 3];
             let mut high = low;
@@ -184,7 +182,7 @@ fn each_group<S: Simd>(
     factor: f32,
     mut interpolate: impl FnMut(usize, &Corners),
 ) {
-    let [x, y, z] = points.map(|p| p.as_chunks::<GROUP>().0);
+    let [x, y, z] = points.map(|p| p.as_chunks::<LANES>().0);
     let mut corners = Corners::ZERO;
     for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
         corners.find(simd, level, [x, y, z], factor);
@@ -200,14 +198,14 @@ fn interpolate_quads<S: Simd, T: Store>(
     simd: S,
     entries: &[[T::Bits; QUAD]],
     corners: &Corners,
-) -> [[f32; GROUP]; QUAD] {
-    let mut rows = [[0.0f32; GROUP]; QUAD];
+) -> [[f32; LANES]; QUAD] {
+    let mut rows = [[0.0f32; LANES]; QUAD];
     let n = S::f32s::LEN;
-    for lane in (0..GROUP).step_by(n) {
+    for lane in (0..LANES).step_by(n) {
         let lanes = lane..lane + n;
         let mut sums = [S::f32s::splat(simd, 0.0); QUAD];
         for (numbers, weights) in corners.entry.iter().zip(&corners.weight) {
-            let mut quads = [T::Quad::default(); GROUP];
+            let mut quads = [T::Quad::default(); LANES];
             for (to, number) in quads[..n].iter_mut().zip(&numbers[lanes.clone()]) {
                 *to = T::quad(&entries[*number as usize]);
             }
@@ -231,8 +229,8 @@ fn interpolate_single<T: Store>(
     features: usize,
     f: usize,
     corners: &Corners,
-) -> [f32; GROUP] {
-    let mut row = [0.0f32; GROUP];
+) -> [f32; LANES] {
+    let mut row = [0.0f32; LANES];
     for (numbers, weights) in corners.entry.iter().zip(&corners.weight) {
         for ((sum, number), weight) in row.iter_mut().zip(numbers).zip(weights) {
             *sum += weight * T::decode(values[*number as usize * features + f]);

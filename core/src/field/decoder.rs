@@ -5,7 +5,7 @@ use fearless_simd::{Simd, SimdBase};
 
 use crate::Error;
 use crate::encoding::spherical_harmonics;
-use crate::field::{MAX_CHANNELS, Samples};
+use crate::field::{MAX_CHANNELS, MAX_SIGMA, Samples};
 use crate::lanes;
 use crate::network::{Dense, Mlp};
 use crate::scratch::Workspace;
@@ -43,9 +43,6 @@ pub struct Decoder<'a> {
     /// in 1 / scene unit. It carries the unit of length.
     pub log_density_bias: f32,
 }
-
-/// e^15: densities are cut off here.
-const MAX_SIGMA: f32 = 3_269_017.4;
 
 impl Decoder<'_> {
     /// Checks that networks, features and encoding fit together; `n_encoded` is
@@ -126,7 +123,7 @@ impl Decoder<'_> {
     }
 
     /// From encoded points in `work.a` to sigma and channels in `work.output`,
-    /// see [`Field::density_features`](crate::field::Field::density_features).
+    /// see [`FieldKernels::decode`](crate::field::FieldKernels::decode).
     pub fn density_features<S: Simd>(
         &self,
         simd: S,

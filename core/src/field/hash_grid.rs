@@ -4,7 +4,9 @@ use fearless_simd::Simd;
 
 use crate::Error;
 use crate::encoding::{HashGrid, hash_grid};
-use crate::field::{Decoded, Decoder};
+use crate::field::{Decoder, Field, FieldKernels, Samples};
+use crate::scratch::{Limits, Workspace};
+use crate::tensor::DType;
 
 /// A multiresolution hash grid and its networks.
 #[derive(Clone, Copy, Debug)]
@@ -16,27 +18,62 @@ pub struct HashGridField<'a> {
 }
 
 impl HashGridField<'_> {
-    /// Checks that grid and networks fit together.
-    ///
-    /// # Errors
-    /// [`Error::Shape`] or [`Error::Range`].
-    pub fn validate(&self) -> Result<(), Error> {
-        self.grid.validate()?;
-        self.decoder.validate(self.grid.config.n_output())
+    /// Values that the grid gives for a point.
+    #[must_use]
+    pub const fn n_encoded(&self) -> usize {
+        self.grid.config.n_output()
     }
 }
 
-impl Decoded for HashGridField<'_> {
-    fn decoder(&self) -> &Decoder<'_> {
-        &self.decoder
+impl Field for HashGridField<'_> {
+    fn kind(&self) -> &'static str {
+        "hash-grid"
     }
 
-    fn n_encoded(&self) -> usize {
-        self.grid.config.n_output()
+    fn channels(&self) -> usize {
+        self.decoder.channels()
     }
 
-    #[inline(always)]
-    fn encode_rows<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize) {
-        hash_grid::encode(simd, &self.grid, points, out, stride);
+    fn dtype(&self) -> DType {
+        self.decoder.density.layers()[0].weight.dtype()
+    }
+
+    fn limits(&self) -> Limits {
+        let (decoder, n_encoded) = (&self.decoder, self.n_encoded());
+        Limits {
+            width: n_encoded.max(decoder.density.max_width()).max(decoder.color.max_width()),
+            rows: decoder.rows(n_encoded),
+            channels: decoder.channels().max(decoder.n_features as usize).max(3),
+            ray_samples: 0,
+        }
+    }
+
+    /// A cell of the finest level.
+    fn finest_detail(&self) -> f32 {
+        let levels = 0..self.grid.config.n_levels as usize;
+        1.0 / levels.map(|level| self.grid.config.level(level).scale).fold(1.0, f32::max)
+    }
+
+    fn validate(&self) -> Result<(), Error> {
+        self.grid.validate()?;
+        self.decoder.validate(self.n_encoded())
+    }
+
+    fn decoder(&self) -> Option<&Decoder<'_>> {
+        Some(&self.decoder)
+    }
+}
+
+impl<S: Simd> FieldKernels<S> for HashGridField<'_> {
+    fn encode(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>) {
+        hash_grid::encode(simd, &self.grid, points, work.a, work.stride);
+    }
+
+    fn decode(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
+        self.decoder.density_features(simd, samples, work);
+    }
+
+    fn decode_density(&self, simd: S, n: usize, work: &mut Workspace<'_>) {
+        self.decoder.densities(simd, n, work);
     }
 }

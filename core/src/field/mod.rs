@@ -1,13 +1,15 @@
 //! Radiance fields: density and features of points, and how features become
-//! colour. One file a kind.
+//! colour. One file or folder a kind; [`dispatch`](AnyField) is the one door to them.
 
 mod decoder;
+mod dispatch;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
 #[cfg(feature = "nerf")]
 mod nerf;
 
 pub use decoder::{Decoder, Shading};
+pub use dispatch::AnyField;
 #[cfg(feature = "hash-grid")]
 pub use hash_grid::HashGridField;
 #[cfg(feature = "nerf")]
@@ -19,13 +21,13 @@ use crate::Error;
 use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
 
-#[cfg(not(any(feature = "hash-grid", feature = "nerf")))]
-compile_error!("pocketnerf-core needs at least one kind of field: feature `hash-grid` or `nerf`");
-
 /// Most features that a ray may accumulate.
 pub const MAX_CHANNELS: usize = 32;
 
-/// A batch of points to ask a field about. All slices have the same length, a
+/// e^15, 1 / unit length: densities are cut off here.
+pub const MAX_SIGMA: f32 = 3_269_017.4;
+
+/// A batch of points at which a field is evaluated. All slices have the same length, a
 /// multiple of 16.
 #[derive(Clone, Copy, Debug)]
 pub struct Samples<'s> {
@@ -49,14 +51,11 @@ impl Samples<'_> {
     }
 }
 
-/// Density and what a ray accumulates, of points, in batches.
-///
-/// Methods are generic over the SIMD token and the stored type; a caller
-/// dispatches once for many batches.
+/// What every kind of field says of itself. A field turns points and directions into
+/// densities and channels; it knows no ray.
 pub trait Field {
-    /// The networks that make colours of what a ray has gathered; `None` where every
-    /// sample has its own colour.
-    fn deferred(&self) -> Option<&Decoder<'_>>;
+    /// The kind's name, as `info` prints it.
+    fn kind(&self) -> &'static str;
 
     /// Values that a ray accumulates: K.
     fn channels(&self) -> usize;
@@ -67,168 +66,45 @@ pub trait Field {
     /// Scratch that the field needs.
     fn limits(&self) -> Limits;
 
-    /// The first half of [`density_features`](Self::density_features): encodes
-    /// positions to `work.a`.
-    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>);
-
-    /// The second half: the networks, over what is in `work.a`.
-    fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>);
-
-    /// Fills row 0 of `work.output` with sigma in 1 / scene unit; the others may hold
-    /// anything then.
-    #[inline(always)]
-    fn densities<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
-        self.density_features(simd, samples, work);
-    }
-
-    /// Fills `work.output`: row 0 with sigma in 1 / scene unit, rows
-    /// `1 ..= channels` with what a ray accumulates.
-    #[inline(always)]
-    fn density_features<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
-        self.encode(simd, samples.points, work);
-        self.decode(simd, samples, work);
-    }
-}
-
-/// A field that is a position encoding and the [`Decoder`] that such kinds share.
-pub trait Decoded {
-    /// What decodes positions.
-    fn decoder(&self) -> &Decoder<'_>;
-
-    /// Values that the position encoding gives for a point.
-    fn n_encoded(&self) -> usize;
-
-    /// Encodes positions to rows of `out`, `stride` values apart.
-    fn encode_rows<S: Simd>(&self, simd: S, points: [&[f32]; 3], out: &mut [f32], stride: usize);
-}
-
-impl<D: Decoded> Field for D {
-    #[inline(always)]
-    fn deferred(&self) -> Option<&Decoder<'_>> {
-        let decoder = self.decoder();
-        (decoder.shading == Shading::PerRay).then_some(decoder)
-    }
-
-    #[inline(always)]
-    fn channels(&self) -> usize {
-        self.decoder().channels()
-    }
-
-    #[inline(always)]
-    fn dtype(&self) -> DType {
-        self.decoder().density.layers()[0].weight.dtype()
-    }
-
-    fn limits(&self) -> Limits {
-        let decoder = self.decoder();
-        Limits {
-            width: self.n_encoded().max(decoder.density.max_width()).max(decoder.color.max_width()),
-            rows: decoder.rows(self.n_encoded()),
-            channels: decoder.channels().max(decoder.n_features as usize).max(3),
-            ray_samples: 0,
-        }
-    }
-
-    #[inline(always)]
-    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>) {
-        self.encode_rows(simd, points, work.a, work.stride);
-    }
-
-    #[inline(always)]
-    fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
-        self.decoder().density_features(simd, samples, work);
-    }
-
-    /// Without the colour network.
-    #[inline(always)]
-    fn densities<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
-        self.encode(simd, samples.points, work);
-        self.decoder().densities(simd, samples.len(), work);
-    }
-}
-
-/// A field of any kind that this build links: the type at the file boundary.
-#[non_exhaustive]
-#[derive(Clone, Copy, Debug)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "without a heap there is no box; how sizes differ depends on the kinds linked"
-)]
-pub enum AnyField<'a> {
-    /// Multiresolution hash grid and small networks.
-    #[cfg(feature = "hash-grid")]
-    HashGrid(HashGridField<'a>),
-    /// The paper's networks.
-    #[cfg(feature = "nerf")]
-    Nerf(NerfField<'a>),
-}
-
-impl AnyField<'_> {
-    /// The kind's name, as `info` prints it.
-    #[must_use]
-    pub const fn kind(&self) -> &'static str {
-        match self {
-            #[cfg(feature = "hash-grid")]
-            Self::HashGrid(_) => "hash-grid",
-            #[cfg(feature = "nerf")]
-            Self::Nerf(_) => "nerf",
-        }
-    }
-
-    /// Scratch that the field needs.
-    #[must_use]
-    pub fn limits(&self) -> Limits {
-        match self {
-            #[cfg(feature = "hash-grid")]
-            Self::HashGrid(field) => field.limits(),
-            #[cfg(feature = "nerf")]
-            Self::Nerf(field) => field.limits(),
-        }
-    }
-
-    /// The networks, where the kind has a [`Decoder`].
-    #[must_use]
-    pub fn decoder(&self) -> Option<&Decoder<'_>> {
-        match self {
-            #[cfg(feature = "hash-grid")]
-            Self::HashGrid(field) => Some(&field.decoder),
-            #[cfg(feature = "nerf")]
-            Self::Nerf(_) => None,
-        }
-    }
-
-    /// Values that a ray accumulates: K.
-    #[must_use]
-    pub fn channels(&self) -> usize {
-        match self {
-            #[cfg(feature = "hash-grid")]
-            Self::HashGrid(field) => field.channels(),
-            #[cfg(feature = "nerf")]
-            Self::Nerf(field) => field.channels(),
-        }
-    }
-
-    /// How the networks' parameters are stored.
-    #[must_use]
-    pub fn dtype(&self) -> DType {
-        match self {
-            #[cfg(feature = "hash-grid")]
-            Self::HashGrid(field) => field.dtype(),
-            #[cfg(feature = "nerf")]
-            Self::Nerf(field) => field.dtype(),
-        }
-    }
+    /// How far apart, in unit coordinates, two things are that the field can just tell
+    /// apart.
+    fn finest_detail(&self) -> f32;
 
     /// Checks that the parts of the field fit together.
     ///
     /// # Errors
     /// [`Error::Shape`] or [`Error::Range`].
-    pub fn validate(&self) -> Result<(), Error> {
-        match self {
-            #[cfg(feature = "hash-grid")]
-            Self::HashGrid(field) => field.validate(),
-            #[cfg(feature = "nerf")]
-            Self::Nerf(field) => field.validate(),
-        }
+    fn validate(&self) -> Result<(), Error>;
+
+    /// The networks behind an encoding, where the kind has them.
+    fn decoder(&self) -> Option<&Decoder<'_>> {
+        None
     }
+
+    /// The networks that make colours of what a ray has accumulated; `None` where every
+    /// sample has its own colour.
+    fn deferred(&self) -> Option<&Decoder<'_>> {
+        self.decoder().filter(|decoder| decoder.shading == Shading::PerRay)
+    }
+
+    /// The field that says where hierarchical sampling places its samples; `None`: the
+    /// same.
+    fn coarse(&self) -> Option<AnyField<'_>> {
+        None
+    }
+}
+
+/// A field's kernels at one SIMD level. Only [`march::evaluate`](crate::march::evaluate)
+/// calls them.
+pub trait FieldKernels<S: Simd>: Field {
+    /// Encodes unit points, a multiple of 16 of them, to `work.a`.
+    fn encode(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>);
+
+    /// The networks over what [`encode`](Self::encode) has left in `work.a`: fills row 0
+    /// of `work.output` with sigma in 1 / scene unit and rows `1 ..= channels` with what a
+    /// ray accumulates.
+    fn decode(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>);
+
+    /// The same for sigma alone, of `n` points; the other rows may hold anything then.
+    fn decode_density(&self, simd: S, n: usize, work: &mut Workspace<'_>);
 }

@@ -5,19 +5,45 @@ use fearless_simd::{Simd, SimdBase};
 
 use crate::lanes;
 
-/// Turns densities into opacities in place: `alpha = 1 - exp(-sigma step)`.
+/// The lengths that a batch's samples stand for, scene units.
+#[derive(Clone, Copy, Debug)]
+pub enum Lengths<'l> {
+    /// The same for all.
+    Equal(f32),
+    /// Each sample's own, times a factor.
+    Each(&'l [f32], f32),
+}
+
+/// Turns densities into opacities in place: `alpha = 1 - exp(-sigma length)`.
 ///
-/// `sigma` is a multiple of 16 values, 1 / scene unit; `step` in scene units.
-pub fn opacities<S: Simd>(simd: S, sigma: &mut [f32], step: f32) {
+/// `sigma` is a multiple of 16 values, 1 / scene unit.
+pub fn opacities<S: Simd>(simd: S, sigma: &mut [f32], lengths: Lengths<'_>) {
     simd.vectorize(
         #[inline(always)]
         || {
-            for lanes in sigma.chunks_exact_mut(S::f32s::LEN) {
-                let optical = S::f32s::from_slice(simd, lanes) * -step;
-                (S::f32s::splat(simd, 1.0) - lanes::exp(simd, optical)).store_slice(lanes);
+            let n = S::f32s::LEN;
+            match lengths {
+                Lengths::Equal(length) => {
+                    let length = S::f32s::splat(simd, length);
+                    for sigma in sigma.chunks_exact_mut(n) {
+                        opacity(simd, sigma, length);
+                    }
+                }
+                Lengths::Each(lengths, factor) => {
+                    for (sigma, own) in sigma.chunks_exact_mut(n).zip(lengths.chunks_exact(n)) {
+                        opacity(simd, sigma, S::f32s::from_slice(simd, own) * factor);
+                    }
+                }
             }
         },
     );
+}
+
+/// A register of [`opacities`].
+#[inline(always)]
+fn opacity<S: Simd>(simd: S, sigma: &mut [f32], length: S::f32s) {
+    let optical = S::f32s::from_slice(simd, sigma) * -length;
+    (S::f32s::splat(simd, 1.0) - lanes::exp(simd, optical)).store_slice(sigma);
 }
 
 /// What a ray has accumulated so far, beside its channels.
@@ -60,36 +86,32 @@ impl Accumulated {
     }
 }
 
-/// Samples that rays will still need, at most `most` and at least 1: as many as
-/// would make them opaque if all were like the last. `transmittance` is what
-/// passes each ray so far, `last_transmittance` the part that passes its last sample.
+/// Samples that a ray will still need, at most `most` and at least 1: as many as would
+/// make it opaque if all were like the last. `transmittance` is what passes so far,
+/// `last_transmittance` the part that its last sample let pass.
 #[inline(always)]
 #[must_use]
-pub fn samples_needed<const N: usize>(
-    transmittance: &[f32; N],
-    last_transmittance: &[f32; N],
+pub fn samples_needed(
+    transmittance: f32,
+    last_transmittance: f32,
     min_transmittance: f32,
     most: usize,
-) -> [f32; N] {
-    let (mut left, mut needed) = (*transmittance, [1.0; N]);
+) -> f32 {
+    let (mut left, mut needed) = (transmittance, 1.0);
     for _ in 1..most {
-        for ((left, last_transmittance), needed) in
-            left.iter_mut().zip(last_transmittance).zip(&mut needed)
-        {
-            *left *= last_transmittance;
-            *needed += if *left < min_transmittance { 0.0 } else { 1.0 };
-        }
+        left *= last_transmittance;
+        needed += if left < min_transmittance { 0.0 } else { 1.0 };
     }
     needed
 }
 
 /// Steps that a sample stands for where `transmittance` is what passes: two below
-/// `late`, four below a quarter of it.
+/// `coarse_below`, four below a quarter of it.
 #[inline(always)]
 #[must_use]
-pub fn steps(transmittance: f32, late: f32) -> f32 {
-    let later = if transmittance >= late * 0.25 { 2.0 } else { 4.0 };
-    if transmittance >= late { 1.0 } else { later }
+pub fn steps(transmittance: f32, coarse_below: f32) -> f32 {
+    let later = if transmittance >= coarse_below * 0.25 { 2.0 } else { 4.0 };
+    if transmittance >= coarse_below { 1.0 } else { later }
 }
 
 #[cfg(test)]
@@ -99,9 +121,31 @@ mod tests {
     #[test]
     fn samples_needed_by_hand() {
         // Half of what is left passes each sample: 0.1, 0.05, 0.025, 0.0125.
-        assert_eq!(samples_needed(&[0.1; 2], &[0.5, 1.0], 0.02, 4), [3.0, 4.0]);
-        assert_eq!(samples_needed(&[0.1, 1.0], &[0.0, 0.01], 0.02, 4), [1.0, 1.0]);
-        assert_eq!(samples_needed(&[1.0], &[f32::NAN], 0.02, 3), [3.0]);
+        assert_eq!(samples_needed(0.1, 0.5, 0.02, 4), 3.0);
+        assert_eq!(samples_needed(0.1, 1.0, 0.02, 4), 4.0);
+        assert_eq!(samples_needed(0.1, 0.0, 0.02, 4), 1.0);
+        assert_eq!(samples_needed(1.0, 0.01, 0.02, 4), 1.0);
+        assert_eq!(samples_needed(1.0, f32::NAN, 0.02, 3), 3.0);
+    }
+
+    #[test]
+    fn opacities_by_hand() {
+        let ln_2 = core::f32::consts::LN_2;
+        for level in crate::SimdLevel::ALL.into_iter().filter_map(|level| level.token().ok()) {
+            let mut equal = [2.0 * ln_2; 16];
+            let mut each = equal;
+            let mut lengths = [0.5; 16];
+            (lengths[0], lengths[1]) = (0.0, 1.0);
+            fearless_simd::dispatch!(level, simd => {
+                opacities(simd, &mut equal, Lengths::Equal(0.5));
+                opacities(simd, &mut each, Lengths::Each(&lengths, 2.0));
+            });
+            for (found, expected) in
+                [(equal[7], 0.5), (each[0], 0.0), (each[1], 0.9375), (each[9], 0.75)]
+            {
+                assert!((found - expected).abs() < 1e-6, "{level:?}: {found}, by hand {expected}");
+            }
+        }
     }
 
     #[test]

@@ -4,19 +4,20 @@ use core::ops::Range;
 
 use fearless_simd::Simd;
 
+use crate::lanes::LANES;
 use crate::march::marcher::Marcher;
-use crate::march::ray_packet::{LANES, RayPacket};
+use crate::march::ray_packet::RayPacket;
 use crate::march::ray_state::{ABREAST, RUN, RayState};
 use crate::march::sample_batch::SampleBatch;
 
 /// Rays that share batches, each known by a number.
 pub trait RayQueue {
-    /// Where a ray is, and how many samples it is to take, from 1 to `room`; that of a
+    /// Where a ray is, and how many samples it needs next, from 1 to `room`; that of a
     /// ray that has ended does not matter.
     fn next_samples(&mut self, ray: usize, room: usize) -> (RayState, usize);
 
     /// Notes where it is now and which samples of the batch are its own, if any.
-    fn advance(&mut self, ray: usize, walk: &RayState, samples: Range<usize>);
+    fn advance(&mut self, ray: usize, state: &RayState, samples: Range<usize>);
 
     /// Notes its next step.
     fn skip_to(&mut self, ray: usize, next: f32);
@@ -25,34 +26,34 @@ pub trait RayQueue {
 impl Marcher<'_> {
     /// Adds the next samples of the `active` rays, of which it holds the numbers, to a
     /// batch until that is full or every ray has had its turn. Those that have ended
-    /// are struck off `active`; gives how many there are then. A ray may have sought its
+    /// are struck off `active`; returns how many there are then. A ray may have sought its
     /// next sample instead: an empty batch does not mean that all have ended.
     #[inline(always)]
     pub fn gather<S: Simd>(
         &self,
         simd: S,
         queue: &mut impl RayQueue,
-        active: &mut [f32],
+        active: &mut [u32],
         batch: &mut SampleBatch<'_>,
     ) -> usize {
         let abreast = Self::abreast::<S>();
         let mut seekers = Seekers::NONE;
-        let (mut seen, mut alive) = (0, 0);
+        let (mut seen, mut n_active) = (0, 0);
         loop {
-            let room = RUN.min((batch.capacity() - batch.len) / abreast);
-            let (mut walks, mut wanted) = ([RayState::EMPTY; ABREAST], [0; ABREAST]);
-            let first = alive;
-            while seen < active.len() && room > 0 && alive - first < abreast {
+            let room = RUN.min(batch.room() / abreast);
+            let (mut states, mut needed) = ([RayState::EMPTY; ABREAST], [0; ABREAST]);
+            let first = n_active;
+            while seen < active.len() && room > 0 && n_active - first < abreast {
                 let number = active[seen];
                 seen += 1;
-                let (walk, wants) = queue.next_samples(number as usize, room);
-                if walk.is_active() {
-                    (walks[alive - first], wanted[alive - first]) = (walk, wants);
-                    active[alive] = number;
-                    alive += 1;
+                let (state, samples) = queue.next_samples(number as usize, room);
+                if state.is_active() {
+                    (states[n_active - first], needed[n_active - first]) = (state, samples);
+                    active[n_active] = number;
+                    n_active += 1;
                 }
             }
-            let is_over = alive == first;
+            let is_over = n_active == first;
             if seekers.len + abreast > LANES || is_over && seekers.len > 0 {
                 seekers.seek(simd, self, queue);
             }
@@ -60,18 +61,19 @@ impl Marcher<'_> {
                 break;
             }
             let mut start = batch.len;
-            let taken = self.take(simd, &mut walks, &wanted, batch);
-            for ((number, walk), taken) in active[first..alive].iter().zip(&walks).zip(taken) {
+            let taken = self.take(simd, &mut states, &needed, batch);
+            for ((number, state), taken) in active[first..n_active].iter().zip(&states).zip(taken) {
                 let ray = *number as usize;
-                queue.advance(ray, walk, start..start + taken);
+                queue.advance(ray, state, start..start + taken);
+                batch.direct(state, self.space(), start, taken);
                 start += taken;
                 if taken == 0 {
-                    seekers.push(ray, walk);
+                    seekers.push(ray, state);
                 }
             }
         }
-        active.copy_within(seen.., alive);
-        alive + active.len() - seen
+        active.copy_within(seen.., n_active);
+        n_active + active.len() - seen
     }
 }
 
@@ -86,8 +88,8 @@ impl Seekers {
     const NONE: Self = Self { packet: RayPacket::EMPTY, rays: [0; LANES], len: 0 };
 
     #[inline(always)]
-    fn push(&mut self, ray: usize, walk: &RayState) {
-        self.packet.put(self.len, walk);
+    fn push(&mut self, ray: usize, state: &RayState) {
+        self.packet.put(self.len, state);
         self.rays[self.len] = ray;
         self.len += 1;
     }

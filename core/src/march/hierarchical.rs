@@ -4,9 +4,43 @@
 //! The arithmetic is that of the authors' program, so that networks trained with it
 //! see the same points.
 
-use fearless_simd::{Simd, SimdBase};
+use crate::march::{Hierarchical, Reach};
+use crate::{Ray, Space};
 
-use crate::lanes;
+/// The part of a local ray that has samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// Distance of the first.
+    pub near: f32,
+    /// Distance of the last.
+    pub far: f32,
+    /// Where the part of the ray that the last sample stands for ends.
+    pub end: f32,
+}
+
+impl Hierarchical {
+    /// Where a [local](Space::local) ray has its samples; `None` where it has none.
+    /// `near` and `far` are the model's, `stretch` is how much farther they are along the
+    /// ray.
+    #[must_use]
+    pub fn extent(
+        &self,
+        space: &Space,
+        local: &Ray,
+        [near, far]: [f32; 2],
+        stretch: f32,
+    ) -> Option<Extent> {
+        if self.reach == Reach::Clipped {
+            let [near, far] = space.intersect(local, near, far)?;
+            return Some(Extent { near, far, end: far });
+        }
+        let [near, far] = match space.whole_way(local) {
+            Some(length) => [0.0, length],
+            None => [near, far].map(|distance| distance * stretch),
+        };
+        Some(Extent { near, far, end: ENDLESS })
+    }
+}
 
 /// Evenly spaced distances, the first at `near`, the last at `far`.
 pub fn evenly(near: f32, far: f32, t: &mut [f32]) {
@@ -31,28 +65,16 @@ pub fn jitter(t: &mut [f32], mut uniform: impl FnMut() -> f32) {
 /// Where the last sample's part of a ray ends if nothing else ends it.
 pub const ENDLESS: f32 = 1e10;
 
-/// Turns densities at the distances `t` into opacities, in place: each sample stands for
-/// what lies between it and the next, the last for what lies before `end`: where a ray
-/// leaves the space, or [`ENDLESS`]. A multiple of 16 densities; those beyond `t.len()`
-/// become 0.
-pub fn opacities<S: Simd>(simd: S, sigma: &mut [f32], t: &[f32], end: f32) {
-    let (samples, rest) = sigma.split_at_mut(t.len());
+/// The lengths that samples at the distances `t` stand for: each what lies between it and
+/// the next, the last what lies before `end`: where a ray leaves the space, or
+/// [`ENDLESS`]. Those beyond `t.len()` become 0.
+pub fn lengths(t: &[f32], end: f32, lengths: &mut [f32]) {
+    let (own, rest) = lengths.split_at_mut(t.len());
     rest.fill(0.0);
-    for (sigma, pair) in samples.iter_mut().zip(t.windows(2)) {
-        *sigma *= pair[1] - pair[0];
+    let next = t.iter().skip(1).chain([&end]);
+    for ((length, t), next) in own.iter_mut().zip(t).zip(next) {
+        *length = next - t;
     }
-    if let (Some(last), Some(t)) = (samples.last_mut(), t.last()) {
-        *last *= end - t;
-    }
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            for lanes in sigma.chunks_exact_mut(S::f32s::LEN) {
-                let optical = -S::f32s::from_slice(simd, lanes);
-                (S::f32s::splat(simd, 1.0) - lanes::exp(simd, optical)).store_slice(lanes);
-            }
-        },
-    );
 }
 
 /// Opacities to weights, in place: what of the light that passes a sample is held back
@@ -108,6 +130,7 @@ pub fn merge(first: &[f32], second: &[f32], all: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::march::composite::{Lengths, opacities};
 
     #[test]
     fn even_and_jittered_by_hand() {
@@ -128,9 +151,12 @@ mod tests {
         let mut values = [ln_2, 0.5 * ln_2, 0.0, 1.0, 9.0];
         let level = crate::SimdLevel::compiled().token().unwrap();
         let mut padded = [0.0; 16];
-        padded[..5].copy_from_slice(&values);
+        padded[..4].copy_from_slice(&values[..4]);
+        let mut own = [1.0; 16];
+        lengths(&[1.0, 2.0, 4.0, 5.0], ENDLESS, &mut own);
+        assert_eq!(own[..5], [1.0, 2.0, 1.0, ENDLESS - 5.0, 0.0]);
         fearless_simd::dispatch!(level, simd => {
-            opacities(simd, &mut padded, &[1.0, 2.0, 4.0, 5.0], ENDLESS);
+            opacities(simd, &mut padded, Lengths::Each(&own, 1.0));
         });
         weights(&mut padded[..4]);
         values.copy_from_slice(&padded[..5]);

@@ -10,8 +10,9 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
+use crate::lanes::LANES;
 use crate::march::MAX_STEPS;
-use crate::march::ray_packet::{LANES, RayPacket};
+use crate::march::ray_packet::RayPacket;
 use crate::march::register::{RayRegister, axes};
 use crate::march::stride::{Cell, Stride};
 use crate::space::UnitMap;

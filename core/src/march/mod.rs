@@ -8,11 +8,14 @@
 //! ([`composite`]).
 
 pub mod composite;
+mod evaluate;
 mod gather;
 #[cfg(feature = "nerf")]
 pub mod hierarchical;
 mod marcher;
+mod pipeline;
 mod ray_packet;
+mod ray_slots;
 mod ray_state;
 mod register;
 mod sample_batch;
@@ -21,9 +24,13 @@ mod stride;
 #[cfg(test)]
 mod touching_tests;
 
+pub use crate::lanes::LANES;
+pub use evaluate::{Output, evaluate};
 pub use gather::RayQueue;
 pub use marcher::Marcher;
-pub use ray_packet::{LANES, RayPacket};
+pub use pipeline::{SampleSink, Stage, march};
+pub use ray_packet::RayPacket;
+pub(crate) use ray_slots::{RayLimits, RaySlot, RaySlots, SampleRun};
 pub use ray_state::{RUN, RayState};
 pub use sample_batch::SampleBatch;
 pub use sampling::{Hierarchical, MAX_SAMPLES, MAX_STEPS, Reach, Sampling};

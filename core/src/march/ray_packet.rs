@@ -1,11 +1,8 @@
 //! Rays that march side by side.
 
+use crate::lanes::LANES;
 use crate::march::ray_state::RayState;
 use crate::{Ray, Space};
-
-/// Rays in a packet: the lanes of the widest registers. Narrower ones take a
-/// packet in parts.
-pub const LANES: usize = 16;
 
 /// Sixteen rays and the steps they still have to take, coordinate by coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,10 +2,10 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask};
 
+use crate::lanes::LANES;
 use crate::march::marcher::Marcher;
-use crate::march::ray_packet::LANES;
 use crate::march::register::RayRegister;
-use crate::march::sample_batch::{SampleBatch, offer};
+use crate::march::sample_batch::{SampleBatch, candidates};
 use crate::march::stride::Cell;
 use crate::{Ray, Space};
 
@@ -43,6 +43,14 @@ impl RayState {
     #[must_use]
     pub fn public_direction(&self, space: &Space) -> [f32; 3] {
         space.direction(&Ray { origin: self.origin, direction: self.direction })
+    }
+
+    /// The local point at distance `t`.
+    #[inline(always)]
+    #[must_use]
+    pub fn at(&self, t: f32) -> [f32; 3] {
+        let (o, d) = (self.origin, self.direction);
+        [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
     }
 
     /// Makes it end.
@@ -93,7 +101,7 @@ impl Marcher<'_> {
             there &= Cell::around(simd, occupancy, u).is_occupied;
         }
         let mut bits = there.to_bitmask() as u32;
-        let found = offer::<S>(u, t);
+        let found = candidates::<S>(u, t);
         let mut taken = [0; ABREAST];
         for (r, (walk, taken)) in
             walks.iter_mut().zip(&mut taken).enumerate().take(S::f32s::LEN / RUN)

@@ -2,8 +2,9 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
+use crate::lanes::LANES;
 use crate::march::Sampling;
-use crate::march::ray_packet::{LANES, RayPacket};
+use crate::march::ray_packet::RayPacket;
 use crate::march::ray_state::{ABREAST, RUN, RayState};
 
 /// One value an axis. Not `map`, which the compiler may leave a call of its own,

@@ -2,47 +2,67 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use crate::march::ray_packet::LANES;
-use crate::march::ray_state::RUN;
+use crate::lanes::LANES;
+use crate::march::ray_state::{RUN, RayState};
+use crate::space::Space;
 
-/// Where samples are put, until it is full.
+/// A batch of samples, in the caller's memory. All rows have the same length: `capacity`
+/// rounded up to a multiple of 16.
 #[derive(Debug)]
 pub struct SampleBatch<'b> {
-    /// Unit coordinates x, y, z; distances along the rays. All of one length, at
-    /// least 16.
-    pub rows: [&'b mut [f32]; 4],
+    /// Unit coordinates x, y, z.
+    pub points: [&'b mut [f32]; 3],
+    /// Unit directions of the samples' rays; only filled in where `directed`.
+    pub directions: [&'b mut [f32]; 3],
+    /// Distances along the rays.
+    pub t: &'b mut [f32],
+    /// Most samples, at least 16.
+    pub capacity: usize,
     /// Samples so far.
     pub len: usize,
+    /// Whether samples need directions: where each has a colour of its own.
+    pub directed: bool,
 }
 
-/// A register's samples.
-pub(super) type Offer = [[f32; LANES]; 4];
+/// What a register holds of samples: x, y, z and t.
+pub(super) type Candidates = [[f32; LANES]; 4];
 
 impl SampleBatch<'_> {
-    /// Samples that it has room for in all.
+    /// Samples that still find room.
     #[inline(always)]
-    pub(super) fn capacity(&self) -> usize {
-        self.rows[0].len()
+    pub(super) const fn room(&self) -> usize {
+        self.capacity - self.len
     }
 
-    /// Adds `count` samples, at most [`RUN`], from `first` on.
+    /// Adds `count` candidates, at most [`RUN`], from `first` on.
     #[inline(always)]
-    pub(super) fn accept(&mut self, offer: &Offer, first: usize, count: usize) {
-        for (to, from) in self.rows.iter_mut().zip(offer) {
+    pub(super) fn accept(&mut self, candidates: &Candidates, first: usize, count: usize) {
+        let Self { points: [x, y, z], t, len, .. } = self;
+        for (to, from) in [x, y, z, t].into_iter().zip(candidates) {
             let from = &from[first..];
-            match (to[self.len..].first_chunk_mut::<RUN>(), from.first_chunk::<RUN>()) {
-                // What lies beyond is overwritten by who comes next.
+            match (to[*len..].first_chunk_mut::<RUN>(), from.first_chunk::<RUN>()) {
+                // What lies beyond is overwritten by the next samples.
                 (Some(to), Some(from)) => *to = *from,
-                _ => to[self.len..][..count].copy_from_slice(&from[..count]),
+                _ => to[*len..][..count].copy_from_slice(&from[..count]),
             }
         }
         self.len += count;
     }
+
+    /// Fills in the direction of the `count` samples from `first` on.
+    #[inline(always)]
+    pub(super) fn direct(&mut self, ray: &RayState, space: &Space, first: usize, count: usize) {
+        if self.directed {
+            for (row, d) in self.directions.iter_mut().zip(ray.public_direction(space)) {
+                row[first..first + count].fill(d);
+            }
+        }
+    }
 }
 
-/// Writes down what a register holds.
+/// Stores what a register holds.
 #[inline(always)]
-pub(super) fn offer<S: Simd>(u: [S::f32s; 3], t: S::f32s) -> Offer {
+pub(super) fn candidates<S: Simd>(u: [S::f32s; 3], t: S::f32s) -> Candidates {
     let mut rows = [[0.0; LANES]; 4];
     for (row, value) in rows.iter_mut().zip([u[0], u[1], u[2], t]) {
         value.store_slice(&mut row[..S::f32s::LEN]);

@@ -3,8 +3,8 @@
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt};
 
 use crate::Occupancy;
+use crate::lanes::LANES;
 use crate::march::Sampling;
-use crate::march::ray_packet::LANES;
 use crate::march::register::{RayRegister, axes};
 use crate::occupancy::{BLOCK, OCCUPIED, place};
 use crate::space::UnitMap;

@@ -1,13 +1,14 @@
-//! A batch of points to the field: the one place where questions open its kind.
+//! Batches of points through the field.
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::dispatch;
 
-use crate::field::{AnyField, Field, Samples, Shading};
-use crate::march::LANES;
+use crate::field::Shading;
+use crate::lanes::LANES;
+use crate::march::{Output, evaluate};
 use crate::query::Probe;
 use crate::scratch::Scratch;
 
-/// What is asked of a batch.
+/// What is computed for a batch.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Wanted {
     Density,
@@ -26,49 +27,36 @@ impl Probe<'_> {
         }
     }
 
-    /// Asks about the first `n` points and directions of the scratch. Row 0 of its output
+    /// Evaluates the first `n` points and directions of the scratch. Row 0 of its output
     /// then holds sigma, per unit of the model; rows 1 to 3 the colours, where they are
-    /// wanted. Gives the distance between these rows.
-    pub(super) fn ask(&self, wanted: Wanted, n: usize, scratch: &mut Scratch<'_>) -> usize {
-        dispatch!(self.level, simd => match &self.model.field {
-            #[cfg(feature = "hash-grid")]
-            AnyField::HashGrid(field) => evaluate(simd, field, wanted, n, scratch),
-            #[cfg(feature = "nerf")]
-            AnyField::Nerf(field) => evaluate(simd, field, wanted, n, scratch),
+    /// wanted. Returns the distance between these rows.
+    pub(super) fn evaluate(&self, wanted: Wanted, n: usize, scratch: &mut Scratch<'_>) -> usize {
+        let Scratch { work, samples, .. } = scratch;
+        samples.len = n;
+        let stride = work.stride;
+        dispatch!(self.level, simd => {
+            let field = self.model.field.kernels();
+            match wanted {
+                Wanted::Density => {
+                    evaluate(simd, field, Output::Density, samples, work, |_, _| ());
+                    stride
+                }
+                Wanted::Radiance => {
+                    evaluate(simd, field, Output::Channels, samples, work, |_, _| ());
+                    let Some(decoder) = field.deferred() else { return stride };
+                    // As if each point were all that a ray meets.
+                    let padded = n.next_multiple_of(LANES);
+                    let mut work = work.for_width(decoder.color.max_width());
+                    let features = work.output[stride..].chunks(stride);
+                    let rows = work.a.chunks_mut(work.stride).zip(features);
+                    for (to, from) in rows.take(decoder.channels()) {
+                        to[..padded].copy_from_slice(&from[..padded]);
+                    }
+                    let directions = [0, 1, 2].map(|axis| &samples.directions[axis][..padded]);
+                    decoder.colors(simd, directions, padded, &mut work);
+                    work.stride
+                }
+            }
         })
     }
-}
-
-#[inline(always)]
-fn evaluate<S: Simd, F: Field>(
-    simd: S,
-    field: &F,
-    wanted: Wanted,
-    n: usize,
-    scratch: &mut Scratch<'_>,
-) -> usize {
-    let padded = n.next_multiple_of(LANES);
-    let Scratch { work, points, directions, .. } = scratch;
-    for row in points.iter_mut().chain(directions.iter_mut()) {
-        row[n..padded].fill(0.0);
-    }
-    let samples = Samples {
-        points: [0, 1, 2].map(|axis| &points[axis][..padded]),
-        directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
-    };
-    let stride = work.stride;
-    if wanted == Wanted::Density {
-        field.densities(simd, samples, work);
-        return stride;
-    }
-    field.density_features(simd, samples, work);
-    let Some(decoder) = field.deferred() else { return stride };
-    // As if each point were all that a ray meets.
-    let mut work = work.for_width(decoder.color.max_width());
-    let features = work.output[stride..].chunks(stride);
-    for (to, from) in work.a.chunks_mut(work.stride).zip(features).take(decoder.channels()) {
-        to[..padded].copy_from_slice(&from[..padded]);
-    }
-    decoder.colors(simd, samples.directions, padded, &mut work);
-    work.stride
 }

@@ -81,13 +81,13 @@ impl Probe<'_> {
         let (step, scale) = (self.model.sampling.step, self.similarity.scale);
         let ends = self.model.sampling.min_transmittance;
         out.fill(f32::INFINITY);
-        self.march(&marcher, rays.len(), &mut scratch, start, |flight, t, sigma| {
-            let out = &mut out[flight.pixel as usize];
+        self.march(&marcher, rays.len(), &mut scratch, start, |seen, t, sigma| {
+            let out = &mut out[seen.number];
             let passes = match depth {
                 Depth::Expected => {
-                    flight.accumulated.add(1.0 - math::exp(-sigma * step), t);
-                    *out = flight.accumulated.expected_depth();
-                    return go_on(flight.accumulated.transmittance >= ends);
+                    seen.accumulated.add(1.0 - math::exp(-sigma * step), t);
+                    *out = seen.accumulated.expected_depth();
+                    return go_on(seen.accumulated.transmittance >= ends);
                 }
                 Depth::FirstSigma(least) => {
                     let is_met = sigma > least * scale;
@@ -99,9 +99,9 @@ impl Probe<'_> {
                 Depth::Median => 0.5,
                 Depth::FirstOpacity(opacity) => 1.0 - opacity,
             };
-            let before = flight.accumulated.transmittance;
-            flight.accumulated.transmittance *= math::exp(-sigma * step);
-            let is_met = flight.accumulated.transmittance <= passes;
+            let before = seen.accumulated.transmittance;
+            seen.accumulated.transmittance *= math::exp(-sigma * step);
+            let is_met = seen.accumulated.transmittance <= passes;
             if is_met {
                 *out = t + (math::ln(before / passes) / sigma).min(step) - 0.5 * step;
             }

@@ -90,43 +90,5 @@ pub fn normal(gradient: [f32; 3]) -> [f32; 3] {
 /// or of a quarter of the shortest wave. Never so little that rounding shows.
 pub(super) fn spacing(field: &AnyField<'_>) -> f32 {
     const LEAST: f32 = 1.0 / (1 << 20) as f32;
-    (detail(field) / 16.0).clamp(LEAST, 1.0 / 64.0)
-}
-
-/// How far it is, in unit coordinates, from one thing to another that a field can tell
-/// apart.
-fn detail(field: &AnyField<'_>) -> f32 {
-    match field {
-        #[cfg(feature = "hash-grid")]
-        AnyField::HashGrid(field) => {
-            let levels = 0..field.grid.config.n_levels as usize;
-            let cells = levels.map(|l| field.grid.config.level(l).scale).fold(1.0, f32::max);
-            1.0 / cells
-        }
-        // sin(2^k π x) over x = 2 u - 1.
-        #[cfg(feature = "nerf")]
-        AnyField::Nerf(field) => {
-            let map = field.map.scale.iter().fold(0.0, |most: f32, s| most.max(s.abs()));
-            0.25 / (waves(&field.positions) * map).max(1e-3)
-        }
-    }
-}
-
-/// Waves of a length of 1 in what is encoded, the shortest ones.
-#[cfg(feature = "nerf")]
-fn waves(positions: &crate::encoding::Fourier<'_>) -> f32 {
-    use crate::encoding::Waves;
-    match &positions.waves {
-        Waves::Octaves { n: 0, .. } => 1.0,
-        Waves::Octaves { n, pi } => {
-            let half_turns = (1u32 << (n - 1)) as f32;
-            half_turns * if *pi { 0.5 } else { core::f32::consts::FRAC_1_PI / 2.0 }
-        }
-        Waves::Gaussian(matrix) => {
-            let n = matrix.cols();
-            let square = |at: usize| matrix.get(at) * matrix.get(at);
-            let squares = |i: usize| square(i) + square(n + i) + square(2 * n + i);
-            crate::math::sqrt((0..n).map(squares).fold(0.0, f32::max))
-        }
-    }
+    (field.finest_detail() / 16.0).clamp(LEAST, 1.0 / 64.0)
 }

@@ -5,29 +5,29 @@ use core::ops::ControlFlow;
 use fearless_simd::{Simd, dispatch};
 
 use crate::Ray;
-use crate::march::{LANES, Marcher, RayPacket, SampleBatch};
+use crate::lanes::LANES;
+use crate::march::composite::Accumulated;
+use crate::march::{
+    Marcher, Output, RayPacket, RaySlot, RaySlots, SampleBatch, SampleRun, SampleSink, march,
+};
 use crate::query::Probe;
-use crate::query::ask::Wanted;
-use crate::render::flight::{Flight, Flights, Run};
-use crate::scratch::Scratch;
+use crate::scratch::{Scratch, Workspace};
 
 impl Probe<'_> {
     /// Takes `n` rays through occupied cells. `start` gives a ray in the model's
     /// coordinates and the most steps that it takes; `see` is told each of its samples,
-    /// nearest first: the ray, of whose numbers `accumulated` is its own, the distance and
-    /// sigma there, in the model's units.
+    /// nearest first, with the distance and sigma there, in the model's units.
     pub(super) fn march(
         &self,
         marcher: &Marcher<'_>,
         n: usize,
         scratch: &mut Scratch<'_>,
         start: impl Fn(usize) -> Option<(Ray, f32)>,
-        mut see: impl FnMut(&mut Flight, f32, f32) -> ControlFlow<()>,
+        mut see: impl FnMut(&mut Seen, f32, f32) -> ControlFlow<()>,
     ) {
         let mut next = 0;
         while next < n {
-            let mut count = 0;
-            while next < n && count + LANES <= self.tuning.rays {
+            while next < n && scratch.slots.count + LANES <= self.tuning.rays {
                 let numbers = next..n.min(next + LANES);
                 next = numbers.end;
                 let (mut packet, mut most) = (RayPacket::EMPTY, [0.0; LANES]);
@@ -46,65 +46,72 @@ impl Probe<'_> {
                 });
                 for (lane, number) in numbers.enumerate() {
                     if packet.next[lane] < packet.end[lane] {
-                        let flight = Flight::start(&packet, lane, number as u32);
-                        flight.store(&mut scratch.rays[count]);
-                        count += 1;
+                        scratch.slots.push(&packet, lane, number as u32);
                     }
                 }
             }
-            self.follow(marcher, count, scratch, &mut see);
+            self.follow(marcher, scratch, &mut see);
         }
     }
 
-    /// Takes the first `count` rays of the scratch to their ends.
+    /// Takes the rays of the scratch to their ends.
     fn follow(
         &self,
         marcher: &Marcher<'_>,
-        count: usize,
         scratch: &mut Scratch<'_>,
-        see: &mut impl FnMut(&mut Flight, f32, f32) -> ControlFlow<()>,
+        see: &mut impl FnMut(&mut Seen, f32, f32) -> ControlFlow<()>,
     ) {
-        let numbers = scratch.active[..count].iter_mut().zip(0u32..);
-        numbers.for_each(|(active, number)| *active = number as f32);
-        let mut active = count;
-        while active > 0 {
-            let n = self.gather(marcher, scratch, &mut active);
-            if n == 0 {
-                // Rays have been seeking, or have ended.
-                continue;
-            }
-            self.ask(Wanted::Density, n, scratch);
-            let Scratch { work, rays, t, runs, .. } = &mut *scratch;
-            let (mut run, mut at) = (Run { ray: 0, len: 0 }, 0);
-            while let Some((ray, samples)) = run.next(runs, at..n) {
-                at = samples.end;
-                let mut flight = Flight::load(&rays[ray]);
-                let mut samples = t[samples.clone()].iter().zip(&work.output[samples]);
-                if samples.try_for_each(|(t, sigma)| see(&mut flight, *t, *sigma)).is_break() {
-                    flight.walk.stop();
-                }
-                flight.store(&mut rays[ray]);
-            }
-        }
+        let Scratch { work, samples, slots, active, .. } = scratch;
+        let active = &mut active[..slots.count];
+        active.iter_mut().zip(0..).for_each(|(active, number)| *active = number);
+        let mut sink = Answers { slots, see };
+        dispatch!(self.level, simd => {
+            let field = self.model.field.kernels();
+            march(simd, field, Output::Density, marcher, (samples, work), active, &mut sink);
+        });
+        slots.count = 0;
+    }
+}
+
+/// What a question is told of a ray.
+pub(super) struct Seen {
+    /// The ray's number.
+    pub(super) number: usize,
+    /// The question's own.
+    pub(super) accumulated: Accumulated,
+}
+
+/// Where the samples of a question go.
+struct Answers<'a, 's, F> {
+    slots: &'a mut RaySlots<'s>,
+    see: &'a mut F,
+}
+
+impl<'s, F> SampleSink for Answers<'_, 's, F>
+where
+    F: FnMut(&mut Seen, f32, f32) -> ControlFlow<()>,
+{
+    type Queue = RaySlots<'s>;
+
+    #[inline(always)]
+    fn queue(&mut self) -> &mut RaySlots<'s> {
+        self.slots
     }
 
-    /// Fills a batch with the next samples of the active rays; gives their number.
-    fn gather(
-        &self,
-        marcher: &Marcher<'_>,
-        scratch: &mut Scratch<'_>,
-        active: &mut usize,
-    ) -> usize {
-        let Scratch { rays, points: [x, y, z], t, runs, active: numbers, .. } = scratch;
-        let rows = [x, y, z, t].map(|row| &mut row[..self.tuning.samples]);
-        let mut batch = SampleBatch { rows, len: 0 };
-        // No ray ends early of its own accord, and each sample stands for one step.
-        let (limits, space) = ([0.0; 2], &self.model.space);
-        let mut flights = Flights { rays, runs, directions: None, space, limits };
-        dispatch!(self.level, simd => simd.vectorize(
-            #[inline(always)]
-            || *active = marcher.gather(simd, &mut flights, &mut numbers[..*active], &mut batch),
-        ));
-        batch.len
+    /// Rays end where the question has its answer.
+    fn accumulate<S: Simd>(&mut self, _: S, batch: &SampleBatch<'_>, work: &mut Workspace<'_>) {
+        let RaySlots { rays, pixels, runs, .. } = &mut *self.slots;
+        let (mut run, mut at) = (SampleRun::NONE, 0);
+        while let Some((ray, samples)) = run.next(runs, at..batch.len) {
+            at = samples.end;
+            let mut slot = RaySlot::load(&rays[ray]);
+            let mut seen = Seen { number: pixels[ray] as usize, accumulated: slot.accumulated };
+            let mut samples = batch.t[samples.clone()].iter().zip(&work.output[samples]);
+            if samples.try_for_each(|(t, sigma)| (self.see)(&mut seen, *t, *sigma)).is_break() {
+                slot.state.stop();
+            }
+            slot.accumulated = seen.accumulated;
+            slot.store(&mut rays[ray]);
+        }
     }
 }

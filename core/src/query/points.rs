@@ -123,10 +123,7 @@ impl Probe<'_> {
     /// its faces included, and in an occupied cell.
     #[inline]
     pub(super) fn place(&self, point: [f32; 3]) -> Option<[f32; 3]> {
-        let p = self.similarity.to_model(point);
-        let u = self.map.apply(p);
-        let occupied = || self.model.occupancy.is_none_or(|occupancy| occupancy.at(u));
-        (self.model.space.contains(p) && occupied()).then_some(u)
+        self.model.place(&self.map, self.similarity.to_model(point))
     }
 
     /// Asks about the N unit points that `place` gives for each of `n` things, and tells
@@ -147,22 +144,27 @@ impl Probe<'_> {
         for i in 0..n {
             if let Some(points) = place(i) {
                 for (s, u) in (N * waiting..).zip(points) {
-                    scratch.points.iter_mut().zip(u).for_each(|(row, u)| row[s] = u);
+                    scratch.samples.points.iter_mut().zip(u).for_each(|(row, u)| row[s] = u);
                 }
                 if let Some(directions) = directions {
                     let d = self.similarity.to_model_direction(directions[i]);
                     let d = unit(d).unwrap_or_default();
-                    scratch.directions.iter_mut().zip(d).for_each(|(row, d)| row[waiting] = d);
+                    scratch
+                        .samples
+                        .directions
+                        .iter_mut()
+                        .zip(d)
+                        .for_each(|(row, d)| row[waiting] = d);
                 }
-                scratch.runs[waiting] = f32::from_bits((i - first) as u32);
+                scratch.slots.runs[waiting] = (i - first) as u32;
                 waiting += 1;
             } else {
                 tell(i, &[[0.0; 4]; N]);
             }
             if waiting == room || (i + 1 == n && waiting > 0) {
-                let stride = self.ask(wanted, N * waiting, scratch);
+                let stride = self.evaluate(wanted, N * waiting, scratch);
                 let output = &*scratch.work.output;
-                for (w, number) in scratch.runs[..waiting].iter().enumerate() {
+                for (w, number) in scratch.slots.runs[..waiting].iter().enumerate() {
                     let answers = from_fn(|k| {
                         let color = |c: usize| match wanted {
                             Wanted::Density => 0.0,
@@ -170,7 +172,7 @@ impl Probe<'_> {
                         };
                         [color(1), color(2), color(3), output[N * w + k]]
                     });
-                    tell(first + number.to_bits() as usize, &answers);
+                    tell(first + *number as usize, &answers);
                 }
                 (waiting, first) = (0, i + 1);
             }

@@ -37,8 +37,8 @@ impl Probe<'_> {
         let marcher = Marcher::from_parts(self.model.occupancy, self.model.space, steps, true);
         let start = |i: usize| self.course(segments[i]).map(|course| (course.ray, course.steps));
         out.fill(0.0);
-        self.march(&marcher, segments.len(), &mut scratch, start, |flight, _, sigma| {
-            out[flight.pixel as usize] += sigma;
+        self.march(&marcher, segments.len(), &mut scratch, start, |seen, _, sigma| {
+            out[seen.number] += sigma;
             ControlFlow::Continue(())
         });
         for (out, segment) in out.iter_mut().zip(segments) {

@@ -19,12 +19,12 @@ pub(super) fn ask(field: &NerfField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f
             (_, true) => joined((&encoded, n_position), (&x, width)),
             (_, false) => x,
         };
-        x = one(layer, &input, network.bends(i));
+        x = one(layer, &input, network.relu_after(i));
         width = layer.weight.cols();
     }
     let raw = one(&network.density, &x, false)[0];
     if let Some(feature) = &network.feature {
-        x = one(feature, &x, network.feature_bends);
+        x = one(feature, &x, network.feature_relu);
         width = feature.weight.cols();
     }
     if let Some(directions) = &field.directions {

@@ -2,17 +2,18 @@
 
 use fearless_simd::{Simd, dispatch};
 
-use crate::field::{AnyField, Field};
-use crate::march::{LANES, Marcher};
+use crate::field::FieldKernels;
+use crate::lanes::LANES;
+use crate::march::{Marcher, RayLimits, Stage};
 use crate::render::foreground::Foreground;
-use crate::render::group::Group;
-use crate::render::observe::{Observer, Stage};
+#[cfg(feature = "nerf")]
+use crate::render::hierarchical;
+use crate::render::observe::Observer;
 use crate::render::passes::{Pass, Span};
+use crate::render::ray_group::RayGroup;
 use crate::render::source::Source;
 use crate::render::target::Target;
-use crate::render::{Detail, RenderOptions, RenderStats};
-#[cfg(feature = "nerf")]
-use crate::render::{SamplingMode, hierarchical::each_pixel as each_pixel_hierarchically};
+use crate::render::{Detail, RenderOptions, RenderStats, SamplingMode};
 use crate::scratch::Scratch;
 use crate::{Error, Model};
 
@@ -49,20 +50,15 @@ pub(super) fn render(
     }
     let level = options.simd.token()?;
     let RenderOptions { limits, tuning, skip, detail, .. } = *options;
-    let mut group = Group {
-        model,
-        marcher: Marcher::new(model, skip),
-        tuning,
+    let mut scratch = Scratch::cut(scratch, limits, tuning);
+    scratch.slots.limits = RayLimits {
         min_transmittance: detail.min_transmittance.max(model.sampling.min_transmittance),
-        late: detail.late,
-        scratch: Scratch::cut(scratch, limits, tuning),
-        count: 0,
-        rays: 0,
-        samples: 0,
-        hits: 0,
-        observer,
+        coarse_step_below: detail.late,
     };
-    let depths = core::mem::take(&mut group.scratch.depths);
+    let depths = core::mem::take(&mut scratch.depths);
+    let marcher = Marcher::new(model, skip);
+    let stats = RenderStats::default();
+    let mut group = RayGroup { model, marcher, tuning, scratch, stats, observer };
     let foreground = match skip {
         true => source.foreground(model, span.to, depths),
         false => Foreground::unknown(depths),
@@ -70,52 +66,43 @@ pub(super) fn render(
     group.ended(Stage::Aim, 0);
     let rgba = rgba.as_chunks_mut().0;
     let mut target = Target { rgba, depth, size, cell: source.cell(model), foreground };
-    #[cfg(feature = "nerf")]
-    if let SamplingMode::Hierarchical(hierarchical) = &options.sampling {
-        group.min_transmittance = 0.0;
-        dispatch!(level, simd => match &model.field {
-            #[cfg(feature = "hash-grid")]
-            AnyField::HashGrid(field) => {
-                each_pixel_hierarchically(simd, [field; 2], hierarchical, &mut group, job, &mut target);
-            }
-            AnyField::Nerf(field) => {
-                let fields = [&field.coarse_field(), field];
-                each_pixel_hierarchically(simd, fields, hierarchical, &mut group, job, &mut target);
-            }
-        });
-        target.fill(span.to);
-        return Ok(group.stats());
-    }
-    dispatch!(level, simd => match &model.field {
-        #[cfg(feature = "hash-grid")]
-        AnyField::HashGrid(field) => each_pass(simd, field, &mut group, job, &mut target),
+    match &options.sampling {
+        SamplingMode::Occupancy => {
+            dispatch!(level, simd => {
+                each_pass(simd, model.field.kernels(), &mut group, job, &mut target);
+            });
+        }
         #[cfg(feature = "nerf")]
-        AnyField::Nerf(field) => each_pass(simd, field, &mut group, job, &mut target),
-    });
+        SamplingMode::Hierarchical(sampling) => {
+            dispatch!(level, simd => {
+                hierarchical::each_pixel(simd, sampling, &mut group, job, &mut target);
+            });
+        }
+        #[cfg(not(feature = "nerf"))]
+        SamplingMode::Hierarchical(_) => return Err(Error::Feature("nerf")),
+    }
     target.fill(span.to);
-    Ok(group.stats())
+    Ok(group.stats)
 }
 
-/// From here on the kind of field is a type.
-#[inline(always)]
-fn each_pass<S: Simd, F: Field>(
+fn each_pass<S: Simd>(
     simd: S,
-    field: &F,
-    group: &mut Group<'_, '_, '_, '_>,
+    field: &dyn FieldKernels<S>,
+    group: &mut RayGroup<'_, '_, '_, '_>,
     job: &Job<'_, impl Source + ?Sized>,
     target: &mut Target<'_>,
 ) {
     let (source, detail) = (job.source, job.options.detail);
     for pass in job.span.passes(target.size) {
-        one_pass::<S, F>(simd, field, group, source, pass, detail, target);
+        one_pass(simd, field, group, source, pass, detail, target);
     }
 }
 
 #[inline(always)]
-fn one_pass<S: Simd, F: Field>(
+fn one_pass<S: Simd>(
     simd: S,
-    field: &F,
-    group: &mut Group<'_, '_, '_, '_>,
+    field: &dyn FieldKernels<S>,
+    group: &mut RayGroup<'_, '_, '_, '_>,
     source: &(impl Source + ?Sized),
     pass: Pass,
     detail: Detail,
@@ -144,15 +131,15 @@ fn one_pass<S: Simd, F: Field>(
             }
         }
         group.ended(Stage::Interpolate, seen);
-        group.rays += n as u64;
+        group.stats.rays += n as u64;
         let known = target.foreground.is_known().then_some((&depths, target.foreground.axis));
         group.add(simd, source, &numbers[..n], known, |pixel| target.clear(pixel));
         group.ended(Stage::Aim, n);
         let is_over = n < room && pass.is_read_next();
-        if group.is_full() || (is_over && group.count > 0) {
-            group.march::<S, F>(simd, field);
-            let rays = group.count;
-            group.hits += rays as u64;
+        if group.is_full() || (is_over && group.count() > 0) {
+            group.march(simd, field);
+            let rays = group.count();
+            group.stats.hits += rays as u64;
             group.finish(simd, field.deferred(), source, target);
             group.ended(Stage::Shade, rays);
         }

@@ -3,15 +3,14 @@
 use fearless_simd::Simd;
 
 use crate::field::Decoder;
-use crate::march::LANES;
-use crate::march::composite::Accumulated;
-use crate::render::flight::Flight;
-use crate::render::group::Group;
+use crate::lanes::LANES;
+use crate::march::RaySlot;
+use crate::render::ray_group::RayGroup;
 use crate::render::source::Source;
 use crate::render::target::Target;
-use crate::scratch::sums_len;
+use crate::scratch::{Scratch, sums_len};
 
-impl Group<'_, '_, '_, '_> {
+impl RayGroup<'_, '_, '_, '_> {
     /// Writes the pixels of all rays, which then are forgotten.
     #[inline(always)]
     pub(super) fn finish<S: Simd>(
@@ -26,25 +25,21 @@ impl Group<'_, '_, '_, '_> {
             Some(decoder) => self.shade(simd, decoder, target),
         }
         if let Some(depth) = &mut target.depth {
-            for (pixel, accumulated) in self.finished() {
+            for (pixel, slot) in self.scratch.slots.iter() {
                 let ray = || source.ray(pixel as u32);
-                depth[pixel] = self.model.space.depth(ray, accumulated.expected_depth());
+                let expected = slot.accumulated.expected_depth();
+                depth[pixel] = self.model.space.depth(ray, expected);
             }
         }
-        self.count = 0;
-    }
-
-    /// Each ray's pixel and what it has accumulated.
-    fn finished(&self) -> impl Iterator<Item = (usize, Accumulated)> + Clone {
-        let rays = self.scratch.rays[..self.count].iter().map(Flight::load);
-        rays.map(|flight| (flight.pixel as usize, flight.accumulated))
+        self.scratch.slots.count = 0;
     }
 
     /// Per-sample shading: the sums are the colour.
     fn write_sums(&self, target: &mut Target<'_>) {
+        let slots = &self.scratch.slots;
         let sums = self.scratch.sums.chunks_exact(sums_len(3));
-        for ((pixel, accumulated), sum) in self.finished().zip(sums) {
-            let alpha = accumulated.alpha(self.min_transmittance);
+        for ((pixel, RaySlot { accumulated, .. }), sum) in slots.iter().zip(sums) {
+            let alpha = accumulated.alpha(slots.limits.min_transmittance);
             let scale = if accumulated.opacity > 0.0 { alpha / accumulated.opacity } else { 0.0 };
             target.rgba[pixel] = [scale * sum[1], scale * sum[2], scale * sum[3], alpha];
         }
@@ -55,24 +50,23 @@ impl Group<'_, '_, '_, '_> {
     #[inline(always)]
     fn shade<S: Simd>(&mut self, simd: S, decoder: &Decoder<'_>, target: &mut Target<'_>) {
         let channels = decoder.channels();
-        let rays = &self.scratch.rays[..self.count];
-        let mut work = self.scratch.work.for_width(decoder.color.max_width());
-        let most = work.stride;
+        let Scratch { work, samples, slots, sums, .. } = &mut self.scratch;
+        let mut work = work.for_width(decoder.color.max_width());
+        let directions = &mut samples.directions;
+        let (most, count) = (work.stride, slots.count);
         let mut first = 0;
-        while first < self.count {
+        while first < count {
             // As many hit rays as find room.
             let (mut n, mut end) = (0, first);
-            while end < self.count && n < most {
-                let Flight { accumulated, walk, .. } = Flight::load(&rays[end]);
+            while end < count && n < most {
+                let RaySlot { accumulated, state, .. } = RaySlot::load(&slots.rays[end]);
                 if accumulated.opacity > 0.0 {
-                    let sums = &self.scratch.sums[end * sums_len(channels) + 1..][..channels];
+                    let sums = &sums[end * sums_len(channels) + 1..][..channels];
                     for (row, sum) in work.a.chunks_mut(work.stride).zip(sums) {
                         row[n] = sum / accumulated.opacity;
                     }
-                    let directions = self.scratch.directions.iter_mut();
-                    for (row, d) in directions.zip(walk.public_direction(&self.model.space)) {
-                        row[n] = d;
-                    }
+                    let direction = state.public_direction(&self.model.space);
+                    directions.iter_mut().zip(direction).for_each(|(row, d)| row[n] = d);
                     n += 1;
                 }
                 end += 1;
@@ -81,18 +75,15 @@ impl Group<'_, '_, '_, '_> {
             for row in work.a.chunks_mut(work.stride).take(channels) {
                 row[n..padded].fill(0.0);
             }
-            for row in &mut self.scratch.directions {
-                row[n..padded].fill(0.0);
-            }
-            let directions = [0, 1, 2].map(|axis| &*self.scratch.directions[axis]);
+            directions.iter_mut().for_each(|row| row[n..padded].fill(0.0));
+            let directions = [0, 1, 2].map(|axis| &*directions[axis]);
             decoder.colors(simd, directions, padded, &mut work);
             let mut column = 0;
-            for ray in &rays[first..end] {
-                let Flight { accumulated, pixel, .. } = Flight::load(ray);
-                let pixel = pixel as usize;
+            let min_transmittance = slots.limits.min_transmittance;
+            for (pixel, RaySlot { accumulated, .. }) in slots.iter().take(end).skip(first) {
                 target.rgba[pixel] = [0.0; 4];
                 if accumulated.opacity > 0.0 {
-                    let alpha = accumulated.alpha(self.min_transmittance);
+                    let alpha = accumulated.alpha(min_transmittance);
                     let color = |row: usize| alpha * work.output[row * work.stride + column];
                     target.rgba[pixel] = [color(1), color(2), color(3), alpha];
                     column += 1;

@@ -1,42 +1,46 @@
-//! Pictures as the paper makes them: samples spread along all of a ray, more of them
-//! where those have weight, all of them added up.
+//! Pictures by hierarchical sampling (Mildenhall et al. 2020, section 5.2): samples
+//! spread along all of a ray, more of them where those have weight, all of them added up.
 //!
 //! Some rays travel together, so that batches are full: one round through the coarse
 //! field, one through the fine one.
 
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::Simd;
 
-use crate::field::{Field, Samples};
-use crate::lanes;
-use crate::march::hierarchical::{ENDLESS, evenly, inverse_cdf, merge, weights};
-use crate::march::{Hierarchical, LANES, RayPacket, RayState, Reach};
+use crate::field::FieldKernels;
+use crate::lanes::LANES;
+use crate::march::composite::{Lengths, opacities};
+use crate::march::hierarchical::{ENDLESS, Extent, evenly, inverse_cdf, merge, weights};
+use crate::march::{Hierarchical, Output, RayPacket, RaySlot, Reach, Stage, evaluate};
 use crate::render::driver::Job;
-use crate::render::flight::Flight;
-use crate::render::group::Group;
-use crate::render::observe::Stage;
+use crate::render::ray_group::RayGroup;
 use crate::render::source::Source;
 use crate::render::target::Target;
 use crate::scratch::{Scratch, sums_len};
 use crate::space::UnitMap;
-use crate::{Occupancy, Ray, Sampling, Space};
+use crate::{Model, Ray, Sampling, Space};
 
 /// Bits of a sample's number within its ray: no ray has more than 2048.
 const NUMBER_BITS: u32 = 11;
+
 /// Renders every pixel.
-pub(super) fn each_pixel<S: Simd, F: Field>(
+pub(super) fn each_pixel<S: Simd>(
     simd: S,
-    [coarse, fine]: [&F; 2],
     hierarchical: &Hierarchical,
-    group: &mut Group<'_, '_, '_, '_>,
+    group: &mut RayGroup<'_, '_, '_, '_>,
     job: &Job<'_, impl Source + ?Sized>,
     target: &mut Target<'_>,
 ) {
+    // No ray ends early.
+    group.scratch.slots.limits.min_transmittance = 0.0;
+    let field = &group.model.field;
+    let coarse = field.coarse();
+    let [coarse, fine] = [coarse.as_ref().unwrap_or(field).kernels(), field.kernels::<S>()];
     let rays = Rays::new(hierarchical, group, job);
     let size = target.size;
     let mut pixels = job.span.passes(size).flat_map(|pass| pass.pixels());
     loop {
         let (mut numbers, mut n) = ([0; LANES], 0);
-        let room = LANES.min(rays.most - group.count);
+        let room = LANES.min(rays.most - group.count());
         for [x, y] in pixels.by_ref() {
             let number = y * size[0] + x;
             if rays.clipped && target.foreground.depth([x, y]) == f32::INFINITY {
@@ -49,33 +53,27 @@ pub(super) fn each_pixel<S: Simd, F: Field>(
                 break;
             }
         }
-        group.rays += n as u64;
+        group.stats.rays += n as u64;
         let mut packet = RayPacket::EMPTY;
         job.source.fill(simd, &numbers[..n], &mut packet);
         for (lane, number) in numbers[..n].iter().enumerate() {
-            match rays.reach(&mut packet, lane) {
-                Some(reach) => {
-                    let flight = Flight::start(&packet, lane, *number);
-                    flight.store(&mut group.scratch.rays[group.count]);
-                    rays.spread(group, reach);
-                    group.count += 1;
+            match rays.extent(&mut packet, lane) {
+                Some(extent) => {
+                    rays.spread(group, extent);
+                    group.scratch.slots.push(&packet, lane, *number);
                 }
                 None => target.clear(*number),
             }
         }
         group.ended(Stage::Aim, n);
-        if group.count == rays.most || n < room {
-            let count = group.count;
+        if group.count() == rays.most || n < room {
+            let count = group.count();
             group.scratch.sums[..count * sums_len(fine.channels())].fill(0.0);
-            // Here, whether the field was asked along a ray.
-            group.scratch.active[..count].fill(0.0);
             if hierarchical.n_fine > 0 {
-                rays.round::<S, F>(simd, coarse, group, Round::Coarse);
+                rays.round(simd, coarse, group, Round::Coarse);
                 rays.draw(group);
             }
-            rays.round::<S, F>(simd, fine, group, Round::Fine);
-            group.hits +=
-                group.scratch.active[..count].iter().filter(|asked| **asked > 0.0).count() as u64;
+            group.stats.hits += rays.round(simd, fine, group, Round::Fine);
             group.finish(simd, fine.deferred(), job.source, target);
             group.ended(Stage::Shade, count);
         }
@@ -94,28 +92,25 @@ enum Round {
     Fine,
 }
 
-/// Rays' samples, and where they may be.
-struct Rays<'m> {
+/// Where the samples of rays lie.
+struct Rays {
     hierarchical: Hierarchical,
     clipped: bool,
     /// Direction along which `near` and `far` are measured, if not along rays.
     axis: Option<[f32; 3]>,
     space: Space,
     map: UnitMap,
-    occupancy: Option<Occupancy<'m>>,
     sampling: Sampling,
     /// Rays that travel together at most.
     most: usize,
-    /// Most samples of a batch.
-    batch: usize,
     /// Values kept of a ray's samples.
     row: usize,
 }
 
-impl<'m> Rays<'m> {
+impl Rays {
     fn new(
         hierarchical: &Hierarchical,
-        group: &Group<'m, '_, '_, '_>,
+        group: &RayGroup<'_, '_, '_, '_>,
         job: &Job<'_, impl Source + ?Sized>,
     ) -> Self {
         let (model, limits) = (group.model, job.options.limits);
@@ -125,53 +120,44 @@ impl<'m> Rays<'m> {
             axis: job.source.axis().filter(|_| hierarchical.reach == Reach::Depth),
             space: model.space,
             map: model.space.unit_map(),
-            occupancy: model.occupancy,
             sampling: model.sampling,
             most: limits.hierarchical_rays(group.tuning),
-            batch: group.tuning.samples,
             row: limits.ray_samples,
         }
     }
 
-    /// Takes the ray in a lane to local coordinates, and says between which distances it
-    /// has its samples.
-    fn reach(&self, packet: &mut RayPacket, lane: usize) -> Option<[f32; 2]> {
+    /// Takes the ray in a lane to local coordinates; returns where it has its samples.
+    fn extent(&self, packet: &mut RayPacket, lane: usize) -> Option<Extent> {
         let Sampling { near, far, .. } = self.sampling;
         let [origin, direction] =
             [&packet.origin, &packet.direction].map(|rows| [0, 1, 2].map(|a| rows[a][lane]));
         let local = self.space.local(&Ray { origin, direction })?;
         packet.set(lane, &local, 0.5);
-        if self.clipped {
-            return self.space.intersect(&local, near, far);
-        }
-        if let Some(length) = self.space.whole_way(&local) {
-            return Some([0.0, length]);
-        }
         let stretch = self.axis.map_or(1.0, |axis| stretch(axis, direction));
-        Some([near, far].map(|depth| depth * stretch))
+        self.hierarchical.extent(&self.space, &local, [near, far], stretch)
     }
 
     /// Spreads the samples of the next ray evenly.
-    fn spread(&self, group: &mut Group<'_, '_, '_, '_>, [near, far]: [f32; 2]) {
+    fn spread(&self, group: &mut RayGroup<'_, '_, '_, '_>, extent: Extent) {
         let n = self.hierarchical.n_coarse as usize;
         // Without a second round, these are the picture's.
         let which = if self.hierarchical.n_fine > 0 { 0 } else { 1 };
-        evenly(near, far, &mut self.rows(group, group.count)[which][..n]);
+        let count = group.count();
+        evenly(extent.near, extent.far, &mut self.rows(group, count)[which][..n]);
     }
 
     /// Of a ray: distances of the first round, later free; its opacities, then the
     /// distances of the second.
-    fn rows<'g>(&self, group: &'g mut Group<'_, '_, '_, '_>, ray: usize) -> [&'g mut [f32]; 2] {
-        let own = &mut group.scratch.hierarchical.rays[2 * self.row * ray..][..2 * self.row];
-        own.split_at_mut(self.row).into()
+    fn rows<'g>(&self, group: &'g mut RayGroup<'_, '_, '_, '_>, ray: usize) -> [&'g mut [f32]; 2] {
+        rows(group.scratch.hierarchical.rays, self.row, ray)
     }
 
     /// Draws distances from the opacities of the first round.
-    fn draw(&self, group: &mut Group<'_, '_, '_, '_>) {
+    fn draw(&self, group: &mut RayGroup<'_, '_, '_, '_>) {
         let Hierarchical { n_coarse, n_fine, .. } = self.hierarchical;
         let (n, last) = (n_coarse as usize, n_fine.max(2) - 1);
         let mut found = core::mem::take(&mut group.scratch.hierarchical.found);
-        for ray in 0..group.count {
+        for ray in 0..group.count() {
             let [first, all] = self.rows(group, ray);
             weights(&mut all[..n]);
             let found = &mut found[..n_fine as usize];
@@ -181,111 +167,99 @@ impl<'m> Rays<'m> {
         core::mem::swap(&mut group.scratch.hierarchical.found, &mut found);
     }
 
-    /// Asks the field for all samples of all rays.
-    fn round<S: Simd, F: Field>(
+    /// Evaluates the field at all samples of all rays; returns how many rays have any.
+    fn round<S: Simd>(
         &self,
         simd: S,
-        field: &F,
-        group: &mut Group<'_, '_, '_, '_>,
+        field: &dyn FieldKernels<S>,
+        group: &mut RayGroup<'_, '_, '_, '_>,
         round: Round,
-    ) {
+    ) -> u64 {
         let n = match round {
             Round::Coarse => self.hierarchical.n_coarse as usize,
             Round::Fine => self.hierarchical.n_all(),
         };
         // Where samples end where the ray leaves the space, the last stands for nothing.
         let last = if self.clipped { 0.0 } else { ENDLESS };
-        let mut waiting = 0;
-        for ray in 0..group.count {
-            let walk = Flight::load(&group.scratch.rays[ray]).walk;
-            let direction = walk.public_direction(&self.space);
+        let mut hits = 0;
+        group.scratch.samples.len = 0;
+        for ray in 0..group.count() {
+            let state = RaySlot::load(&group.scratch.slots.rays[ray]).state;
+            let direction = state.public_direction(&self.space);
+            let mut is_hit = false;
             for i in 0..n {
-                let Scratch { points, directions, t, runs, active, hierarchical, .. } =
-                    &mut group.scratch;
-                let distances =
-                    hierarchical.rays[2 * self.row * ray..][..2 * self.row].split_at_mut(self.row);
-                let (distances, opacities) = match round {
-                    Round::Coarse => (&distances.0[..n], Some(distances.1)),
-                    Round::Fine => (&distances.1[..n], None),
-                };
-                let at = distances[i];
-                let Some(u) = self.place(&walk, at) else {
-                    if let Some(opacities) = opacities {
-                        opacities[i] = 0.0;
+                let Scratch { samples, slots, hierarchical, .. } = &mut group.scratch;
+                let [first, second] = rows(hierarchical.rays, self.row, ray);
+                let distances = if round == Round::Coarse { &first[..n] } else { &second[..n] };
+                let t = distances[i];
+                let length = distances.get(i + 1).map_or(last, |next| next - t);
+                let Some(u) = self.place(group.model, state.at(t)) else {
+                    if round == Round::Coarse {
+                        second[i] = 0.0;
                     }
                     continue;
                 };
-                for (row, u) in points.iter_mut().zip(u) {
-                    row[waiting] = u;
-                }
-                for (row, d) in directions.iter_mut().zip(direction) {
-                    row[waiting] = d;
-                }
-                t[waiting] = at;
-                hierarchical.deltas[waiting] = distances.get(i + 1).map_or(last, |next| next - at);
-                runs[waiting] = f32::from_bits((ray << NUMBER_BITS | i) as u32);
-                active[ray] = 1.0;
-                waiting += 1;
-                if waiting == self.batch {
-                    self.ask::<S, F>(simd, field, group, round, waiting);
-                    waiting = 0;
+                let s = samples.len;
+                samples.points.iter_mut().zip(u).for_each(|(row, u)| row[s] = u);
+                samples.directions.iter_mut().zip(direction).for_each(|(row, d)| row[s] = d);
+                samples.t[s] = t;
+                hierarchical.lengths[s] = length;
+                slots.runs[s] = (ray << NUMBER_BITS | i) as u32;
+                is_hit = true;
+                samples.len += 1;
+                if samples.len == samples.capacity {
+                    self.accumulate(simd, field, group, round);
                 }
             }
+            hits += u64::from(is_hit);
         }
-        if waiting > 0 {
-            self.ask::<S, F>(simd, field, group, round, waiting);
+        if group.scratch.samples.len > 0 {
+            self.accumulate(simd, field, group, round);
         }
+        hits
     }
 
-    /// The unit coordinates of a ray's sample; `None` where the field is not asked.
+    /// The unit coordinates of a sample; `None` where the field is not evaluated.
     #[inline(always)]
-    fn place(&self, walk: &RayState, t: f32) -> Option<[f32; 3]> {
-        let (o, d) = (walk.origin, walk.direction);
-        let p = [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]];
-        let u = self.map.apply(p);
-        let occupied = || self.occupancy.is_none_or(|occupancy| occupancy.at(u));
-        (!self.clipped || (self.space.contains(p) && occupied())).then_some(u)
+    fn place(&self, model: &Model<'_>, p: [f32; 3]) -> Option<[f32; 3]> {
+        if self.clipped { model.place(&self.map, p) } else { Some(self.map.apply(p)) }
     }
 
-    /// Asks the field for the samples that wait.
-    fn ask<S: Simd, F: Field>(
+    /// Evaluates the batch and adds it to its rays.
+    fn accumulate<S: Simd>(
         &self,
         simd: S,
-        field: &F,
-        group: &mut Group<'_, '_, '_, '_>,
+        field: &dyn FieldKernels<S>,
+        group: &mut RayGroup<'_, '_, '_, '_>,
         round: Round,
-        n: usize,
     ) {
-        group.ended(Stage::March, n);
-        group.samples += n as u64;
-        let padded = n.next_multiple_of(LANES);
-        let Scratch { work, points, directions, .. } = &mut group.scratch;
-        for row in points.iter_mut().chain(directions.iter_mut()) {
-            row[n..padded].fill(0.0);
-        }
-        field.encode(simd, [0, 1, 2].map(|axis| &points[axis][..padded]), work);
-        group.ended(Stage::Encode, n);
-        let Scratch { work, points, directions, .. } = &mut group.scratch;
-        let samples = Samples {
-            points: [0, 1, 2].map(|axis| &points[axis][..padded]),
-            directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
+        let RayGroup { scratch, stats, observer, .. } = group;
+        let Scratch { work, samples, slots, sums, hierarchical, .. } = scratch;
+        let mut ended = |stage: Stage, n: usize| {
+            if let Some(observer) = observer {
+                observer(stage, n);
+            }
         };
-        field.decode(simd, samples, work);
-        group.ended(Stage::Density, n);
-        let Scratch { work, t, runs, rays, sums, hierarchical, .. } = &mut group.scratch;
-        hierarchical.deltas[n..padded].fill(0.0);
-        opacities(simd, &mut work.output[..padded], &hierarchical.deltas[..padded]);
+        let n = samples.len;
+        ended(Stage::March, n);
+        stats.samples += n as u64;
+        let output = if round == Round::Coarse { Output::Density } else { Output::Channels };
+        evaluate(simd, field, output, samples, work, &mut ended);
+        let padded = n.next_multiple_of(LANES);
+        hierarchical.lengths[n..padded].fill(0.0);
+        let own = Lengths::Each(&hierarchical.lengths[..padded], 1.0);
+        opacities(simd, &mut work.output[..padded], own);
         let row_len = sums_len(field.channels());
-        for (s, run) in runs[..n].iter().enumerate() {
-            let (ray, i) = (run.to_bits() >> NUMBER_BITS, run.to_bits() & ((1 << NUMBER_BITS) - 1));
+        for (s, run) in slots.runs[..n].iter().enumerate() {
+            let (ray, i) = (run >> NUMBER_BITS, run & ((1 << NUMBER_BITS) - 1));
             let (ray, i, alpha) = (ray as usize, i as usize, work.output[s]);
             if round == Round::Coarse {
-                hierarchical.rays[(2 * ray + 1) * self.row + i] = alpha;
+                rows(hierarchical.rays, self.row, ray)[1][i] = alpha;
                 continue;
             }
-            let mut flight = Flight::load(&rays[ray]);
-            let weight = flight.accumulated.add(alpha, t[s]);
-            flight.store(&mut rays[ray]);
+            let mut slot = RaySlot::load(&slots.rays[ray]);
+            let weight = slot.accumulated.add(alpha, samples.t[s]);
+            slot.store(&mut slots.rays[ray]);
             // What has no weight may be no number.
             if weight > 0.0 {
                 let sums = &mut sums[ray * row_len + 1..][..field.channels()];
@@ -294,8 +268,14 @@ impl<'m> Rays<'m> {
                 }
             }
         }
-        group.ended(Stage::Composite, n);
+        ended(Stage::Composite, n);
+        samples.len = 0;
     }
+}
+
+/// The two rows of `len` values that are kept of a ray.
+fn rows(all: &mut [f32], len: usize, ray: usize) -> [&mut [f32]; 2] {
+    all[2 * len * ray..][..2 * len].split_at_mut(len).into()
 }
 
 /// How much farther along a ray than along the camera's axis.
@@ -303,18 +283,4 @@ fn stretch(axis: [f32; 3], direction: [f32; 3]) -> f32 {
     let cosine = axis[0] * direction[0] + axis[1] * direction[1] + axis[2] * direction[2];
     // Cameras that see behind themselves measure along rays there.
     if cosine > 1e-3 { 1.0 / cosine } else { 1.0 }
-}
-
-/// Turns densities into opacities in place, each standing for its part of the ray.
-fn opacities<S: Simd>(simd: S, sigma: &mut [f32], deltas: &[f32]) {
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            let n = S::f32s::LEN;
-            for (sigma, delta) in sigma.chunks_exact_mut(n).zip(deltas.chunks_exact(n)) {
-                let optical = S::f32s::from_slice(simd, sigma) * -S::f32s::from_slice(simd, delta);
-                (S::f32s::splat(simd, 1.0) - lanes::exp(simd, optical)).store_slice(sigma);
-            }
-        },
-    );
 }

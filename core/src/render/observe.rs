@@ -1,32 +1,12 @@
 //! Rendering that tells what it is doing: for whoever measures it. The core
 //! reads no clock itself.
 
+use crate::march::Stage;
 use crate::render::driver::{self, Job};
 use crate::render::passes::Span;
 use crate::render::source::Pixels;
 use crate::render::{RenderOptions, RenderStats, Tile};
 use crate::{Camera, Error, Model};
-
-/// What rendering goes through.
-#[non_exhaustive]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// Pixels that are the mean of their neighbours or known to be empty, or are found
-    /// not to be.
-    Interpolate,
-    /// Cells cast onto the tile, rays, and their way to the first occupied cell.
-    Aim,
-    /// The next samples of the rays.
-    March,
-    /// Positions to numbers.
-    Encode,
-    /// The density network; with per-sample shading the colour network too.
-    Density,
-    /// Densities to opacities, and the rays' sums.
-    Composite,
-    /// What rays have accumulated to pixels; the colour network of deferred shading.
-    Shade,
-}
 
 /// Is called when a part of a stage has ended, with the number of pixels,
 /// rays (`Aim`, `Shade`) or samples that it dealt with.

@@ -146,7 +146,7 @@ mod writing {
                 linear: network.linear,
                 feature: match network.feature.as_ref().map(|layer| layer.weight.shape()[1]) {
                     None => FeatureV1::Nothing,
-                    Some(width) if network.feature_bends => FeatureV1::Bent(width),
+                    Some(width) if network.feature_relu => FeatureV1::Bent(width),
                     Some(width) => FeatureV1::Linear(width),
                 },
                 color: Widths::of(network.color.layers())?,

@@ -3,7 +3,7 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use fearless_simd::dispatch;
-use pocketnerf_core::march::composite::{self, Accumulated};
+use pocketnerf_core::march::composite::{self, Accumulated, Lengths};
 
 use crate::synthetic::{POINTS, level, numbers};
 
@@ -14,7 +14,7 @@ fn opacities(bencher: Bencher<'_, '_>) {
     let level = level();
     bencher.counter(ItemsCount::new(POINTS)).bench_local(|| {
         values.copy_from_slice(&densities);
-        dispatch!(level, simd => composite::opacities(simd, &mut values, 0.005));
+        dispatch!(level, simd => composite::opacities(simd, &mut values, Lengths::Equal(0.005)));
         black_box(&mut values);
     });
 }

@@ -80,12 +80,14 @@ fn hollow_ball(bencher: Bencher<'_, '_>, most: usize) {
                 marcher.enter(simd, &mut packet);
                 rays.walks.extend((0..LANES).map(|lane| packet.state(lane)));
             }
-            let mut active: Vec<f32> = (0..rays.walks.len()).map(|ray| ray as f32).collect();
+            let mut active: Vec<u32> = (0..rays.walks.len() as u32).collect();
             while !active.is_empty() {
-                let mut batch = SampleBatch { rows: rows.each_mut().map(|row| &mut row[..]), len: 0 };
+                let [x, y, z, t] = rows.each_mut().map(|row| &mut row[..]);
+                let (points, directions) = ([x, y, z], [&mut [][..], &mut [], &mut []]);
+                let mut batch = SampleBatch { points, directions, t, capacity: 1024, len: 0, directed: false };
                 let alive = marcher.gather(simd, &mut rays, &mut active, &mut batch);
                 active.truncate(alive);
-                sum += batch.len as f32 + batch.rows[0][0];
+                sum += batch.len as f32 + batch.points[0][0];
             }
         });
         sum

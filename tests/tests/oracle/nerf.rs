@@ -2,6 +2,7 @@
 
 use pocketnerf_core::DType;
 use pocketnerf_core::encoding::{Affine, Fourier, Waves};
+use pocketnerf_core::field::Field as _;
 use pocketnerf_core::field::{Activation, NerfField, NerfNetwork};
 use pocketnerf_core::network::{Dense, Mlp};
 
@@ -153,7 +154,7 @@ impl Nerf {
         let color = Mlp::new(&color).unwrap();
         let bits = [self.skips, self.linear];
         let mut network = NerfNetwork::new(&trunk, bits, density, feature, color).unwrap();
-        network.feature_bends = self.bends;
+        network.feature_relu = self.bends;
         network
     }
 }

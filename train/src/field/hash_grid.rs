@@ -2,7 +2,8 @@
 //! entries they read.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x4};
-use pocketnerf_core::encoding::hash_grid::{Corners, GROUP, Level};
+use pocketnerf_core::encoding::hash_grid::{Corners, Level};
+use pocketnerf_core::lanes::LANES;
 
 /// Adds the gradient of `n` points (a multiple of 16) to one level's table.
 ///
@@ -35,16 +36,16 @@ fn scatter_quads<S: Simd, const F: usize>(
     stride: usize,
     table: &mut [f32],
 ) {
-    let [x, y, z] = points.map(|p| p.as_chunks::<GROUP>().0);
+    let [x, y, z] = points.map(|p| p.as_chunks::<LANES>().0);
     let entries = table.as_chunks_mut::<F>().0;
     let entries = &mut entries[..level.entries as usize];
     let mut corners = Corners::ZERO;
     for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
         corners.find(simd, level, [x, y, z], 1.0);
         for quad in 0..F / 4 {
-            let row = |f: usize| &rows[(quad * 4 + f) * stride + g * GROUP..][..GROUP];
+            let row = |f: usize| &rows[(quad * 4 + f) * stride + g * LANES..][..LANES];
             let (r0, r1, r2, r3) = (row(0), row(1), row(2), row(3));
-            for s in 0..GROUP {
+            for s in 0..LANES {
                 let gradient = f32x4::load_array(simd, [r0[s], r1[s], r2[s], r3[s]]);
                 for c in 0..8 {
                     let entry = &mut entries[corners.entry[c][s] as usize];
@@ -67,16 +68,16 @@ fn scatter_singles<S: Simd, const F: usize>(
     stride: usize,
     table: &mut [f32],
 ) {
-    let [x, y, z] = points.map(|p| p.as_chunks::<GROUP>().0);
+    let [x, y, z] = points.map(|p| p.as_chunks::<LANES>().0);
     let entries = table.as_chunks_mut::<F>().0;
     let mut corners = Corners::ZERO;
     for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
         corners.find(simd, level, [x, y, z], 1.0);
-        for s in 0..GROUP {
+        for s in 0..LANES {
             for c in 0..8 {
                 let entry = &mut entries[corners.entry[c][s] as usize];
                 for (f, value) in entry.iter_mut().enumerate() {
-                    *value += corners.weight[c][s] * rows[f * stride + g * GROUP + s];
+                    *value += corners.weight[c][s] * rows[f * stride + g * LANES + s];
                 }
             }
         }

@@ -53,11 +53,12 @@ fn samples(
         marcher.enter(simd, &mut packet);
         let walks = (0..rays.len()).map(|lane| packet.state(lane)).collect();
         let mut noting = Noting { walks, most, owners: Vec::new() };
-        let mut active: Vec<f32> = (0..rays.len()).map(|ray| ray as f32).collect();
+        let mut active: Vec<u32> = (0..rays.len()).map(|ray| ray as u32).collect();
         let mut rows = [[0.0; 33]; 4];
         while !active.is_empty() {
             let [x, y, z, t] = &mut rows;
-            let mut batch = SampleBatch { rows: [x, y, z, t], len: 0 };
+            let (points, directions) = ([&mut x[..], y, z], [&mut [][..], &mut [], &mut []]);
+            let mut batch = SampleBatch { points, directions, t, capacity: 33, len: 0, directed: false };
             noting.owners.clear();
             let alive = marcher.gather(simd, &mut noting, &mut active, &mut batch);
             active.truncate(alive);

@@ -103,7 +103,7 @@ fn flexible(tensors: &mut Tensors<'_, '_>) -> Result<Parts, FieldError> {
         let feature = Some(tensors.layer("fc_feat")?);
         let mut color = all(tensors, 0, |i| format!("layers_dir.{i}"))?;
         color.push(tensors.layer("fc_rgb")?);
-        Parts { feature, feature_bends: true, ..Parts::new(trunk, density, color) }
+        Parts { feature, feature_relu: true, ..Parts::new(trunk, density, color) }
     };
     Ok(Parts { linear: 1, point_last: true, ..parts })
 }

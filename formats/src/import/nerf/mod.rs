@@ -19,6 +19,7 @@ mod network;
 
 use pocketnerf_core::Error;
 use pocketnerf_core::encoding::{Affine, Fourier, Waves};
+use pocketnerf_core::field::Field as _;
 use pocketnerf_core::field::{Activation, NerfField};
 
 use super::tensors::Tensors;

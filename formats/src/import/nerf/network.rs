@@ -20,7 +20,7 @@ pub(super) struct Parts {
     pub(super) point_last: bool,
     pub(super) density: Layer,
     pub(super) feature: Option<Layer>,
-    pub(super) feature_bends: bool,
+    pub(super) feature_relu: bool,
     /// The first reads feature and direction.
     pub(super) color: Vec<Layer>,
 }
@@ -33,7 +33,7 @@ impl Parts {
             point_last: false,
             density,
             feature: None,
-            feature_bends: false,
+            feature_relu: false,
             color,
         }
     }
@@ -63,7 +63,7 @@ pub(super) struct Network {
     bits: [u16; 2],
     density: Stored,
     feature: Option<Stored>,
-    feature_bends: bool,
+    feature_relu: bool,
     color: Vec<Stored>,
     /// Values that encode a position and a direction.
     pub(super) encoded: [usize; 2],
@@ -114,7 +114,7 @@ impl Network {
             bits: [skips, parts.linear],
             density: parts.density.stored(),
             feature: parts.feature.as_ref().map(Layer::stored),
-            feature_bends: parts.feature_bends,
+            feature_relu: parts.feature_relu,
             color: parts.color.iter().map(Layer::stored).collect(),
             encoded: [n_position, n_direction],
         })
@@ -127,7 +127,7 @@ impl Network {
         let color = Mlp::new(&color[..self.color.len()])?;
         let trunk = &trunk[..self.trunk.len()];
         let mut network = NerfNetwork::new(trunk, self.bits, self.density.view()?, feature, color)?;
-        network.feature_bends = self.feature_bends;
+        network.feature_relu = self.feature_relu;
         Ok(network)
     }
 }

@@ -28,6 +28,7 @@ mod torch_ngp;
 
 use std::vec::Vec;
 
+use pocketnerf_core::field::Field as _;
 use pocketnerf_core::field::{Decoder, HashGridField, Shading};
 use pocketnerf_core::network::{Dense, MAX_LAYERS, Mlp};
 use pocketnerf_core::{Camera, Error};

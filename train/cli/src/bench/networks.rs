@@ -4,7 +4,8 @@
 use std::time::{Duration, Instant};
 
 use fearless_simd::{Simd, dispatch};
-use pocketnerf_core::field::{Field, NerfField, Samples};
+use pocketnerf_core::field::{NerfField, Samples};
+use pocketnerf_core::march::{Output, SampleBatch, evaluate};
 use pocketnerf_core::network::panel_len;
 use pocketnerf_core::scratch::{Tuning, Workspace};
 use pocketnerf_core::{AnyField, Error, SimdLevel};
@@ -60,16 +61,28 @@ impl Setting {
         Samples { points: [x, y, z], directions: [dx, dy, dz] }
     }
 
-    /// Asks the field at all samples, from half-precision weights.
-    fn forward<S: Simd>(&self, simd: S, field: &NerfField<'_>) {
+    /// Evaluates the field at all samples, from half-precision weights.
+    fn forward<S: Simd>(&self, simd: S, field: &AnyField<'_>) {
         let (limits, stride) = (field.limits(), Tuning::FAST.stride());
         let rows = |n: usize| Aligned::new(n * stride);
         let [mut a, mut b] = limits.rows.map(rows);
         let (mut output, mut panel) = (rows(4), Aligned::new(panel_len(limits.width)));
         let (a, b, output, panel) = (&mut a[..], &mut b[..], &mut output[..], &mut panel[..]);
         let mut work = Workspace { a, b, output, panel, stride };
+        let mut axes = self.axes.clone();
+        let [x, y, z, dx, dy, dz] = axes.each_mut().map(|axis| &mut axis[..]);
+        let (points, directions) = ([x, y, z], [dx, dy, dz]);
+        let mut samples = SampleBatch {
+            points,
+            directions,
+            t: &mut [],
+            capacity: BATCH,
+            len: BATCH,
+            directed: true,
+        };
         for _ in 0..SAMPLES / BATCH {
-            field.density_features(simd, self.samples(BATCH), &mut work);
+            let field = field.kernels();
+            evaluate(simd, field, Output::Channels, &mut samples, &mut work, |_, _| ());
             std::hint::black_box(&work.output);
         }
     }
@@ -111,10 +124,7 @@ pub fn measure(simd: SimdLevel, machine: &Machine) -> Result<Vec<StageCost>, Err
     let level = simd.token()?;
     let units = (SAMPLES * machine.threads) as u64;
     let flops = 2.0 * setting.nerf.multiply_adds() as f64;
-    let AnyField::Nerf(half) = setting.layout.view_rounded(&setting.config, &setting.rounded)?
-    else {
-        return Ok(Vec::new());
-    };
+    let half = setting.layout.view_rounded(&setting.config, &setting.rounded)?;
     let AnyField::Nerf(full) = setting.layout.view(&setting.config, &setting.parameters)? else {
         return Ok(Vec::new());
     };

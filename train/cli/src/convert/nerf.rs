@@ -58,7 +58,7 @@ impl NerfConversion {
             None => found(&nerf, 0.5 * (complete.far - complete.near), level)?,
         };
         space.validate()?;
-        let field = nerf.field(map(&space))?;
+        let field = AnyField::Nerf(nerf.field(map(&space))?);
         let cells = Baker { field: &field, level, seed: 0, step: step(&space) }.cells(&space);
         Ok(Self { nerf, complete, space, cells })
     }
@@ -117,7 +117,7 @@ fn found(nerf: &Nerf, side: f32, level: fearless_simd::Level) -> Result<Space, C
     let around = [[-side; 3], [side; 3]];
     let [min, max] = around;
     let space = Space::Box { min, max };
-    let field = nerf.field(map(&space))?;
+    let field = AnyField::Nerf(nerf.field(map(&space))?);
     let baker = Baker { field: &field, level, seed: 0, step: step(&space) };
     let corners = baker.bounds(&space).ok_or(ConvertError::Empty(around))?;
     let [min, max] = corners.map(|u| u.map(|u| 2.0 * side * u - side));

@@ -70,7 +70,8 @@ impl NgpConversion {
         let occupied = match &around.cells {
             Some(cells) => Occupied::of(cells, inside),
             None => {
-                let baker = Baker { field: &ngp.field()?, level, seed: 0, step: around.step };
+                let field = AnyField::HashGrid(ngp.field()?);
+                let baker = Baker { field: &field, level, seed: 0, step: around.step };
                 let cells = baker.cells(&space);
                 Occupied::within(cells.grown(), inside)
             }

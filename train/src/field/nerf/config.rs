@@ -161,7 +161,7 @@ impl NerfConfig {
             network.linear == 0
                 && network.skips.count_ones() <= 1
                 && network.feature.is_some() == config.has_feature()
-                && !network.feature_bends
+                && !network.feature_relu
                 && network.color.layers().len() == 2
         };
         let nets = std::iter::once(&field.fine).chain(&field.coarse);

@@ -113,7 +113,7 @@ impl Tape {
                 Some(x) if network.skips(i) => [encoded, x.blocks(n)],
                 Some(x) => [x.blocks(n), Blocks::NONE],
             };
-            dense_blocks(simd, dense, x, next[0].rows_mut(n), network.bends(i), panel);
+            dense_blocks(simd, dense, x, next[0].rows_mut(n), network.relu_after(i), panel);
         }
         let Some(trunk) = self.trunk.last() else { return };
         let mut x = trunk.blocks(n);

@@ -30,7 +30,7 @@ fn check(case: Case) -> usize {
     let mut step = Step::new(case);
     let (found, samples) = step.run(0.0, 0);
     assert!(samples > 700, "{samples} samples");
-    if case.late == 0.0 {
+    if case.coarse_step_below == 0.0 {
         samples::check(&step);
     }
     let (loss, gradient) = (step.loss(), step.gradient());
@@ -83,7 +83,7 @@ fn narrow_networks() {
 fn late_samples() {
     for shading in SHADINGS {
         let encoding = hash_grid(4);
-        check(Case { encoding, shading, log_density: 1.25, late: 0.6, ..ONE_LAYER });
+        check(Case { encoding, shading, log_density: 1.25, coarse_step_below: 0.6, ..ONE_LAYER });
     }
 }
 

@@ -70,8 +70,8 @@ struct Case {
     /// About the density's logarithm, per side of the box.
     log_density: f32,
     rays: [usize; 2],
-    /// As [`late`](pocketnerf_core::Detail::late).
-    late: f32,
+    /// Where less light than this passes, samples stand for several steps.
+    coarse_step_below: f32,
     /// `None`: the best there is.
     simd: Option<SimdLevel>,
 }
@@ -85,7 +85,7 @@ const ONE_LAYER: Case = Case {
     shading: Shading::PerRay,
     log_density: 0.5,
     rays: RAYS,
-    late: 0.0,
+    coarse_step_below: 0.0,
     simd: None,
 };
 const TWO_LAYERS: Case = Case { density_hidden: &[24, 13], color_hidden: &[16, 9], ..ONE_LAYER };
@@ -95,7 +95,7 @@ const SHADINGS: [Shading; 2] = [Shading::PerRay, Shading::PerSample];
 /// The groups of one step, which can be run again.
 struct Step {
     rays: [usize; 2],
-    late: f32,
+    coarse_step_below: f32,
     trainer: Trainer,
     worker: Worker,
 }
@@ -141,7 +141,7 @@ impl Step {
         (0..).zip([0.3, 0.01, 0.1]).for_each(|(tile, e)| trainer.attention.note(tile, e));
         trainer.attention.update();
         let worker = Worker::new(trainer.limits, &trainer.backward, None);
-        Self { rays: case.rays, late: case.late, trainer, worker }
+        Self { rays: case.rays, coarse_step_below: case.coarse_step_below, trainer, worker }
     }
 
     /// Loss and samples passed back; gradients stay in the groups. `luck` decides
@@ -168,7 +168,7 @@ impl Step {
             marcher: Marcher::from_parts(Some(grid.view()), *space, *sampling, true),
             backward,
             step: sampling.step,
-            late: self.late,
+            coarse_step_below: self.coarse_step_below,
             roulette,
             stopwatch: None,
             paper: None,

@@ -31,13 +31,15 @@ fn found(marcher: &Marcher<'_>, ray: &TrainingRay) -> Vec<[f32; 3]> {
     let mut rows = [[0.0; 64]; 4];
     dispatch!(Level::baseline(), simd => {
         marcher.enter(simd, &mut packet);
-        let (mut ray, mut active) = (Alone(packet.state(0)), vec![0.0]);
+        let (mut ray, mut active) = (Alone(packet.state(0)), vec![0]);
         while !active.is_empty() {
             let [x, y, z, t] = &mut rows;
-            let mut batch = SampleBatch { rows: [x, y, z, t], len: 0 };
+            let points = [&mut x[..], y, z];
+            let directions = [&mut [][..], &mut [], &mut []];
+            let mut batch = SampleBatch { points, directions, t, capacity: 64, len: 0, directed: false };
             let alive = marcher.gather(simd, &mut ray, &mut active, &mut batch);
             active.truncate(alive);
-            samples.extend((0..batch.len).map(|s| [0, 1, 2].map(|a| batch.rows[a][s])));
+            samples.extend((0..batch.len).map(|s| [0, 1, 2].map(|a| batch.points[a][s])));
         }
     });
     samples
@@ -62,7 +64,8 @@ pub(super) fn check(step: &Step) {
 /// where a quarter of that does. That they lie in the middle, core's tests know.
 #[test]
 fn late_samples_stand_for_several_steps() {
-    let case = Case { encoding: hash_grid(2), log_density: 1.25, late: 0.6, ..ONE_LAYER };
+    let case =
+        Case { encoding: hash_grid(2), log_density: 1.25, coarse_step_below: 0.6, ..ONE_LAYER };
     let mut step = Step::new(case);
     step.run(0.0, 0);
     let mut counts = [0; 5];

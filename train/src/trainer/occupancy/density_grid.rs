@@ -6,8 +6,8 @@
 //! held below the mean, so that a field that is thin everywhere is not lost.
 
 use fearless_simd::Level;
+use pocketnerf_core::AnyField;
 use pocketnerf_core::Occupancy;
-use pocketnerf_core::field::Field;
 use rayon::prelude::*;
 
 use crate::pool::Pool;
@@ -146,10 +146,10 @@ impl OccupancyGrid {
 
     /// Looks at a share of the candidates, one random point each. The bits stay as they
     /// are.
-    pub(crate) fn look<F: Field + Sync>(
+    pub(crate) fn look(
         &mut self,
         level: Level,
-        field: &F,
+        field: &AnyField<'_>,
         seed: u64,
         probes: &Pool<Probe>,
         new: impl Fn() -> Probe + Sync,
@@ -172,7 +172,7 @@ impl OccupancyGrid {
                 }
                 count += 1;
             }
-            let sigmas = probe.densities::<F>(level, field, count);
+            let sigmas = probe.densities(level, field, count);
             let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
             for (density, sigma) in looked_at.zip(sigmas) {
                 let before = if first_look { 0.0 } else { *density * decay };

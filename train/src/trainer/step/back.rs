@@ -3,7 +3,8 @@
 use std::mem::take;
 
 use fearless_simd::Simd;
-use pocketnerf_core::field::{Decoded, Decoder, Shading};
+use pocketnerf_core::encoding::hash_grid;
+use pocketnerf_core::field::{Decoder, HashGridField, Shading};
 use pocketnerf_core::lanes::transpose;
 use pocketnerf_core::march::LANES;
 
@@ -52,15 +53,15 @@ impl Group {
 
     /// From samples to network weights and encoded points.
     #[inline(always)]
-    pub(crate) fn back_through_networks<S: Simd, F: Decoded>(
+    pub(crate) fn back_through_networks<S: Simd>(
         &mut self,
         simd: S,
-        field: &F,
+        field: &HashGridField<'_>,
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
         let mut laps = Laps::begin(job.stopwatch);
-        let decoder = field.decoder();
+        let decoder = &field.decoder;
         let row_len = row_len(decoder.channels());
         let n_encoded = field.n_encoded();
         let block_size = (3 + n_encoded) * STRIDE;
@@ -85,7 +86,7 @@ impl Group {
                 row[kept.len()..padded].fill(0.0);
             }
             let points = [0, 1, 2].map(|axis| &axes[axis][..padded]);
-            field.encode_rows(simd, points, &mut worker.a, STRIDE);
+            hash_grid::encode(simd, &field.grid, points, &mut worker.a, STRIDE);
             laps.end(Stage::EncodeAgain, kept.len());
             let d_values = &mut worker.d_values[..padded * row_len];
             d_values[kept.len() * row_len..].fill(0.0);

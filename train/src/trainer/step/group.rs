@@ -5,7 +5,7 @@
 
 use fearless_simd::Simd;
 use pocketnerf_core::Space;
-use pocketnerf_core::field::{Decoded, Field, Shading};
+use pocketnerf_core::field::{Field, HashGridField, Shading};
 use pocketnerf_core::march::composite::Accumulated;
 use pocketnerf_core::march::{LANES, Marcher, RayState};
 use pocketnerf_core::scratch::Tuning;
@@ -34,8 +34,8 @@ pub(crate) struct Job<'j> {
     pub(crate) backward: &'j Backward,
     /// Distance between samples, scene units.
     pub(crate) step: f32,
-    /// As [`late`](pocketnerf_core::Detail::late).
-    pub(crate) late: f32,
+    /// Where less light than this passes, samples stand for several steps.
+    pub(crate) coarse_step_below: f32,
     /// Gradients at least this large are always kept; smaller ones in
     /// proportion to their size, and enlarged accordingly. 0: all are kept.
     pub(crate) roulette: f32,
@@ -110,9 +110,9 @@ pub(crate) struct Group {
     pub(super) errors: Vec<f32>,
     pub(super) random: Option<Random>,
     /// The rays on their way.
-    pub(super) walks: Vec<RayState>,
+    pub(super) states: Vec<RayState>,
     /// Numbers of those that have steps left.
-    pub(super) active: Vec<f32>,
+    pub(super) active: Vec<u32>,
     /// What each ray has accumulated.
     pub(super) accumulated: Vec<Accumulated>,
     /// Part of the light that passes each ray's last sample.
@@ -202,21 +202,21 @@ impl Group {
 
     /// Everything: march, shade, and both backward passes.
     #[inline(always)]
-    pub(crate) fn run<S: Simd, F: Decoded>(
+    pub(crate) fn run<S: Simd>(
         &mut self,
         simd: S,
-        field: &F,
+        field: &HashGridField<'_>,
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
         self.stats = GroupStats::default();
         self.network_gradient.fill(0.0);
-        self.march::<S, F>(simd, field, job, worker);
-        match field.decoder().shading {
-            Shading::PerRay => self.shade::<S, F>(simd, field, job, worker),
+        self.march(simd, field, job, worker);
+        match field.decoder.shading {
+            Shading::PerRay => self.shade(simd, field, job, worker),
             Shading::PerSample => self.compare(row_len(field.channels())),
         }
         self.sample_gradients(job, row_len(field.channels()));
-        self.back_through_networks::<S, F>(simd, field, job, worker);
+        self.back_through_networks(simd, field, job, worker);
     }
 }

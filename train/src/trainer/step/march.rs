@@ -1,129 +1,185 @@
-//! Forwards: from rays to samples to what each ray gathers.
+//! Forwards: from rays to samples to what each ray accumulates.
 
+use std::mem::take;
 use std::ops::Range;
 
 use fearless_simd::Simd;
-use pocketnerf_core::Space;
-use pocketnerf_core::field::{Field, Samples};
-use pocketnerf_core::lanes::transpose;
-use pocketnerf_core::march::composite::{self, Accumulated};
-use pocketnerf_core::march::{LANES, RayPacket, RayQueue, RayState, SampleBatch};
+use pocketnerf_core::field::FieldKernels;
+use pocketnerf_core::lanes::{LANES, transpose};
+use pocketnerf_core::march::composite::{self, Accumulated, Lengths, opacities};
+use pocketnerf_core::march::{
+    self, Output, RayPacket, RayQueue, RayState, SampleBatch, SampleSink, march,
+};
 use pocketnerf_core::scratch::Workspace;
 
 use super::group::{BATCH, Group, Job, MIN_TRANSMITTANCE, Record, STRIDE, Worker, row_len};
-use crate::aligned::Aligned;
 use crate::stopwatch::{Laps, Stage};
 
 impl Group {
-    /// Density and features along every ray until it is opaque.
+    /// Density and channels along every ray until it is opaque.
     #[inline(always)]
-    pub(crate) fn march<S: Simd, F: Field>(
+    pub(crate) fn march<S: Simd>(
         &mut self,
         simd: S,
-        field: &F,
+        field: &dyn FieldKernels<S>,
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
-        let mut laps = Laps::begin(job.stopwatch);
-        let per_sample = field.deferred().is_none();
-        let row_len = row_len(field.channels());
+        let laps = Laps::begin(job.stopwatch);
+        let (n_rays, row_len) = (self.rays.len(), row_len(field.channels()));
         self.records.clear();
         self.values.clear();
-        self.sums.clear();
-        self.sums.resize(self.rays.len() * row_len, 0.0);
-        self.accumulated.clear();
-        self.accumulated.resize(self.rays.len(), Accumulated::EMPTY);
-        self.last_transmittance.clear();
-        self.last_transmittance.resize(self.rays.len(), 1.0);
-        self.walks.clear();
+        refill(&mut self.sums, n_rays * row_len, 0.0);
+        refill(&mut self.accumulated, n_rays, Accumulated::EMPTY);
+        refill(&mut self.last_transmittance, n_rays, 1.0);
+        self.states.clear();
         for rays in self.rays.chunks(LANES) {
             let mut packet = RayPacket::EMPTY;
             for (lane, r) in rays.iter().enumerate() {
                 packet.set(lane, &r.ray, r.phase);
             }
             job.marcher.enter(simd, &mut packet);
-            self.walks.extend((0..rays.len()).map(|lane| packet.state(lane)));
+            self.states.extend((0..rays.len()).map(|lane| packet.state(lane)));
         }
         self.active.clear();
-        self.active.extend((0..self.rays.len()).map(|ray| ray as f32));
-        loop {
-            let n = self.gather(simd, job, per_sample, worker);
-            laps.end(Stage::March, n);
-            if self.active.is_empty() {
-                return;
-            }
-            if n == 0 {
-                // Rays have been seeking.
-                continue;
-            }
-            self.stats.samples += n;
-            let padded = n.next_multiple_of(32);
-            for row in worker.points.iter_mut().chain(&mut worker.directions) {
-                row[n..padded].fill(0.0);
-            }
-            let Worker { a, b, output, panel, points, directions, .. } = &mut *worker;
-            let mut work = Workspace { a, b, output, panel, stride: STRIDE };
-            let samples = Samples {
-                points: [0, 1, 2].map(|axis| &points[axis][..padded]),
-                directions: [0, 1, 2].map(|axis| &directions[axis][..padded]),
-            };
-            field.encode(simd, samples.points, &mut work);
-            laps.end(Stage::Encode, n);
-            field.decode(simd, samples, &mut work);
-            laps.end(Stage::Density, n);
-            // The first row of `a` is free now: opacities go there, sigma stays.
-            worker.a[..padded].copy_from_slice(&worker.output[..padded]);
-            for (sigma, steps) in worker.a.iter_mut().zip(&worker.steps[..n]) {
-                *sigma *= steps;
-            }
-            composite::opacities(simd, &mut worker.a[..padded], job.step);
-            let first = self.values.len();
-            self.values.resize(first + padded * row_len, 0.0);
-            let values = &mut self.values[first..];
-            for (from, part) in
-                worker.output.chunks(LANES * STRIDE).zip((0..row_len).step_by(LANES))
-            {
-                transpose(simd, (from, STRIDE, LANES), (&mut values[part..], row_len), padded);
-            }
-            self.composite(worker, n, first / row_len, row_len);
-            laps.end(Stage::Composite, n);
-        }
+        self.active.extend(0..n_rays as u32);
+        let mut active = take(&mut self.active);
+        let Worker { a, b, output, panel, points, t, directions, owners, steps, .. } = worker;
+        let [points, directions] =
+            [points, directions].map(|rows| rows.each_mut().map(|r| &mut r[..]));
+        let mut samples =
+            SampleBatch { points, directions, t, capacity: BATCH, len: 0, directed: false };
+        let mut work = Workspace { a, b, output, panel, stride: STRIDE };
+        let Self { states, accumulated, last_transmittance, records, values, sums, stats, .. } =
+            self;
+        let (coarse_step_below, step) = (job.coarse_step_below, job.step);
+        let rays = TrainingRays {
+            states,
+            accumulated,
+            last_transmittance,
+            owners,
+            steps,
+            coarse_step_below,
+        };
+        let n_samples = &mut stats.samples;
+        let mut sink = Recorder { rays, records, values, sums, row_len, step, n_samples, laps };
+        let batch = (&mut samples, &mut work);
+        march(simd, field, Output::Channels, &job.marcher, batch, &mut active, &mut sink);
+        self.active = active;
+    }
+}
+
+fn refill<T: Clone>(values: &mut Vec<T>, n: usize, value: T) {
+    values.clear();
+    values.resize(n, value);
+}
+
+/// A group's rays, and what is noted of a batch's samples.
+struct TrainingRays<'g> {
+    states: &'g mut [RayState],
+    accumulated: &'g mut [Accumulated],
+    last_transmittance: &'g mut [f32],
+    owners: &'g mut [u32],
+    steps: &'g mut [f32],
+    coarse_step_below: f32,
+}
+
+impl RayQueue for TrainingRays<'_> {
+    #[inline(always)]
+    fn next_samples(&mut self, ray: usize, room: usize) -> (RayState, usize) {
+        let transmittance = self.accumulated[ray].transmittance;
+        let last = self.last_transmittance[ray];
+        let needed = composite::samples_needed(transmittance, last, MIN_TRANSMITTANCE, room);
+        self.states[ray].steps = composite::steps(transmittance, self.coarse_step_below);
+        (self.states[ray], needed as usize)
     }
 
-    /// Fills a batch with the next samples of the active rays; gives their number.
     #[inline(always)]
-    fn gather<S: Simd>(
+    fn advance(&mut self, ray: usize, state: &RayState, samples: Range<usize>) {
+        self.states[ray] = *state;
+        self.owners[samples.clone()].fill(ray as u32);
+        self.steps[samples].fill(state.steps);
+    }
+
+    #[inline(always)]
+    fn skip_to(&mut self, ray: usize, next: f32) {
+        self.states[ray].next = next;
+    }
+}
+
+/// Adds samples to their rays and records what going back will need.
+struct Recorder<'g> {
+    rays: TrainingRays<'g>,
+    records: &'g mut Vec<Record>,
+    /// `[sample][row_len]`.
+    values: &'g mut Vec<f32>,
+    /// `[ray][row_len]`.
+    sums: &'g mut [f32],
+    row_len: usize,
+    /// Distance between samples.
+    step: f32,
+    n_samples: &'g mut usize,
+    laps: Laps<'g>,
+}
+
+impl<'g> SampleSink for Recorder<'g> {
+    type Queue = TrainingRays<'g>;
+
+    #[inline(always)]
+    fn queue(&mut self) -> &mut TrainingRays<'g> {
+        &mut self.rays
+    }
+
+    #[inline(always)]
+    fn accumulate<S: Simd>(
         &mut self,
         simd: S,
-        job: &Job<'_>,
-        per_sample: bool,
-        worker: &mut Worker,
-    ) -> usize {
-        let Self { walks, active, accumulated, last_transmittance, .. } = self;
-        let Worker { points: [x, y, z], t, directions, owners, steps, .. } = worker;
-        let rows = [x, y, z, t].map(|row| &mut row[..BATCH]);
-        let mut batch = SampleBatch { rows, len: 0 };
-        let directions = per_sample.then_some(directions);
-        let (late, space) = (job.late, job.marcher.space());
-        let mut rays =
-            Rays { walks, accumulated, last_transmittance, owners, steps, directions, late, space };
-        let alive = job.marcher.gather(simd, &mut rays, active, &mut batch);
-        active.truncate(alive);
-        batch.len
+        samples: &SampleBatch<'_>,
+        work: &mut Workspace<'_>,
+    ) {
+        *self.n_samples += samples.len;
+        let padded = samples.len.next_multiple_of(LANES);
+        // The first row of `a` is free now: opacities go there, sigma stays.
+        let alpha = &mut work.a[..padded];
+        alpha.copy_from_slice(&work.output[..padded]);
+        opacities(simd, alpha, Lengths::Each(&self.rays.steps[..padded], self.step));
+        let (first, row_len) = (self.values.len(), self.row_len);
+        self.values.resize(first + padded * row_len, 0.0);
+        let values = &mut self.values[first..];
+        for (from, part) in work.output.chunks(LANES * STRIDE).zip((0..row_len).step_by(LANES)) {
+            transpose(simd, (from, STRIDE, LANES), (&mut values[part..], row_len), padded);
+        }
+        self.composite(samples, alpha, first / row_len);
     }
 
-    /// Adds a batch to its rays and records what going back will need. The
-    /// batch's values begin at row `first`.
     #[inline(always)]
-    fn composite(&mut self, worker: &Worker, n: usize, first: usize, row_len: usize) {
-        for s in 0..n {
-            let ray = worker.owners[s];
-            let accumulated = &mut self.accumulated[ray as usize];
+    fn ended(&mut self, stage: march::Stage, n: usize) {
+        self.laps.end(
+            match stage {
+                march::Stage::Encode => Stage::Encode,
+                march::Stage::Density => Stage::Density,
+                march::Stage::Composite => Stage::Composite,
+                _ => Stage::March,
+            },
+            n,
+        );
+    }
+}
+
+impl Recorder<'_> {
+    /// Adds a batch, whose values begin at row `first`, to its rays.
+    #[inline(always)]
+    fn composite(&mut self, samples: &SampleBatch<'_>, alpha: &[f32], first: usize) {
+        let Self { rays, row_len, .. } = self;
+        let row_len = *row_len;
+        for s in 0..samples.len {
+            let ray = rays.owners[s];
+            let accumulated = &mut rays.accumulated[ray as usize];
             if accumulated.transmittance < MIN_TRANSMITTANCE {
                 // It has become opaque within this batch.
                 continue;
             }
-            let weight = accumulated.add(worker.a[s], 0.0);
+            let weight = accumulated.add(alpha[s], 0.0);
             let sums = &mut self.sums[ray as usize * row_len..][..row_len];
             let values = &self.values[(first + s) * row_len..][..row_len];
             let pairs = sums.as_chunks_mut::<LANES>().0.iter_mut();
@@ -133,62 +189,17 @@ impl Group {
                 }
             }
             self.records.push(Record {
-                point: [worker.points[0][s], worker.points[1][s], worker.points[2][s]],
+                point: [0, 1, 2].map(|axis| samples.points[axis][s]),
                 ray,
                 row: (first + s) as u32,
                 weight,
-                steps: worker.steps[s],
+                steps: rays.steps[s],
                 transmittance: accumulated.transmittance,
             });
-            self.last_transmittance[ray as usize] = 1.0 - worker.a[s];
+            rays.last_transmittance[ray as usize] = 1.0 - alpha[s];
             if accumulated.transmittance < MIN_TRANSMITTANCE {
-                self.walks[ray as usize].stop();
+                rays.states[ray as usize].stop();
             }
         }
-    }
-}
-
-/// A group's rays, and what is written down of a batch's samples.
-struct Rays<'g> {
-    walks: &'g mut [RayState],
-    accumulated: &'g [Accumulated],
-    last_transmittance: &'g [f32],
-    owners: &'g mut [u32],
-    steps: &'g mut [f32],
-    /// Where samples want directions.
-    directions: Option<&'g mut [Aligned<f32>; 3]>,
-    late: f32,
-    space: &'g Space,
-}
-
-impl RayQueue for Rays<'_> {
-    #[inline(always)]
-    fn next_samples(&mut self, ray: usize, room: usize) -> (RayState, usize) {
-        let transmittance = self.accumulated[ray].transmittance;
-        let [needed] = composite::samples_needed(
-            &[transmittance],
-            &[self.last_transmittance[ray]],
-            MIN_TRANSMITTANCE,
-            room,
-        );
-        self.walks[ray].steps = composite::steps(transmittance, self.late);
-        (self.walks[ray], needed as usize)
-    }
-
-    #[inline(always)]
-    fn advance(&mut self, ray: usize, walk: &RayState, samples: Range<usize>) {
-        self.walks[ray] = *walk;
-        self.owners[samples.clone()].fill(ray as u32);
-        self.steps[samples.clone()].fill(walk.steps);
-        if let Some(rows) = &mut self.directions {
-            for (row, d) in rows.iter_mut().zip(walk.public_direction(self.space)) {
-                row[samples.clone()].fill(d);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn skip_to(&mut self, ray: usize, next: f32) {
-        self.walks[ray].next = next;
     }
 }

@@ -12,7 +12,6 @@ use std::time::Instant;
 
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::AnyField;
-use pocketnerf_core::field::Decoded;
 use pocketnerf_core::march::Marcher;
 use rayon::prelude::*;
 
@@ -31,7 +30,7 @@ const GROWN_EVERY: u32 = 8;
 const ATTENTION_EVERY: u32 = 128;
 /// Where less light than this passes, samples stand for several steps, as they do in
 /// rendering.
-const LATE: f32 = 0.3;
+const COARSE_STEP_BELOW: f32 = 0.3;
 /// Rays of a step at most, where their number adapts itself.
 pub(crate) const MOST_RAYS: usize = 1 << 17;
 /// What a step found out.
@@ -121,15 +120,7 @@ impl Trainer {
         };
         let field = field.expect("checked when training began");
         let new = || Probe::new(*limits);
-        match &field {
-            AnyField::HashGrid(field) => {
-                grid.look(*level, field, *seed, probes, new);
-            }
-            AnyField::Nerf(field) => {
-                grid.look(*level, field, *seed, probes, new);
-            }
-            _ => unreachable!("kinds that this crate lays out"),
-        }
+        grid.look(*level, &field, *seed, probes, new);
     }
 
     /// Forward and backward of every group.
@@ -144,7 +135,7 @@ impl Trainer {
             marcher: Marcher::from_parts(Some(occupancy), self.space, sampling, true),
             backward: &self.backward,
             step: sampling.step,
-            late: LATE,
+            coarse_step_below: COARSE_STEP_BELOW,
             roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
             paper: self.config.paper,
             space: self.space,
@@ -248,7 +239,6 @@ impl Trainer {
     }
 }
 
-/// `T` is how `field` stores its networks.
 pub(crate) fn run_group(
     level: Level,
     group: &mut Group,
@@ -256,17 +246,8 @@ pub(crate) fn run_group(
     job: &Job<'_>,
     worker: &mut Worker,
 ) {
-    fn run<F: Decoded>(
-        level: Level,
-        group: &mut Group,
-        field: &F,
-        job: &Job<'_>,
-        worker: &mut Worker,
-    ) {
-        dispatch!(level, simd => group.run::<_, F>(simd, field, job, worker));
-    }
     match field {
-        AnyField::HashGrid(field) => run(level, group, field, job, worker),
+        AnyField::HashGrid(field) => dispatch!(level, simd => group.run(simd, field, job, worker)),
         _ => unreachable!("kinds that this crate lays out"),
     }
 }

@@ -24,7 +24,7 @@ impl Group {
             self.run_paper(simd, field, job, paper, worker);
             return;
         }
-        self.march::<S, _>(simd, field, job, worker);
+        self.march(simd, field, job, worker);
         self.compare(row_len(3));
         self.sample_gradients(job, row_len(3));
         let mut laps = Laps::begin(job.stopwatch);

@@ -7,10 +7,11 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase};
 use pocketnerf_core::Space;
 use pocketnerf_core::field::NerfField;
+use pocketnerf_core::lanes::LANES;
+use pocketnerf_core::march::composite::{Lengths, opacities};
 use pocketnerf_core::march::hierarchical::{
-    ENDLESS, evenly, inverse_cdf, jitter, merge, opacities,
+    ENDLESS, Extent, evenly, inverse_cdf, jitter, lengths, merge,
 };
-use pocketnerf_core::march::{LANES, Reach};
 use pocketnerf_core::network::blocks::BLOCK;
 
 use super::group::{Group, Job, Worker};
@@ -36,10 +37,8 @@ struct Line {
     direction: [f32; 3],
     /// Where it looks in scene space.
     view: [f32; 3],
-    /// First and last distance.
-    reach: [f32; 2],
-    /// Where its last sample's part ends.
-    end: f32,
+    /// Where it has its samples.
+    extent: Extent,
 }
 
 /// Samples of a few rays, one ray after another.
@@ -108,9 +107,12 @@ impl Samples {
         }
         for (r, line) in lines.iter().enumerate() {
             let own = r * n..(r + 1) * n;
+            let padded = n.next_multiple_of(LANES);
             let mut alpha = self.sigma[own.clone()].to_vec();
-            alpha.resize(n.next_multiple_of(LANES), 0.0);
-            opacities(simd, &mut alpha, &self.t[own], line.end);
+            alpha.resize(padded, 0.0);
+            let mut own_lengths = vec![0.0; padded];
+            lengths(&self.t[own], line.extent.end, &mut own_lengths);
+            opacities(simd, &mut alpha, Lengths::Each(&own_lengths, 1.0));
             let mut before = 1.0;
             for alpha in &alpha[..n] {
                 self.alpha.push(*alpha);
@@ -198,7 +200,7 @@ impl Group {
             for line in &lines {
                 let start = first.t.len();
                 first.t.resize(start + n_coarse, 0.0);
-                evenly(line.reach[0], line.reach[1], &mut first.t[start..]);
+                evenly(line.extent.near, line.extent.far, &mut first.t[start..]);
                 jitter(&mut first.t[start..], || random.next_f32());
             }
             let (space, lines) = (&job.space, &lines[..]);
@@ -238,18 +240,10 @@ impl Group {
     fn line(&self, ray: usize, job: &Job<'_>, paper: &Paper) -> Option<Line> {
         let public = self.rays[ray].ray;
         let local = job.space.local(&public)?;
-        let [near, far] = job.reach;
-        let (reach, end) = match (paper.sampling.reach, job.space.whole_way(&local)) {
-            (Reach::Clipped, _) => {
-                let [near, far] = job.space.intersect(&local, near, far)?;
-                ([near, far], far)
-            }
-            (_, Some(length)) => ([0.0, length], ENDLESS),
-            (_, None) => ([near, far], ENDLESS),
-        };
+        let extent = paper.sampling.extent(&job.space, &local, job.reach, 1.0)?;
         let (origin, direction, view) = (local.origin, local.direction, public.direction);
-        let line = Line { ray, origin, direction, view, reach, end };
-        (reach[0] < reach[1]).then_some(line)
+        let line = Line { ray, origin, direction, view, extent };
+        (extent.near < extent.far).then_some(line)
     }
 
     /// The error of a ray's colour, which counts as the step's where it is `last`, and
@@ -279,7 +273,8 @@ impl Group {
             false => self.rays[line.ray].error(color, opacity),
         };
         // Where the last sample's part is endless, it is opaque or nothing.
-        let mut next = if line.end < ENDLESS { line.end } else { samples.t[own.end - 1] };
+        let mut next =
+            if line.extent.end < ENDLESS { line.extent.end } else { samples.t[own.end - 1] };
         let mut suffix = 0.0;
         for s in own.rev() {
             let rgb = tape.color(s);

@@ -1,7 +1,7 @@
 //! From what rays accumulated to their colours, the error, and back.
 
 use fearless_simd::Simd;
-use pocketnerf_core::field::Decoded;
+use pocketnerf_core::field::HashGridField;
 
 use super::group::{BATCH, Group, Job, MIN_TRANSMITTANCE, RayGradient, STRIDE, Worker, row_len};
 use crate::stopwatch::{Laps, Stage};
@@ -49,15 +49,15 @@ impl Group {
     /// Deferred shading: colour of every ray that met something, the error,
     /// and back through the colour network. `sums` become their gradients.
     #[inline(always)]
-    pub(crate) fn shade<S: Simd, F: Decoded>(
+    pub(crate) fn shade<S: Simd>(
         &mut self,
         simd: S,
-        field: &F,
+        field: &HashGridField<'_>,
         job: &Job<'_>,
         worker: &mut Worker,
     ) {
         let mut laps = Laps::begin(job.stopwatch);
-        let decoder = field.decoder();
+        let decoder = &field.decoder;
         let channels = decoder.channels();
         let row_len = row_len(channels);
         self.ray_gradients.clear();
