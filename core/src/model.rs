@@ -7,14 +7,14 @@ use crate::scratch::Limits;
 use crate::space::UnitMap;
 use crate::{Error, Occupancy, Sampling, Space};
 
-/// How colour values are to be understood.
+/// What the colours of a model, and of its background, mean.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColorSpace {
     /// What the photographs held: sRGB-encoded values, composited as they are.
     #[default]
     Srgb,
-    /// Linear light.
+    /// Linear light, composited as such; [`pixel`](crate::pixel) encodes it as sRGB bytes.
     Linear,
 }
 
@@ -29,6 +29,13 @@ pub struct Display {
     /// interpolated, in usual quality: what the scene bears, found when its model was
     /// made. From 0 to below 0.25.
     pub tolerance: f32,
+}
+
+impl Default for Display {
+    /// sRGB on black.
+    fn default() -> Self {
+        Self { background: [0.0; 3], color_space: ColorSpace::Srgb, tolerance: Self::TOLERANCE }
+    }
 }
 
 impl Display {

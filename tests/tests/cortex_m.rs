@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use pocketnerf_core::reference::render_pixel;
-use pocketnerf_core::{Camera, pixel};
+use pocketnerf_core::{Camera, ColorSpace, pixel};
 
 const SIDE: usize = 64;
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -74,7 +74,7 @@ fn a_microcontroller_shows_a_model_or_says_why_not() {
     let camera = Camera::from_fov_x(SIDE as u32, SIDE as u32, own.fov_x, own.camera_to_world);
     let truth = (0..SIDE * SIDE).flat_map(|i| {
         let pixel = render_pixel(&file.model, &camera, (i % SIDE) as u32, (i / SIDE) as u32);
-        pixel.unwrap().over(file.model.display.background).map(pixel::quantize)
+        pixel::rgb8(pixel.unwrap().over(file.model.display.background), ColorSpace::Srgb)
     });
     let squares: u32 = truth.zip(&run.rgb).map(|(a, b)| u32::from(a.abs_diff(*b)).pow(2)).sum();
     let psnr = 20.0 * 255f64.log10() - 10.0 * (f64::from(squares) / run.rgb.len() as f64).log10();

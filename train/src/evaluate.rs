@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use pocketnerf_core::render::RenderStats;
-use pocketnerf_core::{Error, Model};
+use pocketnerf_core::{Display, Error, Model};
 use serde::Serialize;
 
 use crate::dataset::Dataset;
@@ -35,7 +35,7 @@ pub struct Evaluation {
     pub width: u32,
     /// Picture height of the first view.
     pub height: u32,
-    /// What the pictures and the truth were composited on.
+    /// What the pictures and the truth were composited on, sRGB.
     pub background: [f32; 3],
     /// Mean of the views' PSNR, dB.
     pub psnr: f64,
@@ -65,8 +65,8 @@ pub struct Evaluation {
     pub threads: usize,
 }
 
-/// Renders every view and compares by `metrics`; `each` receives the view's number, its
-/// 8-bit picture and the 8-bit truth.
+/// Renders every view over an sRGB `background` and compares by `metrics`; `each` receives
+/// the view's number, its 8-bit picture and the 8-bit truth.
 ///
 /// What a view's mask ignores does not count: see [`Metrics::compare`]. Where the true depths
 /// are known, they are compared with those of a second picture, which no time is taken of.
@@ -83,6 +83,8 @@ pub fn evaluate(
 ) -> Result<Evaluation, Error> {
     let (mut times, mut per_view, mut rays) = (Vec::new(), Vec::new(), 0);
     let mut stats = RenderStats::default();
+    let behind = model.display.color_space.from_srgb(background);
+    let display = Display { background: behind, ..model.display };
     let mut renderer = Renderer::new(model, settings);
     let mut deep = Renderer::new(model, &picture::Settings { depth: true, ..*settings });
     for (i, view) in dataset.views.iter().enumerate() {
@@ -91,7 +93,7 @@ pub fn evaluate(
         times.push(begun.elapsed().as_secs_f64());
         rays += u64::from(rendered.width) * u64::from(rendered.height);
         stats += rendered.stats;
-        let picture = quantize_all(&rendered.over(background));
+        let picture = rendered.rgb8(&display);
         let truth = quantize_all(&composite_on(&view.rgba, background));
         let (mask, size) = (view.mask.as_deref(), [view.camera.width, view.camera.height]);
         let scores = metrics.compare(&picture, &truth, mask, size.map(|side| side as usize));

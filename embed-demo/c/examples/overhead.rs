@@ -15,9 +15,7 @@ use pocketnerf_c::{
     pnrf_render, pnrf_scratch_length, pnrf_sphere_clear,
 };
 use pocketnerf_core::render::Tiles;
-use pocketnerf_core::{
-    Camera as CoreCamera, Model, RenderOptions, SimdLevel, Tuning, pixel, render_tile,
-};
+use pocketnerf_core::{Camera as CoreCamera, Model, RenderOptions, SimdLevel, Tuning, render_tile};
 
 const STILL_LIFE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../still-life.pnerf");
 
@@ -121,8 +119,8 @@ fn picture(
         for (y, row) in (tile.y..).zip(rows) {
             let at = 4 * (y * camera.width + tile.x) as usize;
             for (to, rgba) in to[at..].as_chunks_mut::<4>().0.iter_mut().zip(row) {
-                let [r, g, b] = pixel::over(*rgba, model.display.background);
-                *to = [r, g, b, 1.0].map(pixel::quantize);
+                let [r, g, b] = model.display.rgb8(*rgba);
+                *to = [r, g, b, 255];
             }
         }
     }

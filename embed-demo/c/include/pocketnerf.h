@@ -87,15 +87,16 @@ typedef int32_t PnrfStatus;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What becomes of what can be seen through.
+// How transparency is stored.
 enum PnrfAlpha
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // Pixels are seen against the image's background; alpha is 1.
+    // Pixels are composited over the image's background; alpha is 1.
     PNRF_ALPHA_BACKGROUND = 0,
     // Colours are multiplied by alpha, without background: out = this + (1 - alpha) * behind.
+    // Bytes of a linear model are to be decoded first, as sRGB textures do.
     PNRF_ALPHA_PREMULTIPLIED = 1,
     // Colours are not multiplied by alpha, as in PNG files.
     PNRF_ALPHA_STRAIGHT = 2,
@@ -152,7 +153,8 @@ typedef uint32_t PnrfDepthKind;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What a pixel is made of.
+// The format of a pixel. Bytes are sRGB; `float` values are in the model's own colour space,
+// see `is_linear` of `PnrfInfo`.
 enum PnrfFormat
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -321,9 +323,10 @@ typedef struct PnrfInfo {
     float translation[3];
     // Distance between samples along a ray, caller's units.
     float step;
-    // What pictures are seen against, unless somebody chooses, 0 to 1.
+    // The model's background, 0 to 1, in its own colour space.
     float background[3];
-    // 1: colours are linear light; 0: encoded as in sRGB, like those of image files.
+    // 1: colours, the background's too, are linear light, and only pictures in bytes are
+    // encoded as sRGB; 0: all colours are sRGB, like those of image files.
     uint32_t is_linear;
     // 1: the model can be asked about points, segments and rays; 0: it has normalised
     // device coordinates, and pictures only.
@@ -362,7 +365,8 @@ typedef struct PnrfImage {
     uint32_t format;
     // A `PnrfAlpha`.
     uint32_t alpha;
-    // Red, green and blue, 0 to 1, for `PNRF_ALPHA_BACKGROUND`.
+    // Red, green and blue, 0 to 1, for `PNRF_ALPHA_BACKGROUND`: in the model's own colour
+    // space, as in `PnrfInfo`.
     float background[3];
     // 1: rows from bottom to top, as in OpenGL's textures. Of depth too.
     uint32_t bottom_up;

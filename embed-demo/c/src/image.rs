@@ -3,12 +3,13 @@
 use std::ffi::c_void;
 use std::slice;
 
-use pocketnerf_core::{Camera, Tile, pixel};
+use pocketnerf_core::{Camera, ColorSpace, Tile, pixel};
 
 use crate::options::unknown;
 use crate::status::{Failure, Status};
 
-/// What a pixel is made of.
+/// The format of a pixel. Bytes are sRGB; `float` values are in the model's own colour space,
+/// see `is_linear` of `PnrfInfo`.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
@@ -31,13 +32,14 @@ impl Format {
     }
 }
 
-/// What becomes of what can be seen through.
+/// How transparency is stored.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Alpha {
-    /// Pixels are seen against the image's background; alpha is 1.
+    /// Pixels are composited over the image's background; alpha is 1.
     Background = 0,
     /// Colours are multiplied by alpha, without background: out = this + (1 - alpha) * behind.
+    /// Bytes of a linear model are to be decoded first, as sRGB textures do.
     Premultiplied = 1,
     /// Colours are not multiplied by alpha, as in PNG files.
     Straight = 2,
@@ -92,7 +94,8 @@ pub struct Image {
     pub format: u32,
     /// A `PnrfAlpha`.
     pub alpha: u32,
-    /// Red, green and blue, 0 to 1, for `PNRF_ALPHA_BACKGROUND`.
+    /// Red, green and blue, 0 to 1, for `PNRF_ALPHA_BACKGROUND`: in the model's own colour
+    /// space, as in `PnrfInfo`.
     pub background: [f32; 3],
     /// 1: rows from bottom to top, as in OpenGL's textures. Of depth too.
     pub bottom_up: u32,
@@ -167,6 +170,7 @@ pub(crate) struct Target {
     format: Format,
     alpha: Alpha,
     background: [f32; 3],
+    color_space: ColorSpace,
     /// Rows where they are upside down.
     upside_down: Option<u32>,
     depth: Plane,
@@ -176,7 +180,13 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    pub(crate) fn new(image: &Image, camera: &Camera, scale: f32) -> Result<Self, Failure> {
+    /// For pictures of a model, in whose units a caller's unit is `1 / scale`.
+    pub(crate) fn new(
+        image: &Image,
+        camera: &Camera,
+        scale: f32,
+        color_space: ColorSpace,
+    ) -> Result<Self, Failure> {
         let format = Format::of(image.format)?;
         let alpha = Alpha::of(image.alpha)?;
         let depth_kind = DepthKind::of(image.depth_kind)?;
@@ -197,7 +207,17 @@ impl Target {
         let layout = [image.depth_size, image.depth_stride];
         let depth = Plane::new(image.depth.cast(), layout, 4, camera, "depth")?;
         let background = image.background;
-        Ok(Self { pixels, format, alpha, background, upside_down, depth, depth_kind, scale })
+        Ok(Self {
+            pixels,
+            format,
+            alpha,
+            background,
+            color_space,
+            upside_down,
+            depth,
+            depth_kind,
+            scale,
+        })
     }
 
     pub(crate) const fn wants_depth(&self) -> bool {
@@ -210,24 +230,25 @@ impl Target {
     /// The tile lies within the camera's picture, the image's memory is there, and nobody else uses the
     /// tile's part of it during the call.
     pub(crate) unsafe fn write(
-        mut self,
+        self,
         camera: &Camera,
         tile: Tile,
         rgba: &[[f32; 4]],
         depth: &[f32],
     ) {
         let width = tile.width as usize;
+        let (mut pixels, mut plane) = (self.pixels, self.depth);
         for (y, row) in (tile.y..).zip(rgba.chunks_exact(width)) {
             if self.pixels.start.is_null() {
                 break;
             }
             // SAFETY: the caller's promise.
-            let to = unsafe { self.pixels.row([tile.x, self.turned(y)], tile.width) };
-            write_row(row, to, self.format, self.alpha, self.background);
+            let to = unsafe { pixels.row([tile.x, self.turned(y)], tile.width) };
+            self.write_row(row, to);
         }
         for (y, row) in (tile.y..).zip(depth.chunks_exact(width)) {
             // SAFETY: the caller's promise.
-            let to = unsafe { self.depth.row([tile.x, self.turned(y)], tile.width) };
+            let to = unsafe { plane.row([tile.x, self.turned(y)], tile.width) };
             let to = to.as_chunks_mut::<4>().0.iter_mut();
             for ((x, depth), to) in (tile.x..).zip(row).zip(to) {
                 let along = match self.depth_kind {
@@ -242,30 +263,30 @@ impl Target {
     fn turned(&self, y: u32) -> u32 {
         self.upside_down.map_or(y, |rows| rows - 1 - y)
     }
-}
 
-fn write_row(row: &[[f32; 4]], to: &mut [u8], format: Format, alpha: Alpha, background: [f32; 3]) {
-    let shown = |rgba: &[f32; 4]| match alpha {
-        Alpha::Background => {
-            let [r, g, b] = pixel::over(*rgba, background);
-            [r, g, b, 1.0]
-        }
-        Alpha::Premultiplied => *rgba,
-        Alpha::Straight => pixel::straight(*rgba),
-    };
-    match format {
-        Format::Rgba8 | Format::Bgra8 => {
-            for (to, rgba) in to.as_chunks_mut::<4>().0.iter_mut().zip(row) {
-                *to = shown(rgba).map(pixel::quantize);
-                if format == Format::Bgra8 {
-                    to.swap(0, 2);
+    fn write_row(&self, row: &[[f32; 4]], to: &mut [u8]) {
+        let shown = |rgba: &[f32; 4]| match self.alpha {
+            Alpha::Background => {
+                let [r, g, b] = pixel::over(*rgba, self.background);
+                [r, g, b, 1.0]
+            }
+            Alpha::Premultiplied => *rgba,
+            Alpha::Straight => pixel::straight(*rgba),
+        };
+        match self.format {
+            Format::Rgba8 | Format::Bgra8 => {
+                for (to, rgba) in to.as_chunks_mut::<4>().0.iter_mut().zip(row) {
+                    *to = pixel::rgba8(shown(rgba), self.color_space);
+                    if self.format == Format::Bgra8 {
+                        to.swap(0, 2);
+                    }
                 }
             }
-        }
-        Format::RgbaF32 => {
-            let to = to.as_chunks_mut::<4>().0.as_chunks_mut::<4>().0;
-            for (to, rgba) in to.iter_mut().zip(row) {
-                *to = shown(rgba).map(f32::to_ne_bytes);
+            Format::RgbaF32 => {
+                let to = to.as_chunks_mut::<4>().0.as_chunks_mut::<4>().0;
+                for (to, rgba) in to.iter_mut().zip(row) {
+                    *to = shown(rgba).map(f32::to_ne_bytes);
+                }
             }
         }
     }

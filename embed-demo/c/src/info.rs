@@ -38,9 +38,10 @@ pub struct Info {
     pub translation: [f32; 3],
     /// Distance between samples along a ray, caller's units.
     pub step: f32,
-    /// What pictures are seen against, unless somebody chooses, 0 to 1.
+    /// The model's background, 0 to 1, in its own colour space.
     pub background: [f32; 3],
-    /// 1: colours are linear light; 0: encoded as in sRGB, like those of image files.
+    /// 1: colours, the background's too, are linear light, and only pictures in bytes are
+    /// encoded as sRGB; 0: all colours are sRGB, like those of image files.
     pub is_linear: u32,
     /// 1: the model can be asked about points, segments and rays; 0: it has normalised
     /// device coordinates, and pictures only.

@@ -124,7 +124,8 @@ impl<'c> Job<'c> {
             (model, camera, Options::read(options)?, border::read(image, "image")?)
         };
         let camera = camera.to_model(model)?;
-        let target = Target::new(image, &camera, model.similarity().scale)?;
+        let color_space = model.file().model.display.color_space;
+        let target = Target::new(image, &camera, model.similarity().scale, color_space)?;
         let memory = options.memory()?;
         let render = options.render(model)?;
         let needed = scratch_len(&options, &render)?;

@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 use std::sync::{Mutex, PoisonError};
 
 use pocketnerf_core::render::Tiles;
-use pocketnerf_core::{Model, RenderOptions, SimdLevel, Tuning, pixel, render_tile};
+use pocketnerf_core::{Model, RenderOptions, SimdLevel, Tuning, render_tile};
 use pocketnerf_formats::open;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
@@ -77,8 +77,8 @@ fn picture(model: &Model<'_>, camera: &pocketnerf_core::Camera) -> Vec<u8> {
         for (y, row) in (tile.y..).zip(rgba.as_chunks::<4>().0.chunks(width)) {
             let at = 4 * (y * camera.width + tile.x) as usize;
             let row = row.iter().flat_map(|rgba| {
-                let [r, g, b] = pixel::over(*rgba, model.display.background);
-                [r, g, b, 1.0].map(pixel::quantize)
+                let [r, g, b] = model.display.rgb8(*rgba);
+                [r, g, b, 255]
             });
             picture[at..at + 4 * width].iter_mut().zip(row).for_each(|(to, byte)| *to = byte);
         }

@@ -9,7 +9,6 @@ use embedded_graphics::mono_font::ascii::FONT_4X6;
 use embedded_graphics::pixelcolor::raw::{BigEndian, RawU24};
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::text::Text;
-use pocketnerf_core::pixel;
 
 /// Pixels along a side.
 pub(crate) const SIDE: u32 = 64;
@@ -25,10 +24,10 @@ impl Display {
         Self(Framebuffer::new())
     }
 
-    /// Shows a line of premultiplied pixels over a background.
-    pub(crate) fn line(&mut self, y: u32, rgba: &[[f32; 4]], background: [f32; 3]) {
+    /// Shows a line of a model's pixels.
+    pub(crate) fn line(&mut self, y: u32, rgba: &[[f32; 4]], model: &pocketnerf_core::Display) {
         for (x, rgba) in (0..).zip(rgba) {
-            let [r, g, b] = pixel::over(*rgba, background).map(pixel::quantize);
+            let [r, g, b] = model.rgb8(*rgba);
             self.0.set_pixel(Point::new(x, y as i32), Rgb888::new(r, g, b));
         }
     }

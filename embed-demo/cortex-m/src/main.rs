@@ -72,7 +72,7 @@ fn picture(
         let tile = Tile { x: 0, y, width: SIDE, height: 1 };
         stats += render_tile(model, &camera, tile, &options, scratch, &mut line, None)
             .map_err(Wrong::Model)?;
-        display.line(y, line.as_chunks().0, model.display.background);
+        display.line(y, line.as_chunks().0, &model.display);
         meter.line();
     }
     Ok(stats)

@@ -10,9 +10,7 @@ use std::f32::consts::TAU;
 use std::path::Path;
 
 use pocketnerf_core::render::Tiles;
-use pocketnerf_core::{
-    Camera, Model, RenderOptions, SimdLevel, Tile, Tuning, math, pixel, render_tile,
-};
+use pocketnerf_core::{Camera, Model, RenderOptions, SimdLevel, Tile, Tuning, math, render_tile};
 use rayon::prelude::*;
 
 /// What `pocketnerf demo --log2-hashmap-size 12` made of the built-in scene.
@@ -62,8 +60,7 @@ fn picture(model: &Model<'_>, camera: &Camera) -> Result<Vec<u8>, pocketnerf_cor
     let paint = |(scratch, rgba): &mut (Vec<f32>, Vec<f32>), tile: Tile| {
         render_tile(model, camera, tile, &options, scratch, rgba, None)?;
         let pixels = &rgba.as_chunks::<4>().0[..tile.pixels()];
-        let over = |p: &[f32; 4]| pixel::over(*p, model.display.background).map(pixel::quantize);
-        Ok((tile, pixels.iter().map(over).collect::<Vec<_>>()))
+        Ok((tile, pixels.iter().map(|p| model.display.rgb8(*p)).collect::<Vec<_>>()))
     };
     let tiles: Vec<Tile> = Tiles::new(camera.width, camera.height).collect();
     let tiles: Result<Vec<_>, _> = tiles.into_par_iter().map_init(memory, paint).collect();

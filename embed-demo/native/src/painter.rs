@@ -4,7 +4,8 @@ use std::sync::{Mutex, PoisonError};
 
 use pocketnerf_core::render::{RenderStats, Tiles};
 use pocketnerf_core::{
-    Camera, Error, Model, Probe, RenderOptions, SimdLevel, Tile, Tuning, pixel, render_tile,
+    Camera, ColorSpace, Error, Model, Probe, RenderOptions, SimdLevel, Tile, Tuning, pixel,
+    render_tile,
 };
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -147,14 +148,16 @@ impl<'m> Painter<'m> {
     ) -> Result<(Vec<u32>, RenderStats), Error> {
         let Worker { scratch, rgba, depth } = worker;
         let (rgba, depth) = (&mut rgba[..4 * tile.pixels()], &mut depth[..tile.pixels()]);
-        let (camera, model, behind) = (&shot.camera, self.model, self.model.display.background);
-        let finish = |rgb: [f32; 3]| pack(rgb.map(pixel::quantize));
+        let (camera, model, display) = (&shot.camera, self.model, &self.model.display);
+        // What is drawn instead of colours is sRGB.
+        let behind = display.srgb_background();
+        let finish = |rgb| pack(pixel::rgb8(rgb, ColorSpace::Srgb));
         let mut stats = RenderStats::default();
         let pixels = match (shot.mode, &self.probe) {
             (Mode::Colour, _) => {
                 stats = render_tile(model, camera, tile, options, scratch, rgba, None)?;
                 let rgba = rgba.as_chunks::<4>().0.iter();
-                rgba.map(|p| finish(pixel::over(*p, behind))).collect()
+                rgba.map(|p| pack(display.rgb8(*p))).collect()
             }
             (Mode::Depth, _) => {
                 stats = render_tile(model, camera, tile, options, scratch, rgba, Some(depth))?;

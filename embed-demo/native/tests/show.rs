@@ -6,9 +6,10 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use common::{STILL_LIFE, picture};
+use pocketnerf_core::{Camera, ColorSpace};
 use pocketnerf_formats::ModelFile;
 use pocketnerf_view::modes::Mode;
-use pocketnerf_view::painter::Painter;
+use pocketnerf_view::painter::{Painter, Shot};
 use pocketnerf_view::show::{Next, Show};
 use pocketnerf_view::view::View;
 
@@ -47,6 +48,21 @@ fn moves_settles_and_rests_at_the_picture_of_the_rust_api() {
     assert_eq!(show.figures.moving_psnr, moving.psnr(show.shown()));
     // At rest there is nothing to do.
     assert!(!show.work().unwrap() && show.next() == Next::Rest);
+}
+
+#[test]
+fn a_linear_model_is_shown_in_srgb() {
+    let mut file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    let display = &mut file.model.display;
+    (display.background, display.color_space) = ([0.5; 3], ColorSpace::Linear);
+    let painter = Painter::new(&file.model, 1).unwrap();
+    let away = Camera::look_at([0.0, 0.0, 9.0], [0.0, 0.0, 99.0], [0.0, 1.0, 0.0]);
+    let camera = Camera::from_fov_x(8, 8, 0.7, away);
+    for mode in [Mode::Colour, Mode::Depth, Mode::Normals, Mode::Occupancy] {
+        let (picture, _) = painter.picture(&Shot { camera, mode, quality: 0.5 }).unwrap();
+        // 0.5 in sRGB is 187.5 of 255.
+        assert!(picture.rgb().iter().all(|byte| *byte == 188), "{mode:?}");
+    }
 }
 
 #[test]

@@ -30,9 +30,9 @@ export interface Info {
   /** The middle of what there is to see, and the longest side of the box around it. */
   center: [number, number, number];
   size: number;
-  /** What pictures are seen against, 0 to 1. */
+  /** The background of pictures, 0 to 1, in the model's own colour space. */
   background: [number, number, number];
-  /** Colours are linear light, instead of encoded as in sRGB. */
+  /** Colours, the background's too, are linear light; pictures are sRGB all the same. */
   isLinear: boolean;
   /** The quality that pictures have where nobody chooses. */
   quality: number;

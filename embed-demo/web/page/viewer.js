@@ -104,9 +104,9 @@ async function show(name, bytes) {
     const scene = await load(await bytes);
     shown?.scene.close();
     shown = { scene, orbit: new Orbit(scene), name };
-    const { kind, name: title } = scene.info;
+    const { kind, name: title, background, isLinear } = scene.info;
     canvas.ariaLabel = `${title || name}, a radiance field (${kind}), seen from a camera that can be moved`;
-    stage.style.background = `rgb(${scene.info.background.map((c) => 255 * c).join(" ")})`;
+    stage.style.background = `color(${isLinear ? "srgb-linear" : "srgb"} ${background.join(" ")})`;
     change();
   } catch (error) {
     say(`${name}: ${error.message}`);

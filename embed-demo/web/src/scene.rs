@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use pocketnerf_core::render::{Detail, RenderStats, Tiles};
 use pocketnerf_core::{
-    Camera, Model, RenderOptions, Sampling, SimdLevel, Tile, Tuning, math, pixel, render_tile,
+    Camera, Model, RenderOptions, Sampling, SimdLevel, Tile, Tuning, math, render_tile,
 };
 use pocketnerf_formats::{ModelFile, open_verified};
 
@@ -118,7 +118,7 @@ impl Scene {
     }
 
     /// Renders a tile of the picture that was begun: red, green, blue and 255 in four bytes a
-    /// pixel, over the model's background, row after row.
+    /// pixel in sRGB, over the model's background, row after row.
     ///
     /// # Errors
     /// One line: there is no such tile, or the model cannot be rendered.
@@ -130,9 +130,8 @@ impl Scene {
         let stats = render_tile(&self.model, camera, tile, options, &mut self.scratch, rgba, None);
         self.stats += stats.map_err(|error| error.to_string())?;
         let pixels = &mut self.pixels[..4 * tile.pixels()];
-        let background = self.model.display.background;
         for (to, from) in pixels.as_chunks_mut::<4>().0.iter_mut().zip(rgba.as_chunks::<4>().0) {
-            let [r, g, b] = pixel::over(*from, background).map(pixel::quantize);
+            let [r, g, b] = self.model.display.rgb8(*from);
             *to = [r, g, b, 255];
         }
         Ok((tile, pixels))

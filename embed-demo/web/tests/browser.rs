@@ -5,7 +5,7 @@ mod common;
 use base64::Engine;
 use common::chromium::Page;
 use pocketnerf_core::reference::render_ray;
-use pocketnerf_core::{Camera, SimdLevel, pixel};
+use pocketnerf_core::{Camera, SimdLevel};
 use pocketnerf_web::Scene;
 use serde_json::{Value, json};
 
@@ -138,8 +138,7 @@ fn other_pages_can_use_it() {
             let ray = camera.ray((i % SIZE[0]) as f32 + 0.5, (i / SIZE[0]) as f32 + 0.5);
             let seen = render_ray(&file.model, &ray).unwrap();
             let [r, g, b] = seen.rgb;
-            let rgb = pixel::over([r, g, b, seen.opacity], file.model.display.background);
-            let [r, g, b] = rgb.map(pixel::quantize);
+            let [r, g, b] = file.model.display.rgb8([r, g, b, seen.opacity]);
             [r, g, b, 255]
         })
         .collect();

@@ -2,7 +2,10 @@
 
 use pocketnerf_core::query::Depth;
 use pocketnerf_core::render::Tiles;
-use pocketnerf_core::{Camera, RenderOptions, SimdLevel, Tuning, pixel, render_tile};
+use pocketnerf_core::{
+    Camera, ColorSpace, Display, Model, RenderOptions, SimdLevel, Tuning, render_tile,
+};
+use pocketnerf_formats::Precision;
 use pocketnerf_web::Scene;
 
 const STILL_LIFE: &[u8] = include_bytes!("../../still-life.pnerf");
@@ -23,13 +26,27 @@ fn tiles_are_those_of_every_host() {
         let mut rgba = vec![0.0; 4 * tile.pixels()];
         render_tile(&file.model, &camera, tile, &options, &mut scratch, &mut rgba, None).unwrap();
         let over = |p: &[f32; 4]| {
-            let [r, g, b] = pixel::over(*p, file.model.display.background).map(pixel::quantize);
+            let [r, g, b] = file.model.display.rgb8(*p);
             [r, g, b, 255]
         };
         let expected: Vec<u8> = rgba.as_chunks::<4>().0.iter().flat_map(over).collect();
         assert_eq!(scene.tile(number as u32).unwrap(), (tile, &expected[..]));
     }
     assert!(scene.stats().samples > 0);
+}
+
+#[test]
+fn a_linear_model_is_shown_in_srgb() {
+    let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    let display =
+        Display { background: [0.5; 3], color_space: ColorSpace::Linear, ..file.model.display };
+    let model = Model { display, ..file.model };
+    let bytes = pocketnerf_formats::write(&model, &file.about, Precision::I8).unwrap().leak();
+    let mut scene = Scene::open(bytes, SimdLevel::detect()).unwrap();
+    let away = Camera::look_at([0.0, 0.0, 9.0], [0.0, 0.0, 99.0], [0.0, 1.0, 0.0]);
+    scene.begin(&Camera::from_fov_x(8, 8, 0.7, away), 0.5).unwrap();
+    // 0.5 in sRGB is 187.5 of 255.
+    assert!(scene.tile(0).unwrap().1.as_chunks().0.iter().all(|p| *p == [188, 188, 188, 255]));
 }
 
 #[test]

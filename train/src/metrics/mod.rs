@@ -1,7 +1,7 @@
 //! How close a picture is to the truth.
 //!
 //! Both pictures are 8-bit RGB: what an image file can hold, so that anyone can
-//! measure again from the files. Floats become 8-bit by [`quantize`] alone.
+//! measure again from the files.
 //! [`Metrics::compare`] measures all there is to measure; depths are [`depth_error`]'s.
 
 mod depth;
@@ -17,15 +17,20 @@ mod window;
 pub use depth::{DepthError, depth_error};
 pub use lpips::{Lpips, LpipsError};
 pub use ms_ssim::ms_ssim;
-pub use pocketnerf_core::pixel::quantize;
+use pocketnerf_core::{ColorSpace, pixel};
 pub use psnr::psnr;
 pub use scores::{Metrics, Scores};
 pub use ssim::ssim;
 
-/// [`quantize`] for a whole picture.
+/// An sRGB picture, three values a pixel, as bytes.
+///
+/// # Panics
+/// If `values` does not hold whole pixels.
 #[must_use]
 pub fn quantize_all(values: &[f32]) -> Vec<u8> {
-    values.iter().map(|&x| quantize(x)).collect()
+    let (pixels, rest) = values.as_chunks::<3>();
+    assert!(rest.is_empty(), "{} values are not whole RGB pixels", values.len());
+    pixels.iter().flat_map(|rgb| pixel::rgb8(*rgb, ColorSpace::Srgb)).collect()
 }
 
 /// Lays straight (not premultiplied) 8-bit RGBA over a background: RGB in
@@ -53,10 +58,10 @@ mod tests {
 
     #[test]
     fn one_rounding_rule() {
-        let given = [-1.0, 0.0, 0.5 / 255.0, 0.49 / 255.0, 0.5, 1.0, 7.0, f32::NAN];
-        assert_eq!(quantize_all(&given), [0, 0, 1, 0, 128, 255, 255, 0]);
+        let given = [-1.0, 0.0, 0.5 / 255.0, 0.49 / 255.0, 0.5, 1.0, 7.0, f32::NAN, 0.0];
+        assert_eq!(quantize_all(&given), [0, 0, 1, 0, 128, 255, 255, 0, 0]);
         for value in 0..=255 {
-            assert_eq!(quantize(f32::from(value) / 255.0), value);
+            assert_eq!(quantize_all(&[f32::from(value) / 255.0; 3]), [value; 3]);
         }
     }
 

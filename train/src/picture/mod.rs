@@ -5,7 +5,7 @@ mod progressive;
 mod renderer;
 
 use pocketnerf_core::render::{RenderStats, Tiles};
-use pocketnerf_core::{Camera, Error, Model, RenderOptions, SimdLevel, Tuning, pixel};
+use pocketnerf_core::{Camera, Display, Error, Model, RenderOptions, SimdLevel, Tuning, pixel};
 
 pub use progressive::Progressive;
 pub use renderer::Renderer;
@@ -75,7 +75,8 @@ pub struct Picture {
     pub width: u32,
     /// Pixels along y.
     pub height: u32,
-    /// Premultiplied RGBA, four values a pixel, without background.
+    /// Premultiplied RGBA in the model's colour space, four values a pixel, without
+    /// background.
     pub rgba: Vec<f32>,
     /// Expected Euclidean distance, scene units; infinite where nothing is.
     /// Empty where it was not asked for.
@@ -85,11 +86,17 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// RGB over a background, three values a pixel.
+    /// RGB over a background, three values a pixel, all in the model's colour space.
     #[must_use]
     pub fn over(&self, background: [f32; 3]) -> Vec<f32> {
         let pixels = self.rgba.as_chunks::<4>().0.iter();
         pixels.flat_map(|rgba| pixel::over(*rgba, background)).collect()
+    }
+
+    /// 8-bit sRGB over the background of a model's display, three values a pixel.
+    #[must_use]
+    pub fn rgb8(&self, display: &Display) -> Vec<u8> {
+        self.rgba.as_chunks::<4>().0.iter().flat_map(|rgba| display.rgb8(*rgba)).collect()
     }
 }
 

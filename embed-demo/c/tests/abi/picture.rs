@@ -9,9 +9,10 @@ use pocketnerf_c::{
 use pocketnerf_core::reference::render_pixel;
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{
-    Camera as CoreCamera, Model, RenderOptions, SimdLevel, Tuning, pixel, render_tile,
+    Camera as CoreCamera, ColorSpace, Display, Model, RenderOptions, SimdLevel, Tuning, pixel,
+    render_tile,
 };
-use pocketnerf_formats::open;
+use pocketnerf_formats::{Precision, open, write};
 
 use crate::{GOLDEN, NOTHING, Open, STILL_LIFE, done, usual_options};
 
@@ -71,7 +72,11 @@ pub(crate) fn bytes_of(model: &Open, camera: &Camera, options: &Options, image: 
 
 #[test]
 fn pictures_are_those_of_the_rust_crates_in_every_format() {
-    for (bytes, size) in [(GOLDEN, [61, 47]), (STILL_LIFE, [150, 130])] {
+    let golden = open(GOLDEN).unwrap();
+    let linear = Display { color_space: ColorSpace::Linear, ..golden.model.display };
+    let linear = Model { display: linear, ..golden.model };
+    let linear = write(&linear, &golden.about, Precision::F16).unwrap();
+    for (bytes, size) in [(GOLDEN, [61, 47]), (STILL_LIFE, [150, 130]), (&linear, [61, 47])] {
         let (model, file) = (Open::new(bytes, 0), open(bytes).unwrap());
         let camera = model.camera(size[0], size[1]);
         let in_model = file.about.scene.camera_to_model(&core_camera(&camera));
@@ -79,6 +84,12 @@ fn pictures_are_those_of_the_rust_crates_in_every_format() {
             let options = Options { quality, ..usual_options() };
             let (rgba, _) = picture(&file.model, &in_model, quality, false);
             assert!(rgba.iter().any(|p| p[3] > 0.5));
+            // What is behind, by hand: 0.25, 0.5 and 0.75 of 255, and the same as linear light.
+            let behind = match file.model.display.color_space {
+                ColorSpace::Linear => [137, 188, 225, 255],
+                _ => [64, 128, 191, 255],
+            };
+            let empty = rgba.iter().position(|p| p[3] == 0.0).unwrap();
             for alpha in [Alpha::Background, Alpha::Premultiplied, Alpha::Straight] {
                 let shown = |p: &[f32; 4]| match alpha {
                     Alpha::Background => {
@@ -96,9 +107,13 @@ fn pictures_are_those_of_the_rust_crates_in_every_format() {
                     ..NOTHING
                 };
                 let found = |format| bytes_of(&model, &camera, &options, image(format));
+                let space = file.model.display.color_space;
                 let expected: Vec<u8> =
-                    shown.as_flattened().iter().map(|v| pixel::quantize(*v)).collect();
+                    shown.iter().flat_map(|p| pixel::rgba8(*p, space)).collect();
                 assert!(found(Format::Rgba8) == expected, "{alpha:?}");
+                if alpha == Alpha::Background {
+                    assert_eq!(expected.as_chunks().0[empty], behind);
+                }
                 let turned = found(Format::Bgra8);
                 let back = turned.as_chunks().0.iter().flat_map(|[b, g, r, a]| [*r, *g, *b, *a]);
                 assert!(back.eq(expected), "{alpha:?}");

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use pocketnerf_core::render::Tiles;
-use pocketnerf_core::{Camera, RenderOptions, SimdLevel, Tuning, pixel, render_tile};
+use pocketnerf_core::{Camera, RenderOptions, SimdLevel, Tuning, render_tile};
 use pocketnerf_formats::ModelFile;
 
 pub(crate) const STILL_LIFE: &[u8] = include_bytes!("../../../still-life.pnerf");
@@ -38,8 +38,7 @@ pub(crate) fn picture(file: &ModelFile<'_>, camera: &Camera, quality: f32) -> Ve
         for (i, p) in rgba.as_chunks::<4>().0.iter().enumerate() {
             let (x, y) = (i % tile.width as usize, i / tile.width as usize);
             let at = 3 * ((tile.y as usize + y) * row + tile.x as usize + x);
-            let over = pixel::over(*p, model.display.background);
-            rgb[at..at + 3].copy_from_slice(&over.map(pixel::quantize));
+            rgb[at..at + 3].copy_from_slice(&model.display.rgb8(*p));
         }
     }
     rgb

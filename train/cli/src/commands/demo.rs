@@ -50,7 +50,7 @@ impl Demo {
         let bytes = read_model(&path)?;
         let mut table = Vec::new();
         let file = open_to_render(&path, &bytes, &mut table)?;
-        let background = file.model.display.background;
+        let background = file.model.display.srgb_background();
         let mut failure = None;
         let (settings, metrics) = (common.picture(None), Metrics::default());
         let result =

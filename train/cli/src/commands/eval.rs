@@ -63,7 +63,7 @@ impl Eval {
             view.camera = file.about.scene.camera_to_model(&view.camera);
             shift(&mut view.camera, origin);
         }
-        let background = self.background.unwrap_or(file.model.display.background);
+        let background = self.background.unwrap_or_else(|| file.model.display.srgb_background());
         let folder = self.out.as_deref().map(make_folder).transpose()?;
         let mut failure = None;
         let views = &dataset.views;

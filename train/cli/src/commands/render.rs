@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use pocketnerf_core::{Camera, Model};
+use pocketnerf_core::{Camera, Display, Model};
 use pocketnerf_formats::ModelFile;
 use pocketnerf_train::cameras::{self, Orbit};
 use pocketnerf_train::picture::{self, Picture, Progressive, image_file};
-use pocketnerf_train::{metrics, output};
+use pocketnerf_train::output;
 
 use super::sampling::Sampling;
 use super::{Common, Failure, make_folder, open_to_render, read_model};
@@ -60,7 +60,9 @@ impl Render {
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
         let cameras = self.cameras(&file)?;
-        let background = self.background.unwrap_or(file.model.display.background);
+        let own = &file.model.display;
+        let background = self.background.map(|color| own.color_space.from_srgb(color));
+        let display = Display { background: background.unwrap_or(own.background), ..*own };
         let folder = (cameras.len() > 1).then(|| make_folder(&self.out)).transpose()?;
         if folder.is_none() {
             output::check_output(&self.out)?;
@@ -82,7 +84,7 @@ impl Render {
                     &refined
                 }
             };
-            let rgb = metrics::quantize_all(&rendered.over(background));
+            let rgb = rendered.rgb8(&display);
             image_file::write_rgb(&path, camera.width, camera.height, &rgb)?;
             if self.depth {
                 let (path, per_step) = (depth_path(&path), image_file::DEPTH_UNITS_PER_STEP);

@@ -1,10 +1,9 @@
 //! Views of a model, to train another one from: no photographs needed.
 
 use pocketnerf_core::field::Shading;
-use pocketnerf_core::{Camera, Error, Model, Space, math, pixel};
+use pocketnerf_core::{Camera, ColorSpace, Display, Error, Model, Space, math, pixel};
 use pocketnerf_train::dataset::{Dataset, Split, View};
 use pocketnerf_train::field::{EncodingConfig, Layout};
-use pocketnerf_train::metrics::quantize;
 use pocketnerf_train::picture::{Renderer, Sampling, Settings};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
@@ -78,7 +77,8 @@ pub fn held_out(cameras: &[Camera]) -> [Vec<Camera>; 2] {
 }
 
 /// What the model shows these cameras in occupied cells, to be learnt from. Transparent
-/// where the space is a box; over the model's background elsewhere.
+/// where the space is a box; over the model's background elsewhere. In
+/// sRGB, as images are.
 ///
 /// # Errors
 /// Whatever rendering reports.
@@ -95,14 +95,14 @@ pub fn views(
     for (i, camera) in cameras.iter().enumerate() {
         let picture = renderer.render(camera)?;
         let rgba = match transparent {
-            true => straight(&picture.rgba),
-            false => opaque(&picture.over(model.display.background)),
+            true => straight(&picture.rgba, model.display.color_space),
+            false => opaque(&picture.rgba, &model.display),
         };
         views.push(View::new(format!("view {i}"), *camera, rgba));
         rendered(i + 1);
     }
     let dataset = Dataset::new("distilled", "rendered", Split::Train, views);
-    Ok(Dataset { background: Some(model.display.background), ..dataset })
+    Ok(Dataset { background: Some(model.display.srgb_background()), ..dataset })
 }
 
 /// Settings to learn a hash grid from such views, whose file has at most so many bytes;
@@ -136,15 +136,15 @@ pub fn config(
 }
 
 /// RGBA, not premultiplied.
-fn straight(rgba: &[f32]) -> Vec<u8> {
+fn straight(rgba: &[f32], space: ColorSpace) -> Vec<u8> {
     let pixels = rgba.as_chunks::<4>().0.iter();
-    pixels.flat_map(|rgba| pixel::straight(*rgba).map(quantize)).collect()
+    pixels.flat_map(|rgba| pixel::rgba8(pixel::straight(*rgba), space)).collect()
 }
 
-/// RGBA without transparency.
-fn opaque(rgb: &[f32]) -> Vec<u8> {
-    let pixels = rgb.as_chunks::<3>().0.iter();
-    pixels.flat_map(|[r, g, b]| [*r, *g, *b, 1.0].map(quantize)).collect()
+/// RGBA over the background.
+fn opaque(rgba: &[f32], display: &Display) -> Vec<u8> {
+    let pixels = rgba.as_chunks::<4>().0.iter().map(|rgba| display.rgb8(*rgba));
+    pixels.flat_map(|[r, g, b]| [r, g, b, 255]).collect()
 }
 
 #[cfg(test)]

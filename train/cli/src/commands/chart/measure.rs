@@ -80,7 +80,8 @@ pub(super) fn measure(
                 for settings in chart.ways(common) {
                     stop.check()?;
                     let way = Way::new(scene, model, factor, settings);
-                    let background = chart.background.unwrap_or(file.model.display.background);
+                    let background =
+                        chart.background.unwrap_or_else(|| file.model.display.srgb_background());
                     let judge = Judge { dataset: &dataset, background, metrics, folders: &folders };
                     let (scored, picture) = judge.score(&way, &file.model)?;
                     pictures.push((way.id.clone(), picture));

@@ -62,7 +62,7 @@ impl Convert {
         drop(bar);
         let finished = trainer.finished(run.effort(&trainer))?;
         let model = finished.model();
-        let display = Display { background: source.display.background, ..model.display };
+        let display = Display { background: source.display.srgb_background(), ..model.display };
         let model = Model { display, ..model };
         let precision = self.precision.unwrap_or(Precision::I8);
         let written = pocketnerf_formats::write(&model, about, precision)?;
