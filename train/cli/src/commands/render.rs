@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use pocketnerf_core::{Camera, Display, Model};
 use pocketnerf_formats::ModelFile;
 use pocketnerf_train::cameras::{self, Orbit};
-use pocketnerf_train::picture::{self, Picture, Progressive, image_file};
 use pocketnerf_train::output;
+use pocketnerf_train::picture::{self, Picture, Progressive, image_file};
 
 use super::sampling::Sampling;
 use super::{Common, Failure, make_folder, open_to_render, read_model};
