@@ -32,7 +32,6 @@ pub fn logistic<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
 }
 
 /// `ln(1 + e^x)`, relative error ≤ 1e-6 or absolute error ≤ 1e-7. NaN gives 0.
-#[cfg(feature = "nerf")]
 #[inline(always)]
 pub fn softplus<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let splat = |v: f32| S::f32s::splat(simd, v);
@@ -141,7 +140,6 @@ mod tests {
             assert!((at(&|v| exp(simd, v), x) - e).abs() <= 4e-7 * e, "exp {x}");
             let l = 1.0 / (1.0 + (-f64::from(x)).exp());
             assert!((at(&|v| logistic(simd, v), x) - l).abs() <= 3e-7, "logistic {x}");
-            #[cfg(feature = "nerf")]
             {
                 let p = f64::from(x).exp().ln_1p();
                 assert!((at(&|v| softplus(simd, v), x) - p).abs() <= 1e-7 + 1e-6 * p, "{x}");

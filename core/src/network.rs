@@ -1,6 +1,5 @@
 //! Small dense networks: layers with ReLU between them and none after the last.
 
-#[cfg(feature = "nerf")]
 pub mod blocks;
 
 use core::ops::Range;

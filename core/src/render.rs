@@ -11,7 +11,6 @@ mod detail;
 mod driver;
 mod finish;
 mod foreground;
-#[cfg(feature = "nerf")]
 mod hierarchical;
 mod observe;
 mod passes;
@@ -47,6 +46,9 @@ pub enum SamplingMode {
     /// cargo feature `nerf`.
     Hierarchical(Hierarchical),
 }
+
+/// Whether this build samples hierarchically: builds that link no vanilla NeRF omit it.
+const HIERARCHICAL: bool = cfg!(feature = "nerf");
 
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +92,7 @@ impl RenderOptions {
         model.validate()?;
         model.fits(&self.limits)?;
         if let SamplingMode::Hierarchical(hierarchical) = &self.sampling {
-            if !cfg!(feature = "nerf") {
+            if !HIERARCHICAL {
                 return Err(Error::Feature("nerf"));
             }
             hierarchical.validate()?;

@@ -37,7 +37,6 @@ impl Limits {
 
     /// Rays that travel together in hierarchical sampling: enough to fill batches even
     /// where most samples lie in empty cells.
-    #[cfg(feature = "nerf")]
     pub(crate) const fn hierarchical_rays(&self, tuning: Tuning) -> usize {
         if self.ray_samples == 0 {
             return 0;
@@ -114,13 +113,11 @@ pub const fn scratch_len(limits: Limits, tuning: Tuning) -> usize {
 
 /// What hierarchical sampling takes: two rows a ray, one more, and one of a batch.
 const fn hierarchical_len(limits: Limits, tuning: Tuning) -> usize {
-    #[cfg(feature = "nerf")]
-    if limits.ray_samples > 0 {
-        let rows = 2 * limits.hierarchical_rays(tuning) + 1;
-        return rows * limits.ray_samples + tuning.stride();
+    if limits.ray_samples == 0 {
+        return 0;
     }
-    let _ = (limits, tuning);
-    0
+    let rows = 2 * limits.hierarchical_rays(tuning) + 1;
+    rows * limits.ray_samples + tuning.stride()
 }
 
 /// Depths of a tile's squares of pixels: for a tile of 128 x 64 pixels enough for
@@ -174,12 +171,10 @@ pub(crate) struct Scratch<'s> {
     pub(crate) sums: &'s mut [f32],
     /// Depths of squares of pixels.
     pub(crate) depths: &'s mut [f32],
-    #[cfg(feature = "nerf")]
     pub(crate) hierarchical: HierarchicalScratch<'s>,
 }
 
 /// What hierarchical sampling keeps.
-#[cfg(feature = "nerf")]
 #[derive(Debug)]
 pub(crate) struct HierarchicalScratch<'s> {
     /// `[ray][2][ray_samples]`: distances and opacities of the first round, then the
@@ -229,7 +224,6 @@ impl<'s> Scratch<'s> {
             active: bytemuck::must_cast_slice_mut(take(tuning.rays)),
             sums: take(tuning.rays * sums_len(limits.channels)),
             depths: take(depths_len(tuning)),
-            #[cfg(feature = "nerf")]
             hierarchical: HierarchicalScratch {
                 rays: take(2 * limits.hierarchical_rays(tuning) * limits.ray_samples),
                 found: take(limits.ray_samples),

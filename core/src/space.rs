@@ -7,11 +7,10 @@
 //! [`Space::Box`] are scene units, so that nothing has to be done. Contracted
 //! space will be a further variant.
 
-#[cfg(feature = "ndc")]
+#[cfg_attr(not(feature = "ndc"), path = "space/no_ndc.rs")]
 mod ndc;
 
 use glam::Vec3;
-#[cfg(feature = "ndc")]
 pub use ndc::Ndc;
 
 use crate::{Error, Ray};
@@ -28,7 +27,6 @@ pub enum Space {
         max: [f32; 3],
     },
     /// What cameras that look the same way see, however far it is.
-    #[cfg(feature = "ndc")]
     Ndc(Ndc),
 }
 
@@ -69,7 +67,6 @@ impl Space {
         }
         match self {
             Self::Box { .. } => Ok(()),
-            #[cfg(feature = "ndc")]
             Self::Ndc(ndc) => ndc.validate(),
         }
     }
@@ -80,8 +77,7 @@ impl Space {
     pub const fn bounds(&self) -> [[f32; 3]; 2] {
         match self {
             Self::Box { min, max } => [*min, *max],
-            #[cfg(feature = "ndc")]
-            Self::Ndc(Ndc { min, max, .. }) => [*min, *max],
+            Self::Ndc(ndc) => ndc.bounds(),
         }
     }
 
@@ -91,7 +87,6 @@ impl Space {
     pub const fn scene_box(&self) -> Option<[[f32; 3]; 2]> {
         match self {
             Self::Box { min, max } => Some([*min, *max]),
-            #[cfg(feature = "ndc")]
             Self::Ndc(_) => None,
         }
     }
@@ -112,7 +107,6 @@ impl Space {
     pub fn local(&self, ray: &Ray) -> Option<Ray> {
         match self {
             Self::Box { .. } => Some(*ray),
-            #[cfg(feature = "ndc")]
             Self::Ndc(ndc) => ndc.local(ray),
         }
     }
@@ -128,7 +122,6 @@ impl Space {
                 let _ = ray;
                 t
             }
-            #[cfg(feature = "ndc")]
             Self::Ndc(ndc) => ndc.depth(&ray(), t),
         }
     }
@@ -140,7 +133,6 @@ impl Space {
     pub fn direction(&self, local: &Ray) -> [f32; 3] {
         match self {
             Self::Box { .. } => local.direction,
-            #[cfg(feature = "ndc")]
             Self::Ndc(ndc) => ndc.direction(local),
         }
     }
@@ -151,7 +143,6 @@ impl Space {
     pub fn scene_point(&self, p: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Box { .. } => p,
-            #[cfg(feature = "ndc")]
             Self::Ndc(ndc) => ndc.scene_point(p),
         }
     }
@@ -198,10 +189,9 @@ impl Space {
     #[inline(always)]
     #[must_use]
     pub fn whole_way(&self, local: &Ray) -> Option<f32> {
-        match (self, local) {
-            (Self::Box { .. }, _) => None,
-            #[cfg(feature = "ndc")]
-            (Self::Ndc(_), local) => Some((1.0 - local.origin[2]) / local.direction[2]),
+        match self {
+            Self::Box { .. } => None,
+            Self::Ndc(ndc) => Some(ndc.length(local)),
         }
     }
 

@@ -7,7 +7,6 @@
 
 mod shape;
 
-#[cfg(feature = "corner-index")]
 pub use shape::{CornerLevel, CornerLevels};
 pub use shape::{
     GridIndex, HASH_PRIMES, HashGrid, HashGridConfig, Level, MAX_FEATURES_PER_LEVEL, MAX_LEVELS,

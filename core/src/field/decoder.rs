@@ -7,7 +7,7 @@ use crate::Error;
 use crate::encoding::spherical_harmonics;
 use crate::field::{MAX_CHANNELS, MAX_SIGMA, Samples};
 use crate::lanes;
-use crate::network::{Dense, Mlp};
+use crate::network::Mlp;
 use crate::scratch::Workspace;
 
 /// When view-dependent colour is computed.
@@ -86,21 +86,6 @@ impl Decoder<'_> {
             Shading::PerSample => 3,
             Shading::PerRay => self.n_features as usize,
         }
-    }
-
-    /// Rows of samples in each of the two buffers that layers alternate between.
-    pub(crate) fn rows(&self, n_encoded: usize) -> [usize; 2] {
-        let mut rows = [n_encoded, 0];
-        let colors = (self.shading == Shading::PerSample).then_some(&self.color);
-        for network in [&self.density].into_iter().chain(colors) {
-            rows[0] = rows[0].max(network.n_input());
-            let (_, hidden) = network.layers().split_last().unwrap_or((&Dense::EMPTY, &[]));
-            for (i, layer) in hidden.iter().enumerate() {
-                let rows = &mut rows[(i + 1) % 2];
-                *rows = layer.weight.cols().max(*rows);
-            }
-        }
-        rows
     }
 
     /// From encoded points in `work.a` to sigma and features in `work.output`: without the

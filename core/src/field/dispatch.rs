@@ -40,6 +40,8 @@ macro_rules! each_kind {
     };
 }
 
+pub(crate) use each_kind;
+
 impl<'a> core::ops::Deref for AnyField<'a> {
     type Target = dyn Field + 'a;
 

@@ -10,6 +10,7 @@ mod nerf;
 
 pub use decoder::{Decoder, Shading};
 pub use dispatch::AnyField;
+pub(crate) use dispatch::each_kind;
 #[cfg(feature = "hash-grid")]
 pub use hash_grid::HashGridField;
 #[cfg(feature = "nerf")]

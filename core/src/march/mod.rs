@@ -10,7 +10,6 @@
 pub mod composite;
 mod evaluate;
 mod gather;
-#[cfg(feature = "nerf")]
 pub mod hierarchical;
 mod marcher;
 mod pipeline;

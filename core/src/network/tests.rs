@@ -40,7 +40,6 @@ fn relu_lets_nan_pass_at_every_level() {
 }
 
 /// Sixty-seven points, some outputs that fill no panel, inputs from two places.
-#[cfg(feature = "nerf")]
 #[test]
 fn blocks_as_batches() {
     fn check<S: Simd>(simd: S) {

@@ -1,18 +1,10 @@
 //! What a field says of one point: density, features and colour.
 
 use super::harmonics::harmonics;
-#[cfg(feature = "hash-grid")]
-use super::math::exp;
 use super::math::logistic;
-#[cfg(feature = "hash-grid")]
-use super::network::Values;
 use super::network::{self, MAX_WIDTH};
-use crate::field::{AnyField, Decoder, MAX_CHANNELS, Shading};
+use crate::field::{AnyField, Decoder, MAX_CHANNELS, each_kind};
 use crate::{Error, Model};
-
-/// Highest log density; beyond it sigma stays at e^15 per scene unit.
-#[cfg(feature = "hash-grid")]
-const MAX_LOG_DENSITY: f64 = 15.0;
 
 /// Features of a point or of a ray; those that the field does not have are 0.
 pub(super) type Features = [f64; MAX_CHANNELS];
@@ -20,7 +12,7 @@ pub(super) type Features = [f64; MAX_CHANNELS];
 /// Checks that the parts fit together and that the reference can evaluate them.
 pub(super) fn check(model: &Model<'_>) -> Result<(), Error> {
     model.validate()?;
-    match decoder(&model.field) {
+    match model.field.decoder() {
         Some(decoder) => {
             network::check(&decoder.density)?;
             network::check(&decoder.color)
@@ -30,52 +22,16 @@ pub(super) fn check(model: &Model<'_>) -> Result<(), Error> {
     }
 }
 
-/// The networks of a field of a kind that has a decoder.
-pub(super) fn decoder<'f, 'a>(field: &'f AnyField<'a>) -> Option<&'f Decoder<'a>> {
-    match field {
-        #[cfg(feature = "hash-grid")]
-        AnyField::HashGrid(field) => Some(&field.decoder),
-        #[cfg(feature = "nerf")]
-        AnyField::Nerf(_) => None,
-    }
+/// A kind of field as the oracle has it.
+pub(crate) trait ReferenceField {
+    /// Sigma, per scene unit, at unit point `u`, and what a ray along `direction`
+    /// accumulates: a colour or features.
+    fn reference(&self, u: [f32; 3], direction: [f32; 3]) -> (f64, Features);
 }
 
-/// The networks that make colours of what a ray has gathered, where there are any.
-pub(super) fn deferred<'f, 'a>(field: &'f AnyField<'a>) -> Option<&'f Decoder<'a>> {
-    decoder(field).filter(|decoder| decoder.shading == Shading::PerRay)
-}
-
-/// Sigma, per scene unit, at unit point `u`, and what a ray along `direction`
-/// accumulates: a colour or features.
-pub(super) fn ask(field: &AnyField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
-    match field {
-        #[cfg(feature = "nerf")]
-        AnyField::Nerf(field) => super::nerf::ask(field, u, direction),
-        #[cfg(feature = "hash-grid")]
-        _ => ask_decoded(field, u, direction),
-    }
-}
-
-#[cfg(feature = "hash-grid")]
-fn ask_decoded(field: &AnyField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
-    let Some(decoder) = decoder(field) else { return (0.0, [0.0; MAX_CHANNELS]) };
-    let (sigma, features) = density(field, decoder, u);
-    if decoder.shading == Shading::PerRay {
-        return (sigma, features);
-    }
-    let mut channels = [0.0; MAX_CHANNELS];
-    channels[..3].copy_from_slice(&shade(decoder, &features, direction));
-    (sigma, channels)
-}
-
-#[cfg(feature = "hash-grid")]
-fn encode(field: &AnyField<'_>, u: [f32; 3]) -> Values {
-    match field {
-        #[cfg(feature = "hash-grid")]
-        AnyField::HashGrid(field) => super::hash_grid::encode(&field.grid, u),
-        #[cfg(feature = "nerf")]
-        AnyField::Nerf(_) => [0.0; MAX_WIDTH],
-    }
+/// As [`ReferenceField::reference`].
+pub(super) fn evaluate(field: &AnyField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
+    each_kind!(field, field => field.reference(u, direction))
 }
 
 /// The unit coordinates of local point `p` where the model may hold something:
@@ -89,20 +45,6 @@ pub(super) fn place(model: &Model<'_>, p: [f32; 3]) -> Option<[f32; 3]> {
         None => true,
     };
     (inside && occupied).then_some(u)
-}
-
-/// Sigma, per scene unit, and the features at unit point `u`.
-///
-/// `sigma = exp(min(raw + log_density_bias, 15))`; a NaN is empty space.
-#[cfg(feature = "hash-grid")]
-fn density(field: &AnyField<'_>, decoder: &Decoder<'_>, u: [f32; 3]) -> (f64, Features) {
-    let out = network::forward(&decoder.density, &encode(field, u));
-    let log_density = out[0] + f64::from(decoder.log_density_bias);
-    let sigma = if log_density.is_nan() { 0.0 } else { exp(log_density.min(MAX_LOG_DENSITY)) };
-    let mut features = [0.0; MAX_CHANNELS];
-    let n = decoder.n_features as usize;
-    features[..n].copy_from_slice(&out[1..=n]);
-    (sigma, features)
 }
 
 /// The colour of `features` seen along `direction`: the logistic of the colour
@@ -121,6 +63,7 @@ pub(super) fn shade(decoder: &Decoder<'_>, features: &Features, direction: [f32;
 mod tests {
     use super::*;
     extern crate std;
+    use crate::field::Shading;
     use crate::reference::testing::{SceneBuilder, dense, kinds};
 
     #[test]
@@ -130,8 +73,9 @@ mod tests {
         for kind in kinds() {
             let mut scene = SceneBuilder::new(&kind, [2.0, 4.0, -6.0], [1.0, 3.0, 0.0]);
             scene.decoder.log_density_bias = -2.0;
+            scene.decoder.shading = Shading::PerRay;
             let field = scene.build().field;
-            let (sigma, features) = density(&field, decoder(&field).unwrap(), [0.1, 0.2, 0.75]);
+            let (sigma, features) = evaluate(&field, [0.1, 0.2, 0.75], [0.0, 0.0, 1.0]);
             assert!((sigma - 1.0).abs() < 1e-14);
             assert!((features[0] - 5.0).abs() < 1e-14 && (features[1] + 3.0).abs() < 1e-14);
             assert_eq!(features[2..], [0.0; MAX_CHANNELS - 2]);
@@ -151,7 +95,7 @@ mod tests {
                 (f32::NAN, 0.0),
             ] {
                 let scene = SceneBuilder::new(&kind, [0.0; 3], [raw, 0.0, 0.0]).build();
-                let (sigma, _) = density(&scene.field, decoder(&scene.field).unwrap(), [0.5; 3]);
+                let (sigma, _) = evaluate(&scene.field, [0.5; 3], [0.0, 0.0, 1.0]);
                 assert!((sigma - expected).abs() <= 1e-14 * expected, "{raw}: {sigma}");
             }
         }

@@ -1,12 +1,47 @@
 //! The hash grid, corner by corner, from the text of [`crate::encoding::hash_grid`].
 
-use super::network::{MAX_WIDTH, Values};
-#[cfg(any(feature = "corner-index", test))]
+use super::field::{Features, ReferenceField, shade};
+use super::math::exp;
+use super::network::{self, MAX_WIDTH, Values};
 use crate::encoding::hash_grid::GridIndex;
 use crate::encoding::hash_grid::{HASH_PRIMES, HashGrid, HashGridConfig};
+use crate::field::{Decoder, HashGridField, MAX_CHANNELS, Shading};
+
+/// Highest log density; beyond it sigma stays at e^15 per scene unit.
+const MAX_LOG_DENSITY: f64 = 15.0;
+
+impl ReferenceField for HashGridField<'_> {
+    fn reference(&self, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
+        decode(&self.decoder, &encode(&self.grid, u), direction)
+    }
+}
+
+/// Sigma and channels of encoded values behind a decoder.
+fn decode(decoder: &Decoder<'_>, encoded: &Values, direction: [f32; 3]) -> (f64, Features) {
+    let (sigma, features) = density(decoder, encoded);
+    if decoder.shading == Shading::PerRay {
+        return (sigma, features);
+    }
+    let mut channels = [0.0; MAX_CHANNELS];
+    channels[..3].copy_from_slice(&shade(decoder, &features, direction));
+    (sigma, channels)
+}
+
+/// Sigma, per scene unit, and the features of an encoded point.
+///
+/// `sigma = exp(min(raw + log_density_bias, 15))`; a NaN is empty space.
+fn density(decoder: &Decoder<'_>, encoded: &Values) -> (f64, Features) {
+    let out = network::forward(&decoder.density, encoded);
+    let log_density = out[0] + f64::from(decoder.log_density_bias);
+    let sigma = if log_density.is_nan() { 0.0 } else { exp(log_density.min(MAX_LOG_DENSITY)) };
+    let mut features = [0.0; MAX_CHANNELS];
+    let n = decoder.n_features as usize;
+    features[..n].copy_from_slice(&out[1..=n]);
+    (sigma, features)
+}
 
 /// Encodes unit point `u`: F features of level 0, then of level 1, ...
-pub(super) fn encode(grid: &HashGrid<'_>, u: [f32; 3]) -> Values {
+fn encode(grid: &HashGrid<'_>, u: [f32; 3]) -> Values {
     let n_features = grid.config.n_features_per_level as usize;
     let mut out = [0.0; MAX_WIDTH];
     for level in 0..grid.config.n_levels as usize {
@@ -48,16 +83,13 @@ enum Numbering {
     /// Blocks share this many places, a power of two.
     Hashed(u32),
     /// Corner by corner, so many along an axis, going around so many entries.
-    #[cfg(feature = "corner-index")]
     DenseCorners(u32, u32),
     /// Corners share this many entries, a power of two.
-    #[cfg(feature = "corner-index")]
     HashedCorners(u32),
 }
 
 impl LevelShape {
     fn new(config: &HashGridConfig, level: usize) -> Self {
-        #[cfg(feature = "corner-index")]
         if let GridIndex::Corners(corners) = config.index {
             let crate::encoding::CornerLevel { scale, side, entries } = corners.levels[level];
             let numbering = match side {
@@ -93,11 +125,9 @@ impl LevelShape {
         let block = match self.numbering {
             Numbering::Dense(n) => x + n * y + n * n * z,
             Numbering::Hashed(places) => hash([x, y, z]) % places,
-            #[cfg(feature = "corner-index")]
             Numbering::DenseCorners(n, entries) => {
                 return ((c[0] + n * (c[1] + n * c[2])) % entries) as usize;
             }
-            #[cfg(feature = "corner-index")]
             Numbering::HashedCorners(entries) => return (hash(c) % entries) as usize,
         };
         (8 * block + c[0] % 2 + 2 * (c[1] % 2) + 4 * (c[2] % 2)) as usize
@@ -219,7 +249,6 @@ mod tests {
                         let (entries, blocks) = match own.numbering {
                             Numbering::Dense(n) => (8 * n * n * n, n),
                             Numbering::Hashed(places) => (8 * places, 0),
-                            #[cfg(feature = "corner-index")]
                             _ => panic!("corners one by one"),
                         };
                         assert_eq!((entries, blocks), (stated.entries, stated.dense_side));
@@ -232,7 +261,6 @@ mod tests {
         }
     }
 
-    #[cfg(feature = "corner-index")]
     mod corners {
         use super::*;
         use crate::Error;

@@ -14,7 +14,7 @@
 //! `n_fine` distances more. With all of them the fine field is asked, and the picture is
 //! Σ w c.
 
-use super::field::{Features, ask, deferred, place, shade};
+use super::field::{Features, evaluate, place, shade};
 use super::math::exp;
 use super::ray::{RayResult, point};
 use super::space;
@@ -58,15 +58,12 @@ pub(super) fn march(
     }
     let mut samples = 0;
     if n_fine > 0 {
-        let coarse = match &model.field {
-            AnyField::Nerf(field) => AnyField::Nerf(field.coarse_field()),
-            #[cfg(feature = "hash-grid")]
-            AnyField::HashGrid(_) => model.field,
-        };
+        let coarse = model.field.coarse();
+        let coarse = coarse.as_ref().unwrap_or(&model.field);
         let mut weights = [0.0; MOST];
         let mut transmittance = 1.0;
         for i in 0..n {
-            let Some((sigma, _)) = sample(model, &coarse, [ray, &local], t[i], clipped) else {
+            let Some((sigma, _)) = sample(model, coarse, [ray, &local], t[i], clipped) else {
                 continue;
             };
             samples += 1;
@@ -103,7 +100,7 @@ pub(super) fn march(
     if opacity as f32 == 0.0 {
         return RayResult { samples, ..RayResult::EMPTY };
     }
-    let rgb = match deferred(&model.field) {
+    let rgb = match model.field.deferred() {
         None => [sums[0], sums[1], sums[2]],
         Some(decoder) => {
             shade(decoder, &sums.map(|sum| sum / opacity), ray.direction).map(|c| opacity * c)
@@ -127,7 +124,7 @@ fn sample(
 ) -> Option<(f64, Features)> {
     let p = point(local, t);
     let u = if clipped { place(model, p)? } else { model.space.unit_map().apply(p) };
-    Some(ask(field, u, ray.direction))
+    Some(evaluate(field, u, ray.direction))
 }
 
 /// What sample i stands for.

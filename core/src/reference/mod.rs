@@ -38,7 +38,6 @@ mod field;
 mod harmonics;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
-#[cfg(feature = "nerf")]
 mod hierarchical;
 mod math;
 #[cfg(feature = "nerf")]
@@ -52,7 +51,6 @@ pub(crate) mod testing;
 pub use network::MAX_WIDTH;
 pub use ray::RayResult;
 
-#[cfg(feature = "nerf")]
 use crate::march::Hierarchical;
 use crate::{Camera, Error, Model, Ray};
 
@@ -83,8 +81,8 @@ pub fn query(
     let Some(u) = space::point(&model.space, point).and_then(place) else {
         return Ok(PointResult { sigma: 0.0, rgb: [0.0; 3] });
     };
-    let (sigma, channels) = field::ask(&model.field, u, direction);
-    let rgb = match field::deferred(&model.field) {
+    let (sigma, channels) = field::evaluate(&model.field, u, direction);
+    let rgb = match model.field.deferred() {
         Some(decoder) => field::shade(decoder, &channels, direction),
         None => [channels[0], channels[1], channels[2]],
     };
@@ -105,7 +103,6 @@ pub fn render_ray(model: &Model<'_>, ray: &Ray) -> Result<RayResult, Error> {
 ///
 /// # Errors
 /// As [`query`].
-#[cfg(feature = "nerf")]
 pub fn render_ray_hierarchically(
     model: &Model<'_>,
     ray: &Ray,

@@ -1,14 +1,19 @@
-//! The paper's field, one point and one value at a time.
+//! Vanilla NeRF, one point and one value at a time.
 
-use super::field::Features;
+use super::field::{Features, ReferenceField};
 use super::math::{exp, logistic, sin_cos_pi};
 use super::network::{MAX_WIDTH, Values, one};
 use crate::encoding::{Affine, Fourier, Waves};
 use crate::field::{Activation, MAX_CHANNELS, NerfField};
 
-/// Sigma, per scene unit, and the colour at unit point `u` seen along `direction`.
-/// NaN is empty space, and black.
-pub(super) fn ask(field: &NerfField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
+impl ReferenceField for NerfField<'_> {
+    /// NaN is empty space, and black.
+    fn reference(&self, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
+        evaluate(self, u, direction)
+    }
+}
+
+fn evaluate(field: &NerfField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
     let network = &field.fine;
     let encoded = encode(&field.positions, field.map, u);
     let n_position = field.positions.n_output();

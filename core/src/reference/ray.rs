@@ -1,6 +1,6 @@
 //! The sum along one ray.
 
-use super::field::{Features, ask, deferred, place, shade};
+use super::field::{Features, evaluate, place, shade};
 use super::math::exp;
 use super::space;
 use crate::field::MAX_CHANNELS;
@@ -91,7 +91,7 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
         }
         let Some(u) = place(model, point(&local, t)) else { continue };
         samples += 1;
-        let (sigma, channels) = ask(&model.field, u, ray.direction);
+        let (sigma, channels) = evaluate(&model.field, u, ray.direction);
         sums.add(sigma, f64::from(step), f64::from(t), &channels);
         if sums.transmittance < f64::from(min_transmittance) {
             break;
@@ -104,7 +104,7 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
     let ended = sums.transmittance < f64::from(min_transmittance);
     let alpha = if ended { 1.0 } else { sums.opacity };
     let mean = sums.channels.map(|sum| sum / sums.opacity);
-    let rgb = match deferred(&model.field) {
+    let rgb = match model.field.deferred() {
         None => [mean[0], mean[1], mean[2]],
         Some(decoder) => shade(decoder, &mean, ray.direction),
     };

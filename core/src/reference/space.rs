@@ -9,23 +9,7 @@ use crate::{Ray, Space};
 pub(super) fn local(space: &Space, ray: &Ray) -> Option<Ray> {
     match space {
         Space::Box { .. } => Some(*ray),
-        #[cfg(feature = "ndc")]
-        Space::Ndc(ndc) => {
-            let [o, d] = [ray.origin, ray.direction].map(|v| v.map(f64::from));
-            if !(o.iter().chain(&d).all(|v| v.is_finite()) && d[2] < -1e-6) {
-                return None;
-            }
-            let z = o[2].min(-f64::from(ndc.near));
-            let begin = ndc::image(ndc, [0, 1, 2].map(|a| o[a] + (z - o[2]) * (d[a] / d[2])));
-            let [ax, ay] = ndc.slope.map(f64::from);
-            let end = [-ax * (d[0] / d[2]), -ay * (d[1] / d[2]), 1.0];
-            let way = [0, 1, 2].map(|a| end[a] - begin[a]);
-            let length = super::math::sqrt(way.iter().map(|w| w * w).sum());
-            let origin = begin.map(|v| v as f32);
-            let direction = way.map(|w| (w / length) as f32);
-            let sound = origin.iter().chain(&direction).all(|v| v.is_finite());
-            (sound && direction[2] > 0.0).then_some(Ray { origin, direction })
-        }
+        Space::Ndc(ndc) => ndc::local(ndc, ray),
     }
 }
 
@@ -37,13 +21,7 @@ pub(super) fn depth(space: &Space, ray: &Ray, local: &Ray, t: f64) -> f64 {
             let _ = (ray, local);
             t
         }
-        #[cfg(feature = "ndc")]
-        Space::Ndc(ndc) => {
-            let z = f64::from(local.origin[2]) + t * f64::from(local.direction[2]);
-            // Not behind infinity.
-            let scene_z = -2.0 * f64::from(ndc.near) / (1.0 - z).max(1e-7);
-            (scene_z - f64::from(ray.origin[2])) / f64::from(ray.direction[2])
-        }
+        Space::Ndc(ndc) => ndc::depth(ndc, ray, local, t),
     }
 }
 
@@ -51,21 +29,65 @@ pub(super) fn depth(space: &Space, ray: &Ray, local: &Ray, t: f64) -> f64 {
 pub(super) fn point(space: &Space, p: [f32; 3]) -> Option<[f32; 3]> {
     match space {
         Space::Box { .. } => Some(p),
-        #[cfg(feature = "ndc")]
-        Space::Ndc(ndc) => {
-            let in_front = p[2] <= -ndc.near && p.iter().all(|v| v.is_finite());
-            in_front.then(|| ndc::image(ndc, p.map(f64::from)).map(|v| v as f32))
-        }
+        Space::Ndc(ndc) => ndc::point(ndc, p),
     }
 }
 
 #[cfg(feature = "ndc")]
 mod ndc {
+    use crate::Ray;
     use crate::space::Ndc;
 
+    pub(super) fn local(ndc: &Ndc, ray: &Ray) -> Option<Ray> {
+        let [o, d] = [ray.origin, ray.direction].map(|v| v.map(f64::from));
+        if !(o.iter().chain(&d).all(|v| v.is_finite()) && d[2] < -1e-6) {
+            return None;
+        }
+        let z = o[2].min(-f64::from(ndc.near));
+        let begin = image(ndc, [0, 1, 2].map(|a| o[a] + (z - o[2]) * (d[a] / d[2])));
+        let [ax, ay] = ndc.slope.map(f64::from);
+        let end = [-ax * (d[0] / d[2]), -ay * (d[1] / d[2]), 1.0];
+        let way = [0, 1, 2].map(|a| end[a] - begin[a]);
+        let length = super::super::math::sqrt(way.iter().map(|w| w * w).sum());
+        let origin = begin.map(|v| v as f32);
+        let direction = way.map(|w| (w / length) as f32);
+        let sound = origin.iter().chain(&direction).all(|v| v.is_finite());
+        (sound && direction[2] > 0.0).then_some(Ray { origin, direction })
+    }
+
+    pub(super) fn depth(ndc: &Ndc, ray: &Ray, local: &Ray, t: f64) -> f64 {
+        let z = f64::from(local.origin[2]) + t * f64::from(local.direction[2]);
+        // Not behind infinity.
+        let scene_z = -2.0 * f64::from(ndc.near) / (1.0 - z).max(1e-7);
+        (scene_z - f64::from(ray.origin[2])) / f64::from(ray.direction[2])
+    }
+
+    pub(super) fn point(ndc: &Ndc, p: [f32; 3]) -> Option<[f32; 3]> {
+        let in_front = p[2] <= -ndc.near && p.iter().all(|v| v.is_finite());
+        in_front.then(|| image(ndc, p.map(f64::from)).map(|v| v as f32))
+    }
+
     /// The projective map of a camera at the origin with a near plane and no far one.
-    pub(super) fn image(ndc: &Ndc, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    fn image(ndc: &Ndc, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [ax, ay] = ndc.slope.map(f64::from);
         [-ax * x / z, -ay * y / z, 1.0 + 2.0 * f64::from(ndc.near) / z]
+    }
+}
+
+#[cfg(not(feature = "ndc"))]
+mod ndc {
+    use crate::Ray;
+    use crate::space::Ndc;
+
+    pub(super) fn local(ndc: &Ndc, _: &Ray) -> Option<Ray> {
+        match *ndc {}
+    }
+
+    pub(super) fn depth(ndc: &Ndc, _: &Ray, _: &Ray, _: f64) -> f64 {
+        match *ndc {}
+    }
+
+    pub(super) fn point(ndc: &Ndc, _: [f32; 3]) -> Option<[f32; 3]> {
+        match *ndc {}
     }
 }

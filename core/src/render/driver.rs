@@ -6,14 +6,13 @@ use crate::field::FieldKernels;
 use crate::lanes::LANES;
 use crate::march::{Marcher, RayLimits, Stage};
 use crate::render::foreground::Foreground;
-#[cfg(feature = "nerf")]
 use crate::render::hierarchical;
 use crate::render::observe::Observer;
 use crate::render::passes::{Pass, Span};
 use crate::render::ray_group::RayGroup;
 use crate::render::source::Source;
 use crate::render::target::Target;
-use crate::render::{Detail, RenderOptions, RenderStats, SamplingMode};
+use crate::render::{Detail, HIERARCHICAL, RenderOptions, RenderStats, SamplingMode};
 use crate::scratch::Scratch;
 use crate::{Error, Model};
 
@@ -72,14 +71,12 @@ pub(super) fn render(
                 each_pass(simd, model.field.kernels(), &mut group, job, &mut target);
             });
         }
-        #[cfg(feature = "nerf")]
+        SamplingMode::Hierarchical(_) if !HIERARCHICAL => return Err(Error::Feature("nerf")),
         SamplingMode::Hierarchical(sampling) => {
             dispatch!(level, simd => {
                 hierarchical::each_pixel(simd, sampling, &mut group, job, &mut target);
             });
         }
-        #[cfg(not(feature = "nerf"))]
-        SamplingMode::Hierarchical(_) => return Err(Error::Feature("nerf")),
     }
     target.fill(span.to);
     Ok(group.stats)

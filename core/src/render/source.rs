@@ -21,7 +21,6 @@ pub(super) trait Source {
     fn ray(&self, number: u32) -> Ray;
 
     /// Where the camera that they come from looks, a unit vector.
-    #[cfg(feature = "nerf")]
     fn axis(&self) -> Option<[f32; 3]>;
 
     /// What the rays see, every `spacing`-th along both axes; `depths` is its memory.
@@ -55,7 +54,6 @@ impl Source for [Ray] {
     }
 
     /// They need not come from a camera.
-    #[cfg(feature = "nerf")]
     fn axis(&self) -> Option<[f32; 3]> {
         None
     }
@@ -116,7 +114,6 @@ impl Source for Pixels<'_> {
         self.camera.ray(at(x, number % width), at(y, number / width))
     }
 
-    #[cfg(feature = "nerf")]
     fn axis(&self) -> Option<[f32; 3]> {
         Some(self.camera.axis())
     }

@@ -60,6 +60,16 @@ impl Ndc {
         Ok(())
     }
 
+    pub(super) const fn bounds(&self) -> [[f32; 3]; 2] {
+        [self.min, self.max]
+    }
+
+    /// How far a local ray goes until infinity.
+    #[inline(always)]
+    pub(super) fn length(&self, local: &Ray) -> f32 {
+        (1.0 - local.origin[2]) / local.direction[2]
+    }
+
     /// `None` for rays that do not go forwards.
     fn path(&self, ray: &Ray) -> Option<Path> {
         let [ox, oy, oz] = ray.origin.map(f64::from);

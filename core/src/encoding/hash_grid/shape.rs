@@ -7,6 +7,9 @@ pub const MAX_LEVELS: usize = 16;
 /// Most features an entry may have.
 pub const MAX_FEATURES_PER_LEVEL: usize = 8;
 
+/// Whether this build links [`GridIndex::Corners`].
+const CORNER_INDEX: bool = cfg!(feature = "corner-index");
+
 /// How a corner's coordinates become the number of its entry.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,7 +25,6 @@ pub enum GridIndex {
     /// Corner by corner, as tiny-cuda-nn and its kin do: `c.x + side (c.y + side c.z)`
     /// on a dense level, `c.x ^ c.y * 2654435761 ^ c.z * 805459861` on a hashed one,
     /// both modulo the level's entries.
-    #[cfg(feature = "corner-index")]
     Corners(CornerLevels),
 }
 
@@ -31,7 +33,6 @@ pub const HASH_PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
 
 /// The levels of [`GridIndex::Corners`]. The programs that such grids come from round in
 /// ways of their own, so scales and sizes are what they have them to be.
-#[cfg(feature = "corner-index")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CornerLevels {
     /// Added to grid positions: 0.5, or 0 where the first corner is at u = 0.
@@ -41,7 +42,6 @@ pub struct CornerLevels {
 }
 
 /// A level of [`CornerLevels`].
-#[cfg(feature = "corner-index")]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CornerLevel {
     /// Cells along a unit length.
@@ -53,7 +53,6 @@ pub struct CornerLevel {
     pub entries: u32,
 }
 
-#[cfg(feature = "corner-index")]
 impl CornerLevel {
     /// Whether every corner that a point can have is in the table, less than twice around
     /// on a dense level.
@@ -103,7 +102,6 @@ pub struct Level {
     /// instead of blocks where they are numbered one by one.
     pub dense_side: u32,
     /// Added to grid positions, of corners that are numbered one by one.
-    #[cfg(feature = "corner-index")]
     pub corner_shift: Option<f32>,
 }
 
@@ -111,20 +109,16 @@ impl Level {
     /// Whether corners are numbered one by one, not in blocks.
     #[must_use]
     pub const fn is_by_corner(&self) -> bool {
-        #[cfg(feature = "corner-index")]
-        return self.corner_shift.is_some();
-        #[cfg(not(feature = "corner-index"))]
-        false
+        CORNER_INDEX && self.corner_shift.is_some()
     }
 
     /// Added to `u * scale` for the grid position.
     #[must_use]
     pub const fn shift(&self) -> f32 {
-        #[cfg(feature = "corner-index")]
-        if let Some(shift) = self.corner_shift {
-            return shift;
+        match self.corner_shift {
+            Some(shift) if CORNER_INDEX => shift,
+            _ => 0.5,
         }
-        0.5
     }
 }
 
@@ -138,8 +132,8 @@ impl HashGridConfig {
     /// Scale, resolution and table size of level `level`.
     #[must_use]
     pub fn level(&self, level: usize) -> Level {
-        #[cfg(feature = "corner-index")]
-        if let GridIndex::Corners(CornerLevels { shift, levels }) = &self.index {
+        if let (true, GridIndex::Corners(corners)) = (CORNER_INDEX, &self.index) {
+            let CornerLevels { shift, levels } = corners;
             let CornerLevel { scale, side, entries } = levels[level];
             let resolution = scale as u32 + u32::from(scale > (scale as u32) as f32) + 1;
             let corner_shift = Some(*shift);
@@ -157,14 +151,7 @@ impl HashGridConfig {
         let table = 1u64 << self.log2_hashmap_size;
         let (entries, dense_side) =
             if dense_entries <= table { (dense_entries, blocks) } else { (table, 0) };
-        Level {
-            scale,
-            resolution,
-            entries: entries as u32,
-            dense_side,
-            #[cfg(feature = "corner-index")]
-            corner_shift: None,
-        }
+        Level { scale, resolution, entries: entries as u32, dense_side, corner_shift: None }
     }
 
     /// Checks every number.
@@ -181,8 +168,10 @@ impl HashGridConfig {
         if !(3..=24).contains(&self.log2_hashmap_size) {
             return Err(Error::Range("hash grid log2_hashmap_size"));
         }
-        #[cfg(feature = "corner-index")]
         if let GridIndex::Corners(CornerLevels { shift, levels }) = &self.index {
+            if !CORNER_INDEX {
+                return Err(Error::Feature("corner-index"));
+            }
             let levels = &levels[..self.n_levels as usize];
             if !(0.0..=1.0).contains(shift) {
                 return Err(Error::Range("hash grid shift"));
