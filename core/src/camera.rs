@@ -71,7 +71,7 @@ impl Camera {
     pub const MAX_SIDE: u32 = 1 << 14;
 
     /// Checks numbers that come from elsewhere: picture size, focal lengths and principal
-    /// point, and whether the pose is a rotation and a place. Rendering does not ask for that: a camera
+    /// point, and whether the pose is a rotation and a place. Rendering does not require that: a camera
     /// without sense takes pictures of nothing.
     ///
     /// # Errors

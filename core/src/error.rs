@@ -8,7 +8,7 @@ use core::fmt;
 pub enum Error {
     /// A tensor's bytes do not hold `shape[0] * shape[1]` values of its type.
     TensorLength {
-        /// Bytes that the shape asks for.
+        /// Bytes that the shape needs.
         expected: usize,
         /// Bytes that are there.
         found: usize,
@@ -42,9 +42,9 @@ pub enum Error {
     Unsupported(&'static str),
     /// The model is larger than the [`Limits`](crate::scratch::Limits) the scratch was sized for.
     Limits(&'static str),
-    /// This build leaves out the cargo feature that was asked for.
+    /// This build leaves out the requested cargo feature.
     Feature(&'static str),
-    /// The machine (or this build) lacks the SIMD level asked for.
+    /// The machine (or this build) lacks the requested SIMD level.
     SimdUnavailable(crate::simd::SimdLevel),
 }
 

@@ -3,8 +3,7 @@
 //!
 //! The modules stand in the order in which a ray passes through them:
 //! [`camera`] → [`space`] → [`occupancy`] → [`march`] → [`encoding`] →
-//! [`network`] → [`field`] → [`render`]. What else a program may ask of a
-//! model stands in [`query`].
+//! [`network`] → [`field`] → [`render`]. Other questions to a model are in [`query`].
 //!
 //! # Features
 //! * `std` (default): detects the machine's SIMD level; everything else is the

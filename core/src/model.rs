@@ -55,7 +55,7 @@ pub struct Model<'a> {
     pub occupancy: Option<Occupancy<'a>>,
     /// Steps along a ray.
     pub sampling: Sampling,
-    /// The paper's sampling, where the model was made for it.
+    /// Hierarchical sampling, where the model was made for it.
     pub hierarchical: Option<Hierarchical>,
     /// Background and colour space.
     pub display: Display,
@@ -124,8 +124,8 @@ impl<'a> Model<'a> {
         Detail::new(quality, self.display.tolerance)
     }
 
-    /// The paper's sampling: the model's own, or, where it was made for another, the
-    /// paper's numbers within the space and its occupied cells.
+    /// Hierarchical sampling: the model's own numbers, or, where it was made for occupancy
+    /// sampling, the NeRF paper's within the space and its occupied cells.
     #[must_use]
     pub fn hierarchical_sampling(&self) -> SamplingMode {
         let clipped = Hierarchical { reach: Reach::Clipped, ..Hierarchical::PAPER };

@@ -112,7 +112,7 @@ pub const fn panel_len(n_in: usize) -> usize {
     n_in * PANEL
 }
 
-/// Applies one layer to `n` points: `y = W x + b`, then ReLU where asked. NaN
+/// Applies one layer to `n` points: `y = W x + b`, then ReLU where `relu`. NaN
 /// passes ReLU, on every machine: a density that is no number ends as empty
 /// space, a colour that is none as black.
 ///

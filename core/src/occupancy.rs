@@ -11,10 +11,10 @@
 //! unit cube's centre, each with the same resolution; cascades follow one
 //! another in `coarse` and share the numbering of `fine`.
 
-mod surroundings;
+mod skip_table;
 
-use surroundings::Table;
-pub(crate) use surroundings::{OCCUPIED, place};
+use skip_table::Table;
+pub(crate) use skip_table::{OCCUPIED, place};
 
 use crate::Error;
 

@@ -1,9 +1,9 @@
 //! Rays through a model to pixels: the only loop over pixels.
 //!
-//! A tile's rays travel together. In every round each living ray adds its next
-//! few occupied samples to a batch, the field answers for the whole batch, and
+//! A tile's rays travel together. In every round each active ray adds its next
+//! few occupied samples to a batch, the field evaluates the whole batch, and
 //! each ray composites its own part, so that a ray which has become opaque
-//! asks for nothing more. Where a picture need not be the finest, a pixel whose
+//! needs nothing more. Where a picture need not be the finest, a pixel whose
 //! neighbours agree is their mean.
 
 mod composite;
@@ -35,13 +35,13 @@ use driver::Job;
 use passes::Span;
 use source::Pixels;
 
-/// Where along a ray the field is asked.
+/// Where along a ray the field is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SamplingMode {
     /// In occupied cells, in equal steps, until next to no light passes.
     #[default]
     Occupancy,
-    /// As the paper has it: at evenly spaced distances, then where these have weight.
+    /// As in the NeRF paper: at evenly spaced distances, then where these have weight.
     /// Every pixel is rendered and no ray ends early, whatever `detail` says. Needs the
     /// cargo feature `nerf`.
     Hierarchical(Hierarchical),
@@ -64,7 +64,7 @@ pub struct RenderOptions {
     pub skip: bool,
     /// What may be left out.
     pub detail: Detail,
-    /// Where along a ray the field is asked; see [`with_sampling`](Self::with_sampling).
+    /// Where along a ray the field is evaluated; see [`with_sampling`](Self::with_sampling).
     pub sampling: SamplingMode,
 }
 
@@ -137,10 +137,10 @@ impl Tile {
 pub struct RenderStats {
     /// Rays cast; the other pixels are interpolated, or empty before one is cast.
     pub rays: u64,
-    /// Samples at which the field was asked; in the paper's sampling, both networks
+    /// Samples at which the field was evaluated; in hierarchical sampling, both networks
     /// together.
     pub samples: u64,
-    /// Rays along which the field was asked at all.
+    /// Rays with any such sample.
     pub hits: u64,
 }
 

@@ -51,7 +51,7 @@ pub struct Fourier<'a> {
 }
 
 impl Fourier<'_> {
-    /// Values that the encoding gives for a point.
+    /// Values of an encoded point.
     #[must_use]
     pub const fn n_output(&self) -> usize {
         let waves = match &self.waves {

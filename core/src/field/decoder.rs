@@ -22,9 +22,9 @@ pub enum Shading {
 
 /// Density network and colour network.
 ///
-/// `density` reads the encoded point and gives `1 + n_features` values: value 0
+/// `density` reads the encoded point and returns `1 + n_features` values: value 0
 /// is the logarithm of the density, the rest are features.
-/// `color` reads `[features, harmonics(direction)]` and gives three values;
+/// `color` reads `[features, harmonics(direction)]` and returns three values;
 /// their logistic is the colour.
 #[derive(Clone, Copy, Debug)]
 pub struct Decoder<'a> {
@@ -46,7 +46,7 @@ pub struct Decoder<'a> {
 
 impl Decoder<'_> {
     /// Checks that networks, features and encoding fit together; `n_encoded` is
-    /// what the position encoding gives.
+    /// the size of an encoded position.
     ///
     /// # Errors
     /// [`Error::Shape`] or [`Error::Range`].

@@ -19,7 +19,7 @@ pub struct HashGridField<'a> {
 }
 
 impl HashGridField<'_> {
-    /// Values that the grid gives for a point.
+    /// Values of an encoded point.
     #[must_use]
     pub const fn n_encoded(&self) -> usize {
         self.grid.config.n_output()

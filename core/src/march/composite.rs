@@ -61,7 +61,7 @@ impl Accumulated {
     /// Nothing accumulated: all light passes.
     pub const EMPTY: Self = Self { transmittance: 1.0, opacity: 0.0, depth: 0.0 };
 
-    /// Adds the sample at distance `t`, and gives its weight.
+    /// Adds the sample at distance `t`, and returns its weight.
     #[inline(always)]
     pub fn add(&mut self, alpha: f32, t: f32) -> f32 {
         let weight = self.transmittance * alpha;

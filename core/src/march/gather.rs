@@ -7,8 +7,9 @@ use fearless_simd::Simd;
 use crate::lanes::LANES;
 use crate::march::marcher::Marcher;
 use crate::march::ray_packet::RayPacket;
-use crate::march::ray_state::{ABREAST, RUN, RayState};
+use crate::march::ray_state::RayState;
 use crate::march::sample_batch::SampleBatch;
+use crate::march::take::{ABREAST, RUN};
 
 /// Rays that share batches, each known by a number.
 pub trait RayQueue {

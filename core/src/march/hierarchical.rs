@@ -1,4 +1,4 @@
-//! The paper's sampling (Mildenhall et al. 2020, sections 4 and 5.2): evenly spaced
+//! Hierarchical sampling (Mildenhall et al. 2020, sections 4 and 5.2): evenly spaced
 //! samples first, then more of them where the first have weight.
 //!
 //! The arithmetic is that of the authors' program, so that networks trained with it
@@ -89,7 +89,7 @@ pub fn weights(alpha: &mut [f32]) {
 }
 
 /// Distances where the `weights` of samples at `t` are: the inverse of their cumulative
-/// distribution, taken as even between the middles of neighbours. `at` gives what is to
+/// distribution, taken as even between the middles of neighbours. `at` returns what is to
 /// be inverted for each of `found`, ascending from 0 to 1; so are the distances.
 pub fn inverse_cdf(t: &[f32], weights: &[f32], at: impl Fn(usize) -> f32, found: &mut [f32]) {
     let n = t.len().min(weights.len());

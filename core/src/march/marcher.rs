@@ -5,7 +5,7 @@
 //! would give. Sixteen rays enter the space and seek their first samples side by
 //! side; empty cells and blocks are crossed in one stride each, which is rounded
 //! down so that it never passes a sample of the next cell. From there on a few
-//! steps of each ray are looked at together (`walk`). Products and sums are never
+//! steps of each ray are tested together (`take`). Products and sums are never
 //! fused, so that positions are the same at every SIMD level.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};

@@ -20,6 +20,7 @@ mod register;
 mod sample_batch;
 mod sampling;
 mod stride;
+mod take;
 #[cfg(test)]
 mod touching_tests;
 
@@ -30,6 +31,7 @@ pub use marcher::Marcher;
 pub use pipeline::{SampleSink, Stage, march};
 pub use ray_packet::RayPacket;
 pub(crate) use ray_slots::{RayLimits, RaySlot, RaySlots, SampleRun};
-pub use ray_state::{RUN, RayState};
+pub use ray_state::RayState;
 pub use sample_batch::SampleBatch;
 pub use sampling::{Hierarchical, MAX_SAMPLES, MAX_STEPS, Reach, Sampling};
+pub use take::RUN;

@@ -6,7 +6,7 @@ use crate::field::FieldKernels;
 use crate::march::{Marcher, Output, RayQueue, SampleBatch, evaluate};
 use crate::scratch::Workspace;
 
-/// The stages of rendering and of training's forward pass, for whoever measures them.
+/// The stages of rendering and of training's forward pass, to measure them.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {

@@ -77,15 +77,15 @@ impl RayPacket {
 
     /// Puts a ray on its way into a lane.
     #[inline(always)]
-    pub fn put(&mut self, lane: usize, walk: &RayState) {
+    pub fn put(&mut self, lane: usize, state: &RayState) {
         for a in 0..3 {
-            self.origin[a][lane] = walk.origin[a];
-            self.direction[a][lane] = walk.direction[a];
+            self.origin[a][lane] = state.origin[a];
+            self.direction[a][lane] = state.direction[a];
         }
-        self.phase[lane] = walk.phase;
-        self.next[lane] = walk.next;
-        self.end[lane] = walk.end;
-        self.steps[lane] = walk.steps;
+        self.phase[lane] = state.phase;
+        self.next[lane] = state.next;
+        self.end[lane] = state.end;
+        self.steps[lane] = state.steps;
     }
 
     /// Makes a lane's ray end.

@@ -1,11 +1,12 @@
-//! RayRegister in the lanes of a register: where their points lie.
+//! Rays in the lanes of a register: where their points lie.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use crate::lanes::LANES;
 use crate::march::Sampling;
 use crate::march::ray_packet::RayPacket;
-use crate::march::ray_state::{ABREAST, RUN, RayState};
+use crate::march::ray_state::RayState;
+use crate::march::take::{ABREAST, RUN};
 
 /// One value an axis. Not `map`, which the compiler may leave a call of its own,
 /// compiled without the vector instructions.
@@ -35,11 +36,11 @@ impl<S: Simd> RayRegister<S> {
 
     /// Each ray in [`RUN`] lanes, as many as there are.
     #[inline(always)]
-    pub(super) fn abreast(simd: S, walks: &[RayState; ABREAST]) -> Self {
+    pub(super) fn abreast(simd: S, states: &[RayState; ABREAST]) -> Self {
         Self {
-            origin: axes(|a| Self::each(simd, walks, |walk| walk.origin[a])),
-            direction: axes(|a| Self::each(simd, walks, |walk| walk.direction[a])),
-            phase: Self::each(simd, walks, |walk| walk.phase),
+            origin: axes(|a| Self::each(simd, states, |state| state.origin[a])),
+            direction: axes(|a| Self::each(simd, states, |state| state.direction[a])),
+            phase: Self::each(simd, states, |state| state.phase),
         }
     }
 
@@ -47,12 +48,12 @@ impl<S: Simd> RayRegister<S> {
     #[inline(always)]
     pub(super) fn each(
         simd: S,
-        walks: &[RayState; ABREAST],
+        states: &[RayState; ABREAST],
         of: impl Fn(&RayState) -> f32,
     ) -> S::f32s {
         let mut lanes = [0.0; LANES];
-        for (lanes, walk) in lanes.as_chunks_mut::<RUN>().0.iter_mut().zip(walks) {
-            *lanes = [of(walk); RUN];
+        for (lanes, state) in lanes.as_chunks_mut::<RUN>().0.iter_mut().zip(states) {
+            *lanes = [of(state); RUN];
         }
         S::f32s::from_slice(simd, &lanes[..S::f32s::LEN])
     }

@@ -3,7 +3,8 @@
 use fearless_simd::{Simd, SimdBase};
 
 use crate::lanes::LANES;
-use crate::march::ray_state::{RUN, RayState};
+use crate::march::ray_state::RayState;
+use crate::march::take::RUN;
 use crate::space::Space;
 
 /// A batch of samples, in the caller's memory. All rows have the same length: `capacity`

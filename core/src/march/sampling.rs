@@ -41,10 +41,10 @@ impl Sampling {
     }
 }
 
-/// Most samples of a ray in either round of the paper's sampling.
+/// Most samples of a ray in either round of hierarchical sampling.
 pub const MAX_SAMPLES: u32 = 1024;
 
-/// How many samples the paper's sampling takes (Mildenhall et al. 2020, section 5.2):
+/// How many samples hierarchical sampling takes (Mildenhall et al. 2020, section 5.2):
 /// evenly spaced ones, then more of them where those have weight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hierarchical {
@@ -56,7 +56,7 @@ pub struct Hierarchical {
     pub reach: Reach,
 }
 
-/// Which part of a ray has the samples of the paper's sampling.
+/// Which part of a ray has the samples of hierarchical sampling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
     /// From where it enters the space to where it leaves it, and occupied cells alone; the
@@ -80,7 +80,7 @@ impl Hierarchical {
     /// [`crate::Error::Range`].
     pub const fn validate(&self) -> Result<(), crate::Error> {
         if self.n_coarse < 4 || self.n_coarse > MAX_SAMPLES || self.n_fine > MAX_SAMPLES {
-            return Err(crate::Error::Range("the paper's sampling: number of samples"));
+            return Err(crate::Error::Range("hierarchical sampling: number of samples"));
         }
         Ok(())
     }

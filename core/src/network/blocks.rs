@@ -40,7 +40,7 @@ impl Blocks<'_> {
     }
 }
 
-/// Applies one layer to blocks of samples: `y = W x + b`, then ReLU where asked (NaN
+/// Applies one layer to blocks of samples: `y = W x + b`, then ReLU where `relu` (NaN
 /// passes, as in [`dense`](super::dense)). The layer reads the values of both `x`, one
 /// after the other; `y` is `[block][n_out]`, and its length says how many blocks there
 /// are. `panel` holds at least [`panel_len`] values.

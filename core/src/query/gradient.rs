@@ -5,7 +5,7 @@ use core::array::from_fn;
 use crate::Error;
 use crate::field::AnyField;
 use crate::query::Probe;
-use crate::query::ask::Wanted;
+use crate::query::evaluate::Wanted;
 use crate::query::points::{check_output, check_points, unit};
 
 impl Probe<'_> {

@@ -14,8 +14,8 @@ use crate::query::Probe;
 use crate::scratch::{Scratch, Workspace};
 
 impl Probe<'_> {
-    /// Takes `n` rays through occupied cells. `start` gives a ray in the model's
-    /// coordinates and the most steps that it takes; `see` is told each of its samples,
+    /// Takes `n` rays through occupied cells. `start` returns a ray in the model's
+    /// coordinates and the most steps that it takes; `see` receives each of its samples,
     /// nearest first, with the distance and sigma there, in the model's units.
     pub(super) fn march(
         &self,
@@ -73,7 +73,7 @@ impl Probe<'_> {
     }
 }
 
-/// What a question is told of a ray.
+/// What a question knows of a ray.
 pub(super) struct Seen {
     /// The ray's number.
     pub(super) number: usize,

@@ -1,9 +1,9 @@
 //! Questions to a model beside pictures: what is where, whether a way is free, how far
 //! things are.
 //!
-//! A [`Probe`] is a model, vector instructions and the coordinates in which it is asked;
+//! A [`Probe`] is a model, vector instructions and the caller's coordinates;
 //! points, distances and densities are all in the caller's units. Questions take many
-//! points at a time and the caller's scratch, allocate nothing, and may be asked from any
+//! points at a time and the caller's scratch, allocate nothing, and may run on any
 //! number of threads, each with scratch of its own. Sigma is 0 where occupancy says that
 //! nothing is.
 //!
@@ -92,9 +92,9 @@
 //! # Ok::<(), pocketnerf_core::Error>(())
 //! ```
 
-mod ask;
 mod clearance;
 mod depth;
+mod evaluate;
 mod gradient;
 mod march;
 mod points;
@@ -111,7 +111,7 @@ use crate::scratch::{Limits, Scratch, Tuning, scratch_len};
 use crate::space::UnitMap;
 use crate::{Error, Model, SimdLevel};
 
-/// A model to be asked, and in which coordinates.
+/// A model to be queried, and the caller's coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct Probe<'m> {
     model: &'m Model<'m>,

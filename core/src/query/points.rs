@@ -5,14 +5,14 @@ use core::array::from_fn;
 use glam::Vec3;
 
 use crate::query::Probe;
-use crate::query::ask::Wanted;
+use crate::query::evaluate::Wanted;
 use crate::query::similarity::are_places;
 use crate::scratch::Scratch;
 use crate::{Error, math};
 
 impl Probe<'_> {
     /// Sigma at `points`, into one value each of `out`: 1 / unit; 0 outside the model's box
-    /// and in empty cells, which the field is not asked about.
+    /// and in empty cells, where the field is not evaluated.
     ///
     /// Sigma is what volume rendering means by it (Mildenhall et al. 2020, section 4): the
     /// part of the light that is held back on a short way of length δ is σδ. It changes
@@ -43,7 +43,7 @@ impl Probe<'_> {
     /// as for [`density`](Self::density). All four are 0 outside the model's box and in
     /// empty cells. Of directions, towards the points, only where they go matters.
     ///
-    /// A field that decodes colour once a ray is asked as if the ray met nothing but the
+    /// A field that decodes colour once a ray is evaluated as if the ray met nothing but the
     /// point: the shade of that point alone. A picture shades the mean of what its ray has
     /// met instead, so that the two differ where that is not all alike.
     ///
@@ -83,7 +83,7 @@ impl Probe<'_> {
     /// After CATNIPS (Chen et al., arXiv 2302.12931): a field is a Poisson process of small
     /// particles whose cross section is `particle_area`, A, in unit². A ray is held back
     /// by σ = λA for an intensity of λ particles a unit³ (Max 1995), so that λ = σ/A, and
-    /// the body meets none with the probability exp(-∫ λ dV). Nothing in a field tells A:
+    /// the body meets none with the probability exp(-∫ λ dV). A field does not determine A:
     /// it says how large a thing must be to matter. A quarter of the area is four times as
     /// many particles and the logarithm of the probability to pass times four.
     ///
@@ -126,7 +126,7 @@ impl Probe<'_> {
         self.model.place(&self.map, self.similarity.to_model(point))
     }
 
-    /// Asks about the N unit points that `place` gives for each of `n` things, and tells
+    /// Evaluates the N unit points that `place` returns for each of `n` things, and passes on
     /// the answers, `[r, g, b, sigma]` in the model's units; zeros of what has no place.
     /// Batches are full, whatever lies between their points.
     pub(super) fn each<const N: usize>(

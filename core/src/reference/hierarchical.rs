@@ -1,4 +1,4 @@
-//! The paper's sampling along one ray (Mildenhall et al. 2020, section 5.2), as its
+//! Hierarchical sampling along one ray (Mildenhall et al. 2020, section 5.2), as its
 //! authors' program has it when it makes a picture.
 //!
 //! ```text
@@ -11,7 +11,7 @@
 //!
 //! The inverse of the cumulative distribution of `w_i + 1e-5`, the first and the last
 //! left out, each spread over what is nearer to `t_i` than to its neighbours, gives
-//! `n_fine` distances more. With all of them the fine field is asked, and the picture is
+//! `n_fine` distances more. The fine field is evaluated at all of them, and the picture is
 //! Σ w c.
 
 use super::field::{Features, evaluate, place, shade};
@@ -114,7 +114,7 @@ pub(super) fn march(
     }
 }
 
-/// What a field says of the point at distance `t`; `None` where it is not asked.
+/// What a field says of the point at distance `t`; `None` where it is not evaluated.
 fn sample(
     model: &Model<'_>,
     field: &AnyField<'_>,

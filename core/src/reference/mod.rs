@@ -4,7 +4,7 @@
 //! compared with it. One point at a time, one weight at a time
 //! ([`TensorView::get`](crate::TensorView::get)), in f64, sharing no kernel with
 //! the fast path. A ray tries *every* sample of its grid, from the first to the
-//! last, and asks the box and the occupancy grid at each.
+//! last, and tests the box and the occupancy grid at each.
 //!
 //! Volume rendering is equation 3 of the NeRF paper (Mildenhall et al. 2020)
 //! with a constant step δ. For the samples k inside box and occupancy, front to
@@ -61,8 +61,8 @@ pub struct PointResult {
     /// outside and in cells that are not occupied.
     pub sigma: f32,
     /// Colour of this point alone, straight (not premultiplied), in the model's
-    /// colour space. A field that is shaded per ray is asked as if its ray held
-    /// nothing but this point. Black where the field is not asked.
+    /// colour space. A field that is shaded per ray is evaluated as if its ray held
+    /// nothing but this point. Black where the field is not evaluated.
     pub rgb: [f32; 3],
 }
 
@@ -98,7 +98,7 @@ pub fn render_ray(model: &Model<'_>, ray: &Ray) -> Result<RayResult, Error> {
     Ok(ray::march(model, ray))
 }
 
-/// Renders one ray as the paper does: [`Hierarchical`] samples. `axis` is where the camera
+/// Renders one ray by [`Hierarchical`] samples. `axis` is where the camera
 /// that it comes from looks, if there is one.
 ///
 /// # Errors

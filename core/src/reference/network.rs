@@ -32,7 +32,7 @@ pub(super) fn forward(network: &Mlp<'_>, input: &Values) -> Values {
     x
 }
 
-/// One layer; ReLU where asked.
+/// One layer; ReLU where `relu`.
 pub(super) fn one(layer: &Dense<'_>, x: &Values, relu: bool) -> Values {
     let n_out = layer.weight.cols();
     let mut y = [0.0; MAX_WIDTH];

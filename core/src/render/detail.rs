@@ -8,7 +8,7 @@ pub struct Detail {
     /// A pixel is the mean of its neighbours, 1, 2, 4 or 8 pixels away, where
     /// these differ by less than this in every premultiplied channel and in opacity
     /// (the means of those that face each other by a third of it) and, where depth
-    /// is asked for, by less than this part of it. 0: pixels that need neighbours
+    /// is rendered, by less than this part of it. 0: pixels that need neighbours
     /// so far away are all rendered.
     pub tolerances: [f32; 4],
     /// A ray ends, and counts as opaque, where less light than this passes, or
@@ -16,12 +16,13 @@ pub struct Detail {
     pub min_transmittance: f32,
     /// Where less light than this passes, a ray's samples stand for two steps;
     /// where less than a quarter of it does, for four. 0: each for its own.
-    pub late: f32,
+    pub coarse_step_below: f32,
 }
 
 impl Detail {
     /// Every pixel, as the model says.
-    pub const FINEST: Self = Self { tolerances: [0.0; 4], min_transmittance: 0.0, late: 0.0 };
+    pub const FINEST: Self =
+        Self { tolerances: [0.0; 4], min_transmittance: 0.0, coarse_step_below: 0.0 };
 
     /// See [`Model::detail`](crate::Model::detail).
     pub(crate) fn new(quality: f32, tolerance: f32) -> Self {
@@ -35,7 +36,7 @@ impl Detail {
         Self {
             tolerances: [tolerance * left_out * left_out, tolerance * far * far, 0.0, 0.0],
             min_transmittance: 0.02 * left_out * left_out * left_out,
-            late: 0.3 * left_out.min(1.0),
+            coarse_step_below: 0.3 * left_out.min(1.0),
         }
     }
 
@@ -52,10 +53,11 @@ impl Detail {
     }
 
     pub(crate) fn validate(&self) -> Result<(), Error> {
-        let mut fractions = self.tolerances.iter().chain([&self.min_transmittance, &self.late]);
+        let mut fractions =
+            self.tolerances.iter().chain([&self.min_transmittance, &self.coarse_step_below]);
         if !fractions.all(|v| (0.0..1.0).contains(v)) {
             return Err(Error::Range(
-                "detail: tolerances, min_transmittance and late, from 0 to below 1",
+                "detail: tolerances, min_transmittance and coarse_step_below, from 0 to below 1",
             ));
         }
         Ok(())

@@ -52,7 +52,7 @@ pub(super) fn render(
     let mut scratch = Scratch::cut(scratch, limits, tuning);
     scratch.slots.limits = RayLimits {
         min_transmittance: detail.min_transmittance.max(model.sampling.min_transmittance),
-        coarse_step_below: detail.late,
+        coarse_step_below: detail.coarse_step_below,
     };
     let depths = core::mem::take(&mut scratch.depths);
     let marcher = Marcher::new(model, skip);

@@ -1,4 +1,4 @@
-//! Rendering that tells what it is doing: for whoever measures it. The core
+//! Rendering that reports what it is doing: to measure it. The core
 //! reads no clock itself.
 
 use crate::march::Stage;

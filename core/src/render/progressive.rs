@@ -19,7 +19,7 @@ pub struct Refinement {
 }
 
 /// All pieces of work for a picture, coarse to fine; within a level of detail,
-/// tile by tile. Whoever has no time left stops anywhere: the tiles that were
+/// tile by tile. Work can stop anywhere when time runs out: the tiles that were
 /// refined stay so. Tiles are independent of one another, so that those of a
 /// level may be handed to several threads.
 ///
@@ -82,7 +82,7 @@ impl Iterator for Refinements {
 ///
 /// `rgba` and `depth` are the tile's own, as for
 /// [`render_tile`](crate::render_tile), and hold what the refinement before it
-/// has left there. After the last one they hold what `render_tile` gives.
+/// has left there. After the last one they hold the pixels of `render_tile`.
 ///
 /// # Errors
 /// As `render_tile`, and for spacings that are no powers of two, or not finer

@@ -41,7 +41,7 @@ impl RayGroup<'_, '_, '_, '_> {
         self.count() + LANES / 4 > self.tuning.rays
     }
 
-    /// Tells the observer.
+    /// Notifies the observer.
     #[inline(always)]
     pub(super) fn ended(&mut self, stage: Stage, n: usize) {
         if let Some(observer) = &mut self.observer {

@@ -37,7 +37,7 @@ pub const HASH_PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
 pub struct CornerLevels {
     /// Added to grid positions: 0.5, or 0 where the first corner is at u = 0.
     pub shift: f32,
-    /// One a level; the rest are not looked at.
+    /// One a level; the rest are ignored.
     pub levels: [CornerLevel; MAX_LEVELS],
 }
 
@@ -123,7 +123,7 @@ impl Level {
 }
 
 impl HashGridConfig {
-    /// Values that the encoding gives for a point.
+    /// Values of an encoded point.
     #[must_use]
     pub const fn n_output(&self) -> usize {
         (self.n_levels * self.n_features_per_level) as usize

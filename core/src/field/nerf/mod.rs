@@ -218,7 +218,7 @@ impl NerfField<'_> {
 }
 
 impl NerfField<'_> {
-    /// Densities, 1 / scene unit, of what the network gives. NaN is empty.
+    /// Densities, 1 / scene unit, of the network's output. NaN is empty.
     #[inline(always)]
     pub fn sigma<S: Simd>(&self, simd: S, raw: S::f32s) -> S::f32s {
         let [zero, most] = [0.0, MAX_SIGMA].map(|v| S::f32s::splat(simd, v));

@@ -7,14 +7,14 @@ use crate::network::blocks::{Blocks, Row, dense_blocks};
 use crate::network::{Dense, MAX_LAYERS, Mlp};
 
 /// The networks of one field: `trunk` reads the encoded point; `density` and
-/// `feature` read what the trunk gives; `color` reads the feature, then the encoded
+/// `feature` read the trunk's output; `color` reads the feature, then the encoded
 /// direction.
 #[derive(Clone, Copy, Debug)]
 pub struct NerfNetwork<'a> {
     trunk: [Dense<'a>; MAX_LAYERS],
     depth: usize,
     /// Bit i: layer i of the trunk reads the encoded point once more, before what the
-    /// layer before gives (a skip connection).
+    /// previous layer's output (a skip connection).
     pub skips: u16,
     /// Bit i: no ReLU after layer i of the trunk.
     pub linear: u16,

@@ -10,7 +10,7 @@ use crate::{Ray, SimdLevel};
 
 /// Rays that note the distances of their samples.
 struct Noting {
-    walks: Vec<RayState>,
+    states: Vec<RayState>,
     most: usize,
     /// Whose each sample of the batch is.
     owners: Vec<usize>,
@@ -19,19 +19,19 @@ struct Noting {
 impl RayQueue for Noting {
     fn next_samples(&mut self, ray: usize, room: usize) -> (RayState, usize) {
         assert!((1..=RUN).contains(&room));
-        (self.walks[ray], self.most.min(room))
+        (self.states[ray], self.most.min(room))
     }
 
-    fn advance(&mut self, ray: usize, walk: &RayState, samples: core::ops::Range<usize>) {
+    fn advance(&mut self, ray: usize, state: &RayState, samples: core::ops::Range<usize>) {
         assert_eq!(samples.start, self.owners.len());
-        assert!(samples.len() <= self.most && walk.is_active() >= samples.is_empty());
+        assert!(samples.len() <= self.most && state.is_active() >= samples.is_empty());
         self.owners.resize(samples.end, ray);
-        self.walks[ray] = *walk;
+        self.states[ray] = *state;
     }
 
     fn skip_to(&mut self, ray: usize, next: f32) {
-        assert!(next >= self.walks[ray].next);
-        self.walks[ray].next = next;
+        assert!(next >= self.states[ray].next);
+        self.states[ray].next = next;
     }
 }
 
@@ -51,8 +51,8 @@ fn samples(
     let mut all = vec![Vec::new(); rays.len()];
     dispatch!(simd.token().unwrap(), simd => {
         marcher.enter(simd, &mut packet);
-        let walks = (0..rays.len()).map(|lane| packet.state(lane)).collect();
-        let mut noting = Noting { walks, most, owners: Vec::new() };
+        let states = (0..rays.len()).map(|lane| packet.state(lane)).collect();
+        let mut noting = Noting { states, most, owners: Vec::new() };
         let mut active: Vec<u32> = (0..rays.len()).map(|ray| ray as u32).collect();
         let mut rows = [[0.0; 33]; 4];
         while !active.is_empty() {
@@ -70,7 +70,7 @@ fn samples(
                 all[*ray].push(t.to_bits());
             }
         }
-        assert!(noting.walks.iter().all(|walk| !walk.is_active()));
+        assert!(noting.states.iter().all(|state| !state.is_active()));
     });
     all
 }

@@ -152,23 +152,23 @@ fn no_sample_lies_in_front_of_it() {
                 foreground.depth([numbers[lane] % tile.width, numbers[lane] / tile.width])
             });
             dispatch!(SimdLevel::detect().token().unwrap(), simd => {
-                let mut bundle = RayPacket::EMPTY;
-                source.fill(simd, numbers, &mut bundle);
-                marcher.enter(simd, &mut bundle);
-                let mut with = bundle;
+                let mut packet = RayPacket::EMPTY;
+                source.fill(simd, numbers, &mut packet);
+                marcher.enter(simd, &mut packet);
+                let mut with = packet;
                 marcher.begin_at(simd, &mut with, &depths, foreground.axis);
-                for (from, to) in bundle.next.iter().zip(&with.next) {
+                for (from, to) in packet.next.iter().zip(&with.next) {
                     moved += usize::from(to > from);
                 }
-                marcher.seek(simd, &mut bundle);
+                marcher.seek(simd, &mut packet);
                 marcher.seek(simd, &mut with);
                 for (lane, depth) in depths.into_iter().enumerate() {
-                    let first = |bundle: &RayPacket| {
-                        (bundle.next[lane] < bundle.end[lane]).then_some(bundle.next[lane])
+                    let first = |packet: &RayPacket| {
+                        (packet.next[lane] < packet.end[lane]).then_some(packet.next[lane])
                     };
-                    assert_eq!(first(&with), first(&bundle), "case {case} pixel {}", numbers[lane]);
+                    assert_eq!(first(&with), first(&packet), "case {case} pixel {}", numbers[lane]);
                     nothing += usize::from(depth == f32::INFINITY);
-                    found += usize::from(first(&bundle).is_some());
+                    found += usize::from(first(&packet).is_some());
                 }
             });
         }

@@ -6,12 +6,12 @@ use crate::Error;
 /// A cell and what is like it: the lower bits are the side, in cells, of the largest
 /// of the cubes of 8, 4, 2 and 1 cells around it whose cells are all occupied or all
 /// empty; a table knows of empty cubes of 32 and 16 too. [`OCCUPIED`] says which.
-pub(crate) type Surroundings = u8;
+pub(crate) type Neighbourhood = u8;
 
-/// The bit of [`Surroundings`] that says that the cell is occupied.
-pub(crate) const OCCUPIED: Surroundings = 0x80;
+/// The bit of [`Neighbourhood`] that says that the cell is occupied.
+pub(crate) const OCCUPIED: Neighbourhood = 0x80;
 /// A block without occupied cells, and all that is outside the grid.
-const EMPTY: Surroundings = BLOCK as u8;
+const EMPTY: Neighbourhood = BLOCK as u8;
 /// Cubes of 2×2×2 cells in a block.
 const CUBES: usize = BLOCK_BYTES;
 /// Empty cubes of 1, 2 and 4 blocks a side: the first rows of a table.
@@ -79,7 +79,7 @@ impl<'a> Occupancy<'a> {
         }
         for (row, fine) in full.iter_mut().zip(self.fine) {
             for (cube, to) in row.iter_mut().enumerate() {
-                let around = |corner: u32| surroundings(fine, 8 * cube as u32 + corner);
+                let around = |corner: u32| neighbourhood(fine, 8 * cube as u32 + corner);
                 let occupied = |corner: u32| (around(corner) / OCCUPIED) << corner;
                 *to = [(0..8).map(occupied).sum(), around(0) % OCCUPIED];
             }
@@ -146,7 +146,7 @@ impl<'a> Occupancy<'a> {
 
     /// What lies around the cell at a [`place`] of the block with this number.
     #[inline(always)]
-    pub(crate) fn around(&self, block: u32, place: u32) -> Surroundings {
+    pub(crate) fn around(&self, block: u32, place: u32) -> Neighbourhood {
         if !self.table.row_of.is_empty() {
             // Without branches: where a ray is, is hard to predict.
             let row = self.table.row_of.get(block as usize).map_or(0, |r| u16::from_le_bytes(*r));
@@ -156,14 +156,14 @@ impl<'a> Occupancy<'a> {
         }
         let number = self.coarse.get(block as usize).map_or(0, |b| u16::from_le_bytes(*b));
         match self.fine.get(usize::from(number).wrapping_sub(1)) {
-            Some(fine) => surroundings(fine, place),
+            Some(fine) => neighbourhood(fine, place),
             None => EMPTY,
         }
     }
 }
 
 /// What lies around the cell at a [`place`] of a block.
-fn surroundings(fine: &[u8; BLOCK_BYTES], place: u32) -> Surroundings {
+fn neighbourhood(fine: &[u8; BLOCK_BYTES], place: u32) -> Neighbourhood {
     let [x, y, z] = cell(place);
     // A layer of 8×8 cells is a word: a row is a byte.
     let layers = fine.as_chunks::<8>().0;
