@@ -1,18 +1,14 @@
 //! TENSORS: the directory of the weights.
 
-use pocketnerf_core::encoding::MAX_LEVELS;
-use pocketnerf_core::network::{Dense, MAX_LAYERS};
+use pocketnerf_core::network::Dense;
 use pocketnerf_core::{DType, Layout, TensorView};
 use serde::{Deserialize, Serialize};
 
-use crate::container::Container;
-use crate::metadata::Fields;
-use crate::section::SectionId;
-use crate::{FormatError, TensorName, reader};
-
-/// Most tensors a field may have.
-const MAX_TENSORS: usize =
-    if cfg!(feature = "nerf") { 2 + 2 * (4 * MAX_LAYERS + 4) } else { MAX_LEVELS + 4 * MAX_LAYERS };
+use crate::container::{Container, SectionId};
+use crate::metadata::field::MAX_TENSORS;
+use crate::metadata::{Fields, append};
+use crate::tensor_name::TensorName;
+use crate::{FormatError, reader};
 
 /// One entry of the directory; TENSORS is their number (`u32`), then these.
 #[derive(Serialize, Deserialize)]
@@ -28,17 +24,16 @@ struct TensorV1 {
     section_index: u32,
 }
 
-/// The section's bytes: an entry for each tensor and the section that holds it.
-#[cfg(feature = "alloc")]
-pub(crate) fn write_directory<'a>(
+/// Appends the section: an entry for each tensor and the section that holds it.
+pub(crate) fn write_directory<'a, W: Extend<u8>>(
     entries: impl ExactSizeIterator<Item = (TensorName, TensorView<'a>, SectionId)>,
-) -> Option<alloc::vec::Vec<u8>> {
-    let mut bytes = crate::metadata::encode(&(entries.len() as u32));
+    bytes: W,
+) -> Option<W> {
+    let mut bytes = append(bytes, &(entries.len() as u32))?;
     for (name, view, section) in entries {
-        let (name, index) = name.code();
         let entry = TensorV1 {
-            name,
-            index,
+            name: name.code,
+            index: name.index,
             dtype: match view.dtype() {
                 DType::F32 => 0,
                 DType::F16 => 1,
@@ -55,7 +50,7 @@ pub(crate) fn write_directory<'a>(
             section_kind: section.kind,
             section_index: section.index,
         };
-        bytes.extend(crate::metadata::encode(&entry));
+        bytes = append(bytes, &entry)?;
     }
     Some(bytes)
 }
@@ -76,7 +71,7 @@ impl<'a> Listed<'a> {
         fields.check("number of tensors", count as usize <= MAX_TENSORS)?;
         for i in 0..count as usize {
             let entry: TensorV1 = fields.take()?;
-            let name = TensorName::from_code(entry.name, entry.index)
+            let name = TensorName::known(entry.name, entry.index)
                 .ok_or_else(|| fields.unknown("name of a tensor", entry.name))?;
             let view = entry.view(name, container, &fields)?;
             if listed.find(name).is_some() {
@@ -106,8 +101,7 @@ impl<'a> Listed<'a> {
     /// Takes the weight of a layer, of this shape, and its bias, where it is listed.
     pub(crate) fn layer(
         &mut self,
-        weight_name: TensorName,
-        bias_name: TensorName,
+        [weight_name, bias_name]: [TensorName; 2],
         [n_in, n_out]: [u32; 2],
     ) -> Result<Dense<'a>, FormatError> {
         let weight = self.need(weight_name)?;
@@ -168,7 +162,7 @@ impl TensorV1 {
     }
 }
 
-#[cfg(all(test, feature = "alloc"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -176,9 +170,9 @@ mod tests {
     fn bytes_of_tensor_v1() {
         let view =
             TensorView::new(&[0; 2400], DType::F16, [300, 4], -20, Layout::RowMajor).unwrap();
-        let section = SectionId { kind: crate::kind::GRID, index: 3 };
-        let entry = (TensorName::GridLevel(3), view, section);
-        let bytes = write_directory([entry].into_iter()).unwrap();
+        let section = SectionId { kind: crate::container::kind::GRID, index: 3 };
+        let entry = (TensorName::new(0, 3), view, section);
+        let bytes = write_directory([entry].into_iter(), alloc::vec::Vec::new()).unwrap();
         assert_eq!(bytes, [1, 0, 3, 1, 0xac, 0x02, 4, 0xec, 0, 16, 3]);
     }
 }

@@ -2,9 +2,8 @@
 
 use core::fmt;
 
-use crate::header::{MAGIC, MAJOR, MINOR};
-use crate::section::{MAX_SECTIONS, SectionId};
-use crate::tensors::TensorName;
+use crate::container::{MAGIC, MAJOR, MAX_SECTIONS, MINOR, SectionId};
+use crate::tensor_name::TensorName;
 
 /// Why a file was refused: what was found and what was expected.
 #[non_exhaustive]
@@ -282,7 +281,7 @@ mod tests {
     use std::string::ToString;
 
     use super::*;
-    use crate::section::kind;
+    use crate::container::kind;
 
     #[test]
     fn messages_say_what_was_found_and_expected() {

@@ -13,7 +13,7 @@
 //! * `std` (default): [`write_atomically`], faster checksums.
 //! * `ndc` (default): the space of forward-facing captures, beside boxes.
 //! * `hash-grid`, `nerf` (default): kinds of field. A file of a kind that is left out is
-//!   refused by name; at least one is needed.
+//!   refused by name; at least one is needed. `all-kinds`: every kind of field and space.
 //! * `import`: [`import`], the checkpoints that other programs wrote.
 //!
 //! # Example
@@ -71,55 +71,42 @@
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]
+#![cfg_attr(not(feature = "alloc"), allow(dead_code, reason = "what the writer alone needs"))]
 #![cfg_attr(
     not(feature = "import"),
     allow(rustdoc::broken_intra_doc_links, reason = "the writer, the checkpoints")
 )]
 
-#[cfg(feature = "alloc")]
+#[cfg(any(feature = "alloc", test))]
 extern crate alloc;
-#[cfg(feature = "std")]
+#[cfg(any(feature = "std", test))]
 extern crate std;
 
 mod about;
 #[cfg(feature = "std")]
 mod atomic;
-mod checksum;
 mod container;
-#[cfg(feature = "hash-grid")]
-mod decoded;
 mod directory;
-#[cfg(feature = "alloc")]
-mod eight_bits;
 mod error;
-#[cfg(feature = "alloc")]
-mod f16;
-mod field;
-mod header;
 #[cfg(feature = "import")]
 pub mod import;
 mod metadata;
-#[cfg(feature = "alloc")]
-mod model_writer;
-#[cfg(feature = "nerf")]
-mod nerf;
 mod reader;
-mod section;
-mod tensors;
+mod tensor_name;
 #[cfg(feature = "alloc")]
-mod writer;
+mod write;
 
 pub use about::{About, DefaultCamera, MAX_PICTURE_SIDE, PixelOrigin, Provenance, Scene};
 #[cfg(feature = "std")]
 pub use atomic::write_atomically;
-pub use container::Container;
+pub use container::{
+    ALIGNMENT, CRITICAL, Container, HEADER_BYTES, Header, MAGIC, MAJOR, MAX_SECTIONS, MINOR, RAW,
+    Section, SectionId, kind,
+};
 pub use error::FormatError;
-pub use header::{HEADER_BYTES, Header, MAGIC, MAJOR, MINOR};
 pub use metadata::MAX_METADATA_BYTES;
-#[cfg(feature = "alloc")]
-pub use model_writer::{Precision, with_quality, write};
+pub use metadata::field::tensors;
 pub use reader::{ModelFile, open, open_verified};
-pub use section::{ALIGNMENT, CRITICAL, MAX_SECTIONS, RAW, Section, SectionId, kind};
-pub use tensors::{LayerName, Network, TensorName, tensors};
+pub use tensor_name::{Role, TensorName};
 #[cfg(feature = "alloc")]
-pub use writer::{ContainerWriter, WriteError};
+pub use write::{ContainerWriter, Precision, WriteError, with_quality, write};

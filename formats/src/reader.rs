@@ -1,20 +1,17 @@
 //! From bytes to a model.
 
-#[cfg(feature = "ndc")]
-use pocketnerf_core::Space;
 use pocketnerf_core::march::Hierarchical;
 use pocketnerf_core::{
     Camera, Error, Model, Occupancy, Probe, SimdLevel, TensorView, Tuning, math,
 };
 
+use crate::FormatError;
 use crate::about::About;
-use crate::container::Container;
+use crate::container::{Container, RAW, Section, SectionId, kind};
 use crate::directory::Listed;
-use crate::metadata::field::read_field;
+use crate::metadata::field::{self, tensors};
 use crate::metadata::{Fields, V1, about, space};
-use crate::section::{RAW, Section, SectionId, kind};
-use crate::tensors::{TensorName, tensors};
-use crate::{FormatError, field};
+use crate::tensor_name::TensorName;
 
 /// An opened file. Everything in it borrows the bytes that were opened.
 #[derive(Clone, Copy, Debug)]
@@ -59,9 +56,9 @@ impl<'a> ModelFile<'a> {
         for section in container.sections() {
             is_usable(&section)?;
         }
-        let config = read_field(required(&container, kind::FIELD)?)?;
-        let listed = Listed::read(&container, required(&container, kind::TENSORS)?)?;
-        let field = field::read(&config, listed)?;
+        let field = field::read(required(&container, kind::FIELD)?, || {
+            Listed::read(&container, required(&container, kind::TENSORS)?)
+        })?;
         let (mut display, camera) = about::read_display(required(&container, kind::DISPLAY)?)?;
         if let Some(fields) = optional(&container, kind::DETAIL)? {
             display.tolerance = about::read_detail(fields)?;
@@ -113,7 +110,7 @@ impl<'a> ModelFile<'a> {
         }
         let (space, scene) = (&self.model.space, &self.about.scene);
         #[cfg(feature = "ndc")]
-        if let Space::Ndc(ndc) = space {
+        if let pocketnerf_core::Space::Ndc(ndc) = space {
             let pose = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
             let ahead = Camera::from_fov_x(width, height, 1.0, pose);
             return Camera { focal: [0.5 * width as f32 * ndc.slope[0]; 2], ..ahead };

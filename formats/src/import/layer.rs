@@ -48,7 +48,6 @@ impl Layer {
     }
 
     /// The layer whose first output is there once more, before the others.
-    #[cfg(feature = "corner-index")]
     pub(in crate::import) fn first_output_twice(&self) -> Self {
         let outputs = [0].into_iter().chain(0..self.n_out);
         let rows = self.weight.chunks_exact(self.n_out);
@@ -61,7 +60,6 @@ impl Layer {
 
     /// The layer whose first inputs are given as sums of others, as many: input i was the
     /// sum of those with the factors of row i.
-    #[cfg(feature = "corner-index")]
     pub(in crate::import) fn with_first_inputs<const N: usize>(
         &self,
         rows: &[[f64; N]; N],
@@ -78,7 +76,6 @@ impl Layer {
 
     /// The layer of its first `n_in` inputs; the others hold `padding`, which becomes a
     /// bias.
-    #[cfg(feature = "corner-index")]
     pub(in crate::import) fn without_padding(mut self, n_in: usize, padding: f32) -> Self {
         let rest = self.weight.split_off(n_in * self.n_out);
         if padding != 0.0 && !rest.is_empty() {

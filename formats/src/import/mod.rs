@@ -37,22 +37,17 @@ mod archive;
 mod budget;
 mod element;
 mod error;
-#[cfg(any(feature = "nerf", feature = "corner-index"))]
 mod field_error;
 mod inflate;
-#[cfg(any(feature = "nerf", feature = "corner-index"))]
 mod layer;
 mod message_pack;
-#[cfg(feature = "nerf")]
 pub mod nerf;
-#[cfg(feature = "corner-index")]
 pub mod ngp;
 mod npy;
 mod npz;
 mod pickle;
 mod safetensors;
 mod tensor;
-#[cfg(any(feature = "nerf", feature = "corner-index"))]
 mod tensors;
 mod torch;
 mod tree;
@@ -61,7 +56,6 @@ use core::fmt;
 
 pub use element::ElementType;
 pub use error::ImportError;
-#[cfg(any(feature = "nerf", feature = "corner-index"))]
 pub use field_error::FieldError;
 pub use inflate::inflate;
 pub use tensor::Tensor;

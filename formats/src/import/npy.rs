@@ -18,6 +18,8 @@ use super::tensor::{MAX_RANK, Numbers, Placement, Storage, Tensor};
 use super::tree::{Leaf, Tree};
 
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+/// What errors call the header.
+const HEADER: &str = "the header of .npy";
 
 pub(super) fn read(bytes: &[u8], mut budget: Budget) -> Result<Tree<'_>, ImportError> {
     let (header, contents) = open(bytes)?;
@@ -38,16 +40,29 @@ pub(super) fn read(bytes: &[u8], mut budget: Budget) -> Result<Tree<'_>, ImportE
     }
 }
 
+impl<'a> Tensor<'a> {
+    /// Reads what `numpy.save` writes of an array of numbers: `.npy` of versions 1 to 3, in
+    /// either order of bytes and of indices.
+    ///
+    /// # Errors
+    /// What was found and what was expected; see [`ImportError`].
+    pub fn from_npy(bytes: &'a [u8]) -> Result<Self, ImportError> {
+        if !bytes.starts_with(MAGIC) {
+            let problem = "it does not begin with \\x93NUMPY".into();
+            return Err(ImportError::Header { header: HEADER, problem });
+        }
+        let (header, contents) = open(bytes)?;
+        header.tensor(Storage::File(contents), contents.len())
+    }
+}
+
 /// An array of numbers, which stays in the file where it lies there as it is.
 pub(super) fn array<'a>(
     bytes: Cow<'a, [u8]>,
     budget: &mut Budget,
 ) -> Result<Tensor<'a>, ImportError> {
     match bytes {
-        Cow::Borrowed(bytes) => {
-            let (header, contents) = open(bytes)?;
-            header.tensor(Storage::File(contents), contents.len())
-        }
+        Cow::Borrowed(bytes) => Tensor::from_npy(bytes),
         Cow::Owned(bytes) => {
             let (header, contents) = open(&bytes)?;
             budget.spend(contents.len())?;
@@ -59,13 +74,13 @@ pub(super) fn array<'a>(
 /// What the header says, and the contents.
 fn open(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), ImportError> {
     let (header, contents) = split(bytes)?;
-    let refuse = |problem| ImportError::Header { header: "the header of .npy", problem };
+    let refuse = |problem| ImportError::Header { header: HEADER, problem };
     Ok((parse(header).map_err(refuse)?, contents))
 }
 
 /// Header and contents.
 fn split(bytes: &[u8]) -> Result<(&str, &[u8]), ImportError> {
-    let header = "the header of .npy";
+    let header = HEADER;
     let cut_off = || ImportError::CutOff(header);
     let (version, rest) = bytes.split_at_checked(MAGIC.len() + 2).ok_or_else(cut_off)?;
     let (length, rest) = match version[MAGIC.len()] {

@@ -1,6 +1,4 @@
 //! A tensor that lies in a file, until its numbers are asked for.
-
-#[cfg(feature = "corner-index")]
 use core::ops::Range;
 use std::sync::Arc;
 use std::vec::Vec;
@@ -149,6 +147,14 @@ impl<'a> Tensor<'a> {
         self.convert(|number| number as f32)
     }
 
+    /// Its numbers, the last index running fastest, as near as `f64` comes to them.
+    ///
+    /// # Errors
+    /// As [`Self::to_f32`].
+    pub fn to_f64(&self) -> Result<Vec<f64>, ImportError> {
+        self.convert(|number| number)
+    }
+
     /// The number of a tensor that has one.
     pub(super) fn number(&self) -> Option<f64> {
         match self.convert(|number| number).ok()?[..] {
@@ -170,13 +176,11 @@ impl<'a> Tensor<'a> {
     }
 
     /// Its numbers as [`Self::to_f32`] gives them, little endian.
-    #[cfg(feature = "corner-index")]
     pub(super) fn to_f32_bytes(&self) -> Result<Vec<u8>, ImportError> {
         Ok(self.convert(|number| (number as f32).to_le_bytes())?.into_flattened())
     }
 
     /// Some of the numbers of a tensor of one dimension; `None` where there are fewer.
-    #[cfg(feature = "corner-index")]
     pub(super) fn part(&self, range: Range<usize>) -> Option<Self> {
         let (&[len], &[stride]) = (&self.shape[..], &self.strides[..]) else { return None };
         let fits = range.start <= range.end && range.end <= len;
@@ -190,7 +194,6 @@ impl<'a> Tensor<'a> {
 
     /// The same bytes as numbers of another type, little endian, where these are bytes one
     /// after another and a whole number of those.
-    #[cfg(feature = "corner-index")]
     pub(super) fn reinterpreted(&self, element: ElementType) -> Option<Self> {
         let is_bytes = self.element == ElementType::U8 && self.offset == 0;
         let len = self.storage.bytes().len();

@@ -1,6 +1,4 @@
 //! The tensors of one network in a checkpoint: each is to be used, once.
-
-#[cfg(feature = "corner-index")]
 use core::ops::RangeInclusive;
 use std::collections::BTreeSet;
 use std::format;
@@ -51,21 +49,18 @@ impl<'c, 'a> Tensors<'c, 'a> {
     }
 
     /// The layer without bias whose weight `[n_out, n_in]` has this name.
-    #[cfg(feature = "corner-index")]
     pub(in crate::import) fn unbiased(&mut self, name: &str) -> Result<Layer, FieldError> {
         let (shape, weight) = self.matrix(&format!("{name}.weight"))?;
         Ok(Layer::transposed(shape, &weight, Vec::new()))
     }
 
     /// The numbers of a tensor of any shape.
-    #[cfg(feature = "corner-index")]
     pub(in crate::import) fn numbers(&mut self, name: &str) -> Result<Vec<f32>, FieldError> {
         let (name, tensor) = self.take(name)?;
         values(name, tensor)
     }
 
     /// The one whole number of a tensor.
-    #[cfg(feature = "corner-index")]
     pub(in crate::import) fn count_of(
         &mut self,
         name: &str,
@@ -85,7 +80,6 @@ impl<'c, 'a> Tensors<'c, 'a> {
     }
 
     /// The bytes of a list of them, where there is one.
-    #[cfg(feature = "corner-index")]
     pub(in crate::import) fn bytes(&mut self, name: &str) -> Result<Option<Vec<u8>>, FieldError> {
         if !self.has(name) {
             return Ok(None);
@@ -95,13 +89,11 @@ impl<'c, 'a> Tensors<'c, 'a> {
     }
 
     /// The shape of a tensor, where there is one.
-    #[cfg(feature = "corner-index")]
     pub(in crate::import) fn shape(&self, name: &str) -> Option<&'c [usize]> {
         self.checkpoint.tensor(&format!("{}{name}", self.prefix)).map(Tensor::shape)
     }
 
     /// The layer whose weight `[n_in, n_out]` and bias have these names.
-    #[cfg(feature = "nerf")]
     pub(in crate::import) fn pair(
         &mut self,
         weight: &str,

@@ -27,10 +27,9 @@ pub(crate) fn read_scene<'a>(mut fields: Fields<'a>) -> Result<Scene<'a>, Format
     Ok(Scene { scale, rotation, translation, name })
 }
 
-#[cfg(feature = "alloc")]
-pub(crate) fn write_scene(scene: &Scene<'_>) -> alloc::vec::Vec<u8> {
+pub(crate) fn write_scene(scene: &Scene<'_>) -> impl Serialize {
     let Scene { scale, rotation, translation, name } = *scene;
-    super::encode(&SceneV1 { scale, rotation, translation, name })
+    SceneV1 { scale, rotation, translation, name }
 }
 
 /// Codes of [`ColorSpace`].
@@ -79,11 +78,10 @@ pub(crate) fn read_display(
 }
 
 /// The section's bytes; `None` for a colour space that the format has no code for.
-#[cfg(feature = "alloc")]
 pub(crate) fn write_display(
     display: &Display,
     camera: Option<&DefaultCamera>,
-) -> Option<alloc::vec::Vec<u8>> {
+) -> Option<impl Serialize> {
     let color_space = match display.color_space {
         ColorSpace::Srgb => SRGB,
         ColorSpace::Linear => LINEAR,
@@ -95,7 +93,7 @@ pub(crate) fn write_display(
         width,
         height,
     });
-    Some(super::encode(&DisplayV1 { background: display.background, color_space, camera }))
+    Some(DisplayV1 { background: display.background, color_space, camera })
 }
 
 /// PIXELS: a code.
@@ -109,9 +107,8 @@ pub(crate) fn read_pixels(mut fields: Fields<'_>) -> Result<PixelOrigin, FormatE
     Ok(origin)
 }
 
-#[cfg(feature = "alloc")]
-pub(crate) fn write_pixels(origin: PixelOrigin) -> alloc::vec::Vec<u8> {
-    super::encode(&u8::from(origin == PixelOrigin::Corner))
+pub(crate) fn write_pixels(origin: PixelOrigin) -> impl Serialize {
+    u8::from(origin == PixelOrigin::Corner)
 }
 
 /// QUALITY: the number itself.
@@ -122,9 +119,8 @@ pub(crate) fn read_quality(mut fields: Fields<'_>) -> Result<f32, FormatError> {
     Ok(quality)
 }
 
-#[cfg(feature = "alloc")]
-pub(crate) fn write_quality(quality: f32) -> alloc::vec::Vec<u8> {
-    super::encode(&quality)
+pub(crate) fn write_quality(quality: f32) -> impl Serialize {
+    quality
 }
 
 /// DETAIL; the field is that of [`Display`].
@@ -140,9 +136,8 @@ pub(crate) fn read_detail(mut fields: Fields<'_>) -> Result<f32, FormatError> {
     Ok(tolerance)
 }
 
-#[cfg(feature = "alloc")]
-pub(crate) fn write_detail(tolerance: f32) -> alloc::vec::Vec<u8> {
-    super::encode(&DetailV1 { tolerance })
+pub(crate) fn write_detail(tolerance: f32) -> impl Serialize {
+    DetailV1 { tolerance }
 }
 
 /// PROVENANCE; the fields are those of [`Provenance`].
@@ -168,17 +163,16 @@ pub(crate) fn read_provenance<'a>(mut fields: Fields<'a>) -> Result<Provenance<'
     Ok(Provenance { program, method, seed, steps, trained_on, dataset, train_psnr })
 }
 
-#[cfg(feature = "alloc")]
-pub(crate) fn write_provenance(provenance: &Provenance<'_>) -> alloc::vec::Vec<u8> {
+pub(crate) fn write_provenance(provenance: &Provenance<'_>) -> impl Serialize {
     let Provenance { program, method, seed, steps, trained_on, dataset, train_psnr } = *provenance;
-    super::encode(&ProvenanceV1 { program, method, seed, steps, trained_on, dataset, train_psnr })
+    ProvenanceV1 { program, method, seed, steps, trained_on, dataset, train_psnr }
 }
 
-#[cfg(all(test, feature = "alloc"))]
+#[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metadata::test_section;
-    use crate::section::{SectionId, kind};
+    use crate::container::{SectionId, kind};
+    use crate::metadata::{encode, test_section};
 
     fn fields(kind: u32, bytes: &[u8]) -> Fields<'_> {
         Fields::open(&test_section(kind, bytes)).unwrap()
@@ -196,7 +190,7 @@ mod tests {
             name: Some("fox"),
             ..Scene::default()
         };
-        let bytes = write_scene(&scene);
+        let bytes = encode(&write_scene(&scene));
         #[rustfmt::skip]
         let golden = [
             0, 0, 0, 0x40,
@@ -212,8 +206,9 @@ mod tests {
 
     #[test]
     fn scene_must_be_a_similarity() {
-        let read =
-            |scene: &Scene<'_>| read_scene(fields(kind::SCENE, &write_scene(scene))).map(|_| ());
+        let read = |scene: &Scene<'_>| {
+            read_scene(fields(kind::SCENE, &encode(&write_scene(scene)))).map(|_| ())
+        };
         let scene = Scene::default();
         for scale in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             assert_eq!(read(&Scene { scale, ..scene }), bad(kind::SCENE, "scale"));
@@ -233,24 +228,24 @@ mod tests {
             color_space: ColorSpace::Linear,
             tolerance: Display::TOLERANCE,
         };
-        let bytes = write_display(&display, None).unwrap();
+        let bytes = encode(&write_display(&display, None).unwrap());
         assert_eq!(bytes, [0, 0, 0x80, 0x3f, 0, 0, 0, 0, 0, 0, 0, 0x3f, 1, 0]);
         assert_eq!(read_display(fields(kind::DISPLAY, &bytes)), Ok((display, None)));
 
         let mut camera_to_world = [0.0; 16];
         camera_to_world[15] = 1.0;
         let camera = DefaultCamera { camera_to_world, fov_x: 0.5, width: 800, height: 600 };
-        let bytes = write_display(&display, Some(&camera)).unwrap();
+        let bytes = encode(&write_display(&display, Some(&camera)).unwrap());
         assert_eq!(bytes[12..14], [1, 1]);
         assert_eq!(bytes[14..74], [0; 60]);
         assert_eq!(bytes[74..], [0, 0, 0x80, 0x3f, 0, 0, 0, 0x3f, 0xa0, 0x06, 0xd8, 0x04]);
         assert_eq!(read_display(fields(kind::DISPLAY, &bytes)), Ok((display, Some(camera))));
 
         let wide = DefaultCamera { fov_x: 3.2, ..camera };
-        let bytes = write_display(&display, Some(&wide)).unwrap();
+        let bytes = encode(&write_display(&display, Some(&wide)).unwrap());
         assert_eq!(read_display(fields(kind::DISPLAY, &bytes)), bad(kind::DISPLAY, "fov_x"));
         let huge = DefaultCamera { width: MAX_PICTURE_SIDE + 1, ..camera };
-        let bytes = write_display(&display, Some(&huge)).unwrap();
+        let bytes = encode(&write_display(&display, Some(&huge)).unwrap());
         assert_eq!(
             read_display(fields(kind::DISPLAY, &bytes)),
             bad(kind::DISPLAY, "width and height")
@@ -259,13 +254,19 @@ mod tests {
 
     #[test]
     fn bytes_of_quality_v1() {
-        assert_eq!(write_quality(0.5), [0, 0, 0, 0x3f]);
+        assert_eq!(encode(&write_quality(0.5)), [0, 0, 0, 0x3f]);
         for quality in [0.0, 0.125, 1.0] {
-            assert_eq!(read_quality(fields(kind::QUALITY, &write_quality(quality))), Ok(quality));
+            assert_eq!(
+                read_quality(fields(kind::QUALITY, &encode(&write_quality(quality)))),
+                Ok(quality)
+            );
         }
         for quality in [-0.1, 1.5, f32::NAN] {
             let error = bad(kind::QUALITY, "quality");
-            assert_eq!(read_quality(fields(kind::QUALITY, &write_quality(quality))), error);
+            assert_eq!(
+                read_quality(fields(kind::QUALITY, &encode(&write_quality(quality)))),
+                error
+            );
         }
         assert!(read_quality(fields(kind::QUALITY, &[0, 0, 0])).is_err());
         assert!(read_quality(fields(kind::QUALITY, &[0, 0, 0, 0, 0])).is_err());
@@ -274,7 +275,7 @@ mod tests {
     #[test]
     fn bytes_of_pixels_v1() {
         for (code, origin) in [(0, PixelOrigin::Center), (1, PixelOrigin::Corner)] {
-            assert_eq!(write_pixels(origin), [code]);
+            assert_eq!(encode(&write_pixels(origin)), [code]);
             assert_eq!(read_pixels(fields(kind::PIXELS, &[code])), Ok(origin));
         }
         let section = SectionId::first(kind::PIXELS);
@@ -286,12 +287,12 @@ mod tests {
 
     #[test]
     fn bytes_of_detail_v1() {
-        let bytes = write_detail(0.125);
+        let bytes = encode(&write_detail(0.125));
         assert_eq!(bytes, [0, 0, 0, 0x3e]);
         assert_eq!(read_detail(fields(kind::DETAIL, &bytes)), Ok(0.125));
-        assert_eq!(read_detail(fields(kind::DETAIL, &write_detail(0.0))), Ok(0.0));
+        assert_eq!(read_detail(fields(kind::DETAIL, &encode(&write_detail(0.0)))), Ok(0.0));
         for tolerance in [-0.01, 0.25, f32::NAN, f32::INFINITY] {
-            let bytes = write_detail(tolerance);
+            let bytes = encode(&write_detail(tolerance));
             let error = bad(kind::DETAIL, "tolerance");
             assert_eq!(read_detail(fields(kind::DETAIL, &bytes)), error, "{tolerance}");
         }
@@ -310,7 +311,7 @@ mod tests {
             dataset: "é",
             train_psnr: Some(1.0),
         };
-        let bytes = write_provenance(&provenance);
+        let bytes = encode(&write_provenance(&provenance));
         #[rustfmt::skip]
         let golden = [
             1, b'p',  1, b'm',  0xac, 0x02,  5,

@@ -1,104 +1,173 @@
-//! FIELD: the kind of field and its configuration, without weights.
+//! FIELD and the tensors: the table of the kinds of field.
+//!
+//! A kind is one file beside this one, which implements [`FieldKind`], and one line of the
+//! table. A file of a kind that this build leaves out is refused here, by the name of its
+//! feature.
 
-#[cfg(feature = "hash-grid")]
-use pocketnerf_core::encoding::HashGridConfig;
+use pocketnerf_core::{AnyField, TensorView, field};
 
 use super::Fields;
-#[cfg(all(feature = "alloc", feature = "hash-grid"))]
-use super::decoder::DecoderV1;
-#[cfg(feature = "hash-grid")]
-use super::decoder::{DecoderConfig, read_decoder};
-#[cfg(feature = "nerf")]
-use super::nerf::NerfV1;
 use crate::FormatError;
+use crate::directory::Listed;
+use crate::tensor_name::{Known, TensorName};
 
-/// Codes of the field kinds.
-const HASH_GRID: u8 = 0;
-// 1 is reserved: no kind has it.
-const NERF: u8 = 2;
+/// How a kind of field lies in a file.
+pub(crate) trait FieldKind<'a>: Sized {
+    /// The names of its tensors.
+    const NAMES: &'static [Known];
+    /// The most tensors that it may have.
+    const MAX_TENSORS: usize;
 
-/// What FIELD says, by kind.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum FieldConfig {
-    #[cfg(feature = "hash-grid")]
-    HashGrid(HashGridConfig, DecoderConfig),
-    #[cfg(feature = "nerf")]
-    Nerf(NerfV1),
+    /// What FIELD says after the code.
+    type Metadata;
+
+    /// Reads FIELD after the code.
+    fn read(fields: Fields<'a>) -> Result<Self::Metadata, FormatError>;
+
+    /// Takes the tensors of the field that `metadata` describes.
+    fn open(metadata: &Self::Metadata, listed: &mut Listed<'a>) -> Result<Self, FormatError>;
+
+    /// What FIELD says of the field; `None` for a choice that the format has no code for.
+    fn metadata(&self) -> Option<Self::Metadata>;
+
+    /// Appends FIELD after the code.
+    fn write<W: Extend<u8>>(metadata: &Self::Metadata, bytes: W) -> Option<W>;
+
+    /// The weights with their names, in the order of the file.
+    fn tensors(&self) -> impl Iterator<Item = (TensorName, TensorView<'a>)>;
 }
 
-pub(crate) fn read_field(mut fields: Fields<'_>) -> Result<FieldConfig, FormatError> {
-    match fields.take::<u8>()? {
-        #[cfg(feature = "hash-grid")]
-        HASH_GRID => {
-            let config = super::hash_grid::read(&mut fields)?;
-            Ok(FieldConfig::HashGrid(config, read_decoder(fields)?))
+/// Makes of the table all that depends on which kinds there are.
+macro_rules! kinds {
+    ($($code:literal $feature:tt $variant:ident($field:ident);)*) => {
+        /// Codes and features of all kinds, linked or not.
+        const KINDS: &[(u8, &str)] = &[$(($code, $feature)),*];
+
+        /// The names of the tensors of the kinds that are linked.
+        const NAMES: &[&[Known]] =
+            &[$(#[cfg(feature = $feature)] <field::$field<'_> as FieldKind<'_>>::NAMES),*];
+
+        /// The most tensors that a field may have.
+        pub(crate) const MAX_TENSORS: usize = largest(
+            &[$(#[cfg(feature = $feature)] <field::$field<'_> as FieldKind<'_>>::MAX_TENSORS),*]
+        );
+
+        /// The field that FIELD describes; `None` for a kind that is not linked.
+        fn linked<'a>(
+            code: u8,
+            fields: Fields<'a>,
+            list: impl FnOnce() -> Result<Listed<'a>, FormatError>,
+        ) -> Option<Result<AnyField<'a>, FormatError>> {
+            match code {
+                $(#[cfg(feature = $feature)]
+                $code => Some(open(fields, list).map(AnyField::$variant)),)*
+                _ => None,
+            }
         }
-        #[cfg(feature = "nerf")]
-        NERF => Ok(FieldConfig::Nerf(NerfV1::read(fields)?)),
-        #[cfg(not(feature = "hash-grid"))]
-        HASH_GRID => Err(FormatError::FieldKind("hash-grid")),
-        #[cfg(not(feature = "nerf"))]
-        NERF => Err(FormatError::FieldKind("nerf")),
-        code => Err(fields.unknown("kind of field", code)),
-    }
+
+        /// Appends FIELD; `None` for a choice that the format has no code for.
+        pub(crate) fn write<W: Extend<u8>>(field: &AnyField<'_>, bytes: W) -> Option<W> {
+            match field {
+                $(#[cfg(feature = $feature)]
+                AnyField::$variant(field) => append(field, $code, bytes),)*
+                _ => None,
+            }
+        }
+
+        /// The weights of a field with their names, in the order of the file.
+        pub fn tensors<'f, 'a>(
+            field: &'f AnyField<'a>,
+        ) -> impl Iterator<Item = (TensorName, TensorView<'a>)> + 'f {
+            let tensors = core::iter::empty();
+            $(#[cfg(feature = $feature)]
+            let tensors = tensors.chain(
+                match field {
+                    AnyField::$variant(field) => Some(field),
+                    _ => None,
+                }
+                .into_iter()
+                .flat_map(FieldKind::tensors),
+            );)*
+            tensors
+        }
+    };
 }
 
-/// The section's bytes; `None` for a choice that the format has no code for.
-#[cfg(feature = "alloc")]
-pub(crate) fn write_field(config: &FieldConfig) -> Option<alloc::vec::Vec<u8>> {
-    Some(match config {
-        #[cfg(feature = "hash-grid")]
-        FieldConfig::HashGrid(grid, decoder) => {
-            let grid = super::hash_grid::write(grid)?;
-            [super::encode(&HASH_GRID), grid, super::encode(&DecoderV1::of(decoder))].concat()
-        }
-        #[cfg(feature = "nerf")]
-        FieldConfig::Nerf(nerf) => super::encode(&(NERF, nerf)),
+// Code in FIELD, cargo feature, variant of `AnyField`. Code 1 is reserved.
+kinds! {
+    0 "hash-grid" HashGrid(HashGridField);
+    2 "nerf" Nerf(NerfField);
+}
+
+/// The field that FIELD describes, of the listed tensors and no others.
+// Not inlined: on a bare target that is a kilobyte less.
+#[inline(never)]
+pub(crate) fn read<'a>(
+    mut fields: Fields<'a>,
+    list: impl FnOnce() -> Result<Listed<'a>, FormatError>,
+) -> Result<AnyField<'a>, FormatError> {
+    let code = fields.take()?;
+    let unknown = fields.unknown("kind of field", code);
+    linked(code, fields, list).unwrap_or_else(|| {
+        let kind = KINDS.iter().find(|kind| kind.0 == code);
+        Err(kind.map_or(unknown, |(_, feature)| FormatError::FieldKind(feature)))
     })
 }
 
-#[cfg(all(test, feature = "alloc"))]
-mod tests {
-    use super::*;
-    use crate::metadata::test_section;
-    use crate::section::kind;
+fn append<'a, F: FieldKind<'a>, W: Extend<u8>>(field: &F, code: u8, bytes: W) -> Option<W> {
+    F::write(&field.metadata()?, super::append(bytes, &code)?)
+}
 
-    #[cfg(feature = "hash-grid")]
-    fn widths(values: &[u32]) -> crate::metadata::widths::Widths {
-        let mut widths = crate::metadata::widths::Widths::default();
-        assert!(values.iter().all(|width| widths.push(*width)));
-        widths
-    }
+fn open<'a, F: FieldKind<'a>>(
+    fields: Fields<'a>,
+    list: impl FnOnce() -> Result<Listed<'a>, FormatError>,
+) -> Result<F, FormatError> {
+    let metadata = F::read(fields)?;
+    let mut listed = list()?;
+    let field = F::open(&metadata, &mut listed)?;
+    listed.finish()?;
+    Ok(field)
+}
 
-    #[cfg(feature = "hash-grid")]
-    fn decoder() -> DecoderConfig {
-        DecoderConfig {
-            n_features: 15,
-            sh_degree: 4,
-            shading: pocketnerf_core::field::Shading::PerRay,
-            log_density_bias: -2.0,
-            density: widths(&[32, 64, 16]),
-            color: widths(&[31, 3]),
+/// What is known of a tensor's name.
+pub(crate) fn known(name: TensorName) -> Option<&'static Known> {
+    NAMES.iter().copied().flatten().find(|known| known.code == name.code)
+}
+
+const fn largest(values: &[usize]) -> usize {
+    let (mut most, mut i) = (0, 0);
+    while i < values.len() {
+        if values[i] > most {
+            most = values[i];
         }
+        i += 1;
+    }
+    most
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+    use crate::container::{SectionId, kind};
+    use crate::metadata::test_section;
+
+    const TENSORS: FormatError = FormatError::Missing(SectionId::first(kind::TENSORS));
+
+    /// What is wrong with FIELD, in a file without tensors.
+    fn error(bytes: &[u8]) -> FormatError {
+        let fields = Fields::open(&test_section(kind::FIELD, bytes)).unwrap();
+        read(fields, || Err(TENSORS)).unwrap_err()
     }
 
-    fn read(bytes: &[u8]) -> Result<FieldConfig, FormatError> {
-        read_field(Fields::open(&test_section(kind::FIELD, bytes))?)
-    }
-
-    /// FIELD of each kind.
-    const HASH_GRID_BYTES: [u8; 25] = [
-        0, // kind: hash grid
-        8, 4, 17, 0xac, 0x02, // 300 as a varint
-        0, 0, 0xc0, 0x3f, // 1.5
-        0,    // index: blocked
-        15, 4, 1, 0, 0, 0, 0xc0, // features, degree, per ray, -2.0
-        3, 32, 64, 16, // density network
-        2, 31, 3, // colour network
+    const HASH_GRID: [u8; 25] = [
+        0, 8, 4, 17, 0xac, 0x02, 0, 0, 0xc0, 0x3f, 0, 15, 4, 1, 0, 0, 0, 0xc0, 3, 32, 64, 16, 2,
+        31, 3,
     ];
     /// One octave, no directions, one layer of eight.
     #[rustfmt::skip]
-    const NERF_BYTES: [u8; 45] = [
+    const NERF: [u8; 45] = [
         2,
         0, 1, 0, 0,  0,
         0, 0, 0x80, 0x3f,  0, 0, 0x80, 0x3f,  0, 0, 0x80, 0x3f,
@@ -108,82 +177,50 @@ mod tests {
         0,
     ];
 
-    #[cfg(feature = "hash-grid")]
-    const HASH_GRID_CONFIG: HashGridConfig = HashGridConfig {
-        n_levels: 8,
-        n_features_per_level: 4,
-        log2_hashmap_size: 17,
-        base_resolution: 300,
-        per_level_scale: 1.5,
-        index: pocketnerf_core::encoding::GridIndex::Blocked,
-    };
-
-    #[cfg(feature = "hash-grid")]
-    #[test]
-    fn bytes_of_hash_grid_v1() {
-        let config = FieldConfig::HashGrid(HASH_GRID_CONFIG, decoder());
-        let mut bytes = write_field(&config).unwrap();
-        assert_eq!(bytes, HASH_GRID_BYTES);
-        assert_eq!(read(&bytes), Ok(config));
-        for end in 0..bytes.len() {
-            let section = crate::section::SectionId::first(kind::FIELD);
-            assert_eq!(read(&bytes[..end]), Err(FormatError::Metadata(section)));
-        }
-        bytes[10] = 7;
-        let section = crate::section::SectionId::first(kind::FIELD);
-        assert_eq!(
-            read(&bytes),
-            Err(FormatError::UnknownCode { section, field: "index of grid entries", found: 7 })
-        );
-    }
-
-    #[cfg(feature = "corner-index")]
-    #[test]
-    fn bytes_of_corner_levels() {
-        use pocketnerf_core::encoding::{CornerLevel, CornerLevels, GridIndex, MAX_LEVELS};
-
-        let mut levels = [CornerLevel::default(); MAX_LEVELS];
-        levels[0] = CornerLevel { scale: 1.5, side: 300, entries: 7 };
-        let index = GridIndex::Corners(CornerLevels { shift: 0.5, levels });
-        let grid = HashGridConfig { n_levels: 2, index, ..HASH_GRID_CONFIG };
-        let config = FieldConfig::HashGrid(grid, decoder());
-        let bytes = write_field(&config).unwrap();
-        let mut expected = HASH_GRID_BYTES.to_vec();
-        (expected[1], expected[10]) = (2, 1);
-        let inserted = [
-            &[0, 0, 0, 0x3f][..],               // shift 0.5
-            &[0, 0, 0xc0, 0x3f, 0xac, 0x02, 7], // 1.5, 300, 7
-            &[0, 0, 0, 0, 0, 0],                // the second level: zeros
-        ];
-        expected.splice(11..11, inserted.concat());
-        assert_eq!(bytes, expected);
-        assert_eq!(read(&bytes), Ok(config));
-        // More levels than there can be.
-        expected[1] = 17;
-        let section = crate::section::SectionId::first(kind::FIELD);
-        assert_eq!(read(&expected), Err(FormatError::Value { section, field: "n_levels" }));
-        for end in 0..bytes.len() {
-            assert_eq!(read(&bytes[..end]), Err(FormatError::Metadata(section)));
-        }
-    }
-
-    #[test]
-    fn a_reserved_code_is_no_kind() {
-        let section = crate::section::SectionId::first(kind::FIELD);
-        let unknown = FormatError::UnknownCode { section, field: "kind of field", found: 1 };
-        assert_eq!(read(&[1, 10, 1]), Err(unknown));
-    }
-
     #[test]
     fn a_kind_that_is_left_out_is_refused_by_name() {
-        for (bytes, kind, linked) in [
-            (&HASH_GRID_BYTES[..], "hash-grid", cfg!(feature = "hash-grid")),
-            (&NERF_BYTES[..], "nerf", cfg!(feature = "nerf")),
-        ] {
-            match read(bytes) {
-                Ok(_) => assert!(linked),
-                Err(error) => assert_eq!((error, linked), (FormatError::FieldKind(kind), false)),
-            }
+        for (bytes, (code, kind)) in [&HASH_GRID[..], &NERF].into_iter().zip(KINDS) {
+            assert_eq!(bytes[0], *code);
+            // What is linked is read up to its tensors.
+            let linked = match *kind {
+                "hash-grid" => cfg!(feature = "hash-grid"),
+                _ => cfg!(feature = "nerf"),
+            };
+            let expected = if linked { TENSORS } else { FormatError::FieldKind(kind) };
+            assert_eq!(error(bytes), expected);
+        }
+    }
+
+    #[test]
+    fn codes_without_a_kind() {
+        let section = SectionId::first(kind::FIELD);
+        // 1 is reserved.
+        for found in [1, 3, 0x7f] {
+            let unknown =
+                FormatError::UnknownCode { section, field: "kind of field", found: found.into() };
+            assert_eq!(error(&[found, 10, 1]), unknown);
+        }
+    }
+
+    #[test]
+    fn names_have_codes_of_their_own() {
+        let all = || NAMES.iter().copied().flatten();
+        for name in all() {
+            assert_eq!(all().filter(|other| other.code == name.code).count(), 1, "{}", name.text);
+            assert_eq!(all().filter(|other| other.text == name.text).count(), 1, "{}", name.text);
+            assert!(TensorName::known(name.code, 0).is_some());
+            assert_eq!(TensorName::known(name.code, 9).is_some(), name.several);
+        }
+        assert_eq!(TensorName::known(0xff, 0), None);
+    }
+
+    #[test]
+    fn names_say_which_layer() {
+        let texts =
+            [(0, "grid level 3"), (15, "coarse trunk weight 3"), (10, "fine density bias 3")];
+        for (code, text) in texts {
+            let name = TensorName::new(code, 3);
+            assert_eq!(name.to_string() == text, known(name).is_some());
         }
     }
 }

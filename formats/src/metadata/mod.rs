@@ -5,20 +5,24 @@
 //! version. The tests hold the bytes of each.
 
 pub(crate) mod about;
-#[cfg(feature = "hash-grid")]
-pub(crate) mod decoder;
+#[cfg(feature = "corner-index")]
+mod corner_levels;
+#[allow(dead_code, reason = "what kinds of field share; a build may link none of these kinds")]
+mod decoder;
 pub(crate) mod field;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
+#[cfg(feature = "ndc")]
+mod ndc;
 #[cfg(feature = "nerf")]
-pub(crate) mod nerf;
+mod nerf;
 pub(crate) mod space;
-pub(crate) mod widths;
+mod widths;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::FormatError;
-use crate::section::{Section, SectionId};
+use crate::container::{Section, SectionId};
 
 /// Most bytes a metadata section may have.
 pub const MAX_METADATA_BYTES: usize = 1 << 16;
@@ -82,25 +86,28 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The bytes of a metadata value.
-#[cfg(feature = "alloc")]
-pub(crate) fn encode(value: &impl serde::Serialize) -> alloc::vec::Vec<u8> {
-    // The structs have no maps or unsized sequences, and a vector grows: the
-    // only errors that postcard could report cannot occur.
-    postcard::to_extend(value, alloc::vec::Vec::new()).unwrap_or_default()
+/// Appends a metadata value to bytes; `None` where it has none.
+pub(crate) fn append<W: Extend<u8>>(bytes: W, value: &impl Serialize) -> Option<W> {
+    postcard::to_extend(value, bytes).ok()
 }
 
 /// A section as tests build it: in memory, with a right checksum.
-#[cfg(all(test, feature = "alloc"))]
+#[cfg(test)]
 pub(crate) fn test_section(kind: u32, bytes: &[u8]) -> Section<'_> {
     Section {
         id: SectionId::first(kind),
         version: V1,
-        encoding: crate::section::RAW,
-        flags: crate::section::CRITICAL,
+        encoding: crate::container::RAW,
+        flags: crate::container::CRITICAL,
         offset: 0,
         decoded_length: bytes.len() as u64,
-        checksum: crate::checksum::hash(bytes),
+        checksum: crate::container::checksum::hash(bytes),
         bytes,
     }
+}
+
+/// The bytes of a metadata value, for tests.
+#[cfg(test)]
+pub(crate) fn encode(value: &impl Serialize) -> alloc::vec::Vec<u8> {
+    append(alloc::vec::Vec::new(), value).unwrap()
 }

@@ -1,12 +1,12 @@
 //! SPACE, SAMPLING, HIERARCHICAL and OCCUPANCY: the geometry of a ray's way.
 
 use pocketnerf_core::march::{Hierarchical, Reach};
-#[cfg(feature = "ndc")]
-use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Sampling, Space};
 use serde::{Deserialize, Serialize};
 
-use super::Fields;
+#[cfg(feature = "ndc")]
+use super::ndc;
+use super::{Fields, append};
 use crate::FormatError;
 
 /// Code of a box in SPACE.
@@ -22,17 +22,6 @@ pub(crate) struct BoxV1 {
     max: [f32; 3],
 }
 
-/// SPACE after its code, kind [`NDC`]. The near plane in scene units; the box in the
-/// coordinates themselves.
-#[cfg(feature = "ndc")]
-#[derive(Serialize, Deserialize)]
-pub(crate) struct NdcV1 {
-    near: f32,
-    slope: [f32; 2],
-    min: [f32; 3],
-    max: [f32; 3],
-}
-
 pub(crate) fn read_space(mut fields: Fields<'_>) -> Result<Space, FormatError> {
     let space = match fields.take::<u8>()? {
         BOX => {
@@ -42,31 +31,20 @@ pub(crate) fn read_space(mut fields: Fields<'_>) -> Result<Space, FormatError> {
             Space::Box { min, max }
         }
         #[cfg(feature = "ndc")]
-        NDC => {
-            let NdcV1 { near, slope, min, max } = fields.take()?;
-            fields.finite("near", &[near])?;
-            fields.finite("slope", &slope)?;
-            fields.finite("min", &min)?;
-            fields.finite("max", &max)?;
-            Space::Ndc(Ndc { near, slope, min, max })
-        }
-        #[cfg(not(feature = "ndc"))]
-        NDC => return Err(FormatError::SpaceKind("ndc")),
+        NDC => Space::Ndc(ndc::read(&mut fields)?),
+        code if code == NDC => return Err(FormatError::SpaceKind("ndc")),
         code => return Err(fields.unknown("kind of space", code)),
     };
     fields.finish()?;
     Ok(space)
 }
 
-/// The section's bytes; `None` for a space that the format has no code for.
-#[cfg(feature = "alloc")]
-pub(crate) fn write_space(space: &Space) -> Option<alloc::vec::Vec<u8>> {
+/// Appends SPACE; `None` for a space that the format has no code for.
+pub(crate) fn write_space<W: Extend<u8>>(space: &Space, bytes: W) -> Option<W> {
     match *space {
-        Space::Box { min, max } => Some(super::encode(&(BOX, BoxV1 { min, max }))),
+        Space::Box { min, max } => append(bytes, &(BOX, BoxV1 { min, max })),
         #[cfg(feature = "ndc")]
-        Space::Ndc(Ndc { near, slope, min, max }) => {
-            Some(super::encode(&(NDC, NdcV1 { near, slope, min, max })))
-        }
+        Space::Ndc(ndc) => append(bytes, &(NDC, ndc::write(ndc))),
         _ => None,
     }
 }
@@ -90,10 +68,9 @@ pub(crate) fn read_sampling(mut fields: Fields<'_>) -> Result<Sampling, FormatEr
     Ok(Sampling { step, near, far, min_transmittance })
 }
 
-#[cfg(feature = "alloc")]
-pub(crate) fn write_sampling(sampling: &Sampling) -> alloc::vec::Vec<u8> {
+pub(crate) fn write_sampling(sampling: &Sampling) -> impl Serialize {
     let Sampling { step, near, far, min_transmittance } = *sampling;
-    super::encode(&SamplingV1 { step, near, far, min_transmittance })
+    SamplingV1 { step, near, far, min_transmittance }
 }
 
 /// HIERARCHICAL; the fields are those of [`Hierarchical`].
@@ -116,15 +93,14 @@ pub(crate) fn read_hierarchical(mut fields: Fields<'_>) -> Result<Hierarchical, 
     Ok(Hierarchical { n_coarse, n_fine, reach })
 }
 
-#[cfg(feature = "alloc")]
-pub(crate) fn write_hierarchical(hierarchical: &Hierarchical) -> alloc::vec::Vec<u8> {
+pub(crate) fn write_hierarchical(hierarchical: &Hierarchical) -> impl Serialize {
     let Hierarchical { n_coarse, n_fine, reach } = *hierarchical;
     let reach = match reach {
         Reach::Distance => 0,
         Reach::Clipped => 1,
         Reach::Depth => 2,
     };
-    super::encode(&HierarchicalV1 { reach, n_coarse, n_fine })
+    HierarchicalV1 { reach, n_coarse, n_fine }
 }
 
 /// OCCUPANCY.
@@ -141,11 +117,11 @@ pub(crate) fn read_occupancy(mut fields: Fields<'_>) -> Result<OccupancyV1, Form
     Ok(occupancy)
 }
 
-#[cfg(all(test, feature = "alloc"))]
+#[cfg(test)]
 mod tests {
     use super::*;
+    use crate::container::{SectionId, kind};
     use crate::metadata::{encode, test_section};
-    use crate::section::{SectionId, kind};
 
     fn fields(kind: u32, bytes: &[u8]) -> Fields<'_> {
         Fields::open(&test_section(kind, bytes)).unwrap()
@@ -154,7 +130,7 @@ mod tests {
     #[test]
     fn bytes_of_space_v1() {
         let space = Space::Box { min: [-1.0, 0.5, 2.0], max: [1.0, 4.0, 8.0] };
-        let bytes = write_space(&space).unwrap();
+        let bytes = write_space(&space, alloc::vec::Vec::new()).unwrap();
         #[rustfmt::skip]
         let golden = [
             0,
@@ -173,45 +149,20 @@ mod tests {
         assert_eq!(read_space(fields(kind::SPACE, &long)), Err(FormatError::Metadata(section)));
     }
 
-    #[rustfmt::skip]
-    const NDC_BYTES: [u8; 37] = [
-        1,
-        0, 0, 0x80, 0x3f,
-        0, 0, 0xc0, 0x3f,  0, 0, 0, 0x40,
-        0, 0, 0xc0, 0xbf,  0, 0, 0, 0xc0,     0, 0, 0x80, 0xbf,
-        0, 0, 0xc0, 0x3f,  0, 0, 0, 0x40,     0, 0, 0x80, 0x3f,
-    ];
-
-    #[cfg(feature = "ndc")]
-    #[test]
-    fn bytes_of_ndc_v1() {
-        let (min, max) = ([-1.5, -2.0, -1.0], [1.5, 2.0, 1.0]);
-        let space = Space::Ndc(Ndc { near: 1.0, slope: [1.5, 2.0], min, max });
-        assert_eq!(write_space(&space).unwrap(), NDC_BYTES);
-        assert_eq!(read_space(fields(kind::SPACE, &NDC_BYTES)), Ok(space));
-        let mut bad = NDC_BYTES;
-        bad[3..5].copy_from_slice(&[0xc0, 0x7f]);
-        let section = SectionId::first(kind::SPACE);
-        let expected = Err(FormatError::Value { section, field: "near" });
-        assert_eq!(read_space(fields(kind::SPACE, &bad)), expected);
-        let short = read_space(fields(kind::SPACE, &NDC_BYTES[..36]));
-        assert_eq!(short, Err(FormatError::Metadata(section)));
-    }
-
-    #[cfg(not(feature = "ndc"))]
     #[test]
     fn a_space_that_is_left_out_is_refused_by_name() {
-        let error = read_space(fields(kind::SPACE, &NDC_BYTES)).unwrap_err();
-        assert_eq!(error, FormatError::SpaceKind("ndc"));
+        let error = read_space(fields(kind::SPACE, &[NDC])).unwrap_err();
+        let left_out = error == FormatError::SpaceKind("ndc");
+        assert_eq!(left_out, !cfg!(feature = "ndc"));
     }
 
     #[test]
     fn bytes_of_sampling_v1() {
         let sampling = Sampling { step: 0.5, near: 1.0, far: 2.0, min_transmittance: 0.25 };
-        let bytes = write_sampling(&sampling);
+        let bytes = encode(&write_sampling(&sampling));
         assert_eq!(bytes, [0, 0, 0, 0x3f, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40, 0, 0, 0x80, 0x3e]);
         assert_eq!(read_sampling(fields(kind::SAMPLING, &bytes)), Ok(sampling));
-        let bad = write_sampling(&Sampling { far: f32::INFINITY, ..sampling });
+        let bad = encode(&write_sampling(&Sampling { far: f32::INFINITY, ..sampling }));
         let section = SectionId::first(kind::SAMPLING);
         assert_eq!(
             read_sampling(fields(kind::SAMPLING, &bad)),
@@ -222,14 +173,14 @@ mod tests {
     #[test]
     fn bytes_of_hierarchical_v1() {
         let hierarchical = Hierarchical { reach: Reach::Clipped, ..Hierarchical::PAPER };
-        let bytes = write_hierarchical(&hierarchical);
+        let bytes = encode(&write_hierarchical(&hierarchical));
         assert_eq!(bytes, [1, 64, 0x80, 1]);
         let read = |bytes: &[u8]| read_hierarchical(fields(kind::HIERARCHICAL, bytes));
         assert_eq!(read(&bytes), Ok(hierarchical));
         let error = FormatError::Metadata(SectionId::first(kind::HIERARCHICAL));
         for (code, reach) in [(0, Reach::Distance), (2, Reach::Depth)] {
             let hierarchical = Hierarchical { reach, ..hierarchical };
-            assert_eq!(write_hierarchical(&hierarchical), [code, 64, 0x80, 1]);
+            assert_eq!(encode(&write_hierarchical(&hierarchical)), [code, 64, 0x80, 1]);
             assert_eq!(read(&[code, 64, 0x80, 1]), Ok(hierarchical));
         }
         let section = SectionId::first(kind::HIERARCHICAL);

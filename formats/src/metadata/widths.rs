@@ -2,9 +2,7 @@
 
 use core::fmt;
 
-#[cfg(feature = "alloc")]
-use pocketnerf_core::network::Dense;
-use pocketnerf_core::network::MAX_LAYERS;
+use pocketnerf_core::network::{Dense, MAX_LAYERS};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -26,7 +24,6 @@ impl Widths {
     }
 
     /// The widths of layers that follow one another; `None` for too many or too wide.
-    #[cfg(feature = "alloc")]
     pub(crate) fn of(layers: &[Dense<'_>]) -> Option<Self> {
         let mut widths = Self::default();
         let n_input = layers.first()?.weight.shape()[0];

@@ -84,10 +84,10 @@ fn ten_thousand_mutations() {
     let files = [
         "fused.msgpack",
         "old.msgpack",
-        "torch_ngp.pth",
-        "ngp_pl.ckpt",
-        "nerfstudio_tcnn/nerfstudio_models/step-000000009.ckpt",
-        "nerfstudio_torch/nerfstudio_models/step-000000009.ckpt",
+        "torch/torch_ngp.pth",
+        "torch/ngp_pl.ckpt",
+        "torch/nerfstudio_tcnn/nerfstudio_models/step-000000009.ckpt",
+        "torch/nerfstudio_torch/nerfstudio_models/step-000000009.ckpt",
     ];
     let each = |(file, name): (usize, &&str)| {
         let whole = without_archive_checksums(bytes(name));

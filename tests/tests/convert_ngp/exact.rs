@@ -90,14 +90,14 @@ fn instant_ngp() {
 
 #[test]
 fn torch_ngp() {
-    for name in ["torch_ngp", "torch_ngp_old"] {
+    for name in ["torch/torch_ngp", "torch/torch_ngp_old"] {
         agree(ngp(&bytes(&format!("{name}.pth"))).unwrap(), "torch-ngp", name);
     }
 }
 
 #[test]
 fn nerfstudio_both_ways() {
-    for name in ["nerfstudio_tcnn", "nerfstudio_torch"] {
+    for name in ["torch/nerfstudio_tcnn", "torch/nerfstudio_torch"] {
         let file = format!("{name}/nerfstudio_models/step-000000009.ckpt");
         let mut ngp = ngp(&bytes(&file)).unwrap();
         let settings = nerfstudio::complete(&mut ngp, &path(&file)).unwrap();
@@ -108,5 +108,5 @@ fn nerfstudio_both_ways() {
 
 #[test]
 fn ngp_pl() {
-    agree(ngp(&bytes("ngp_pl.ckpt")).unwrap(), "ngp_pl", "ngp_pl");
+    agree(ngp(&bytes("torch/ngp_pl.ckpt")).unwrap(), "ngp_pl", "torch/ngp_pl");
 }

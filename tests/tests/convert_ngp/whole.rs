@@ -101,19 +101,19 @@ fn cells_that_are_baked() {
 #[test]
 fn what_is_missing_is_named() {
     let background = NgpConversion::new(
-        ngp(&bytes("torch_ngp.pth")).unwrap(),
+        ngp(&bytes("torch/torch_ngp.pth")).unwrap(),
         Settings::default(),
         None,
         SimdLevel::detect(),
     );
     assert!(background.unwrap_err().to_string().contains("--background"));
     // A checkpoint of nerfstudio alone does not say whether its space is a box.
-    let file = "nerfstudio_tcnn/nerfstudio_models/step-000000009.ckpt";
+    let file = "torch/nerfstudio_tcnn/nerfstudio_models/step-000000009.ckpt";
     let mut alone = ngp(&bytes(file)).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let error = nerfstudio::complete(&mut alone, &folder.path().join("models/step.ckpt"));
     assert!(error.unwrap_err().to_string().contains("config.yml"));
-    let config = std::fs::read_to_string(path("nerfstudio_tcnn/config.yml")).unwrap();
+    let config = std::fs::read_to_string(path("torch/nerfstudio_tcnn/config.yml")).unwrap();
     let contracted =
         config.replace("disable_scene_contraction: true", "disable_scene_contraction: false");
     assert_ne!(config, contracted);

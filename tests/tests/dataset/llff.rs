@@ -164,8 +164,17 @@ fn numbers_of_every_kind() {
     let folder = capture(&pair());
     let expected = all(&folder, 1).fingerprint();
     let f32s: Vec<u8> = pair().iter().flatten().flat_map(|v| (*v as f32).to_le_bytes()).collect();
-    folder.write("poses_bounds.npy", npy(2, "<f4", "False", "(2, 17)", &f32s));
-    assert_eq!(all(&folder, 1).fingerprint(), expected);
+    let big_endian: Vec<u8> = pair().iter().flatten().flat_map(|v| v.to_be_bytes()).collect();
+    let column = |i: usize| pair().into_iter().map(move |row| row[i]);
+    let columns: Vec<u8> = (0..17).flat_map(column).flat_map(f64::to_le_bytes).collect();
+    for bytes in [
+        npy(2, "<f4", "False", "(2, 17)", &f32s),
+        npy(1, ">f8", "False", "(2, 17)", &big_endian),
+        npy(3, "<f8", "True", "(2, 17)", &columns),
+    ] {
+        folder.write("poses_bounds.npy", bytes);
+        assert_eq!(all(&folder, 1).fingerprint(), expected);
+    }
 }
 
 #[test]
@@ -184,19 +193,30 @@ fn refusals() {
     for (bytes, start) in [
         (
             Vec::new(),
-            file("it does not begin with \\x93NUMPY; expected a .npy array of f64, a row"),
+            file(
+                "the header of .npy: it does not begin with \\x93NUMPY; expected a .npy array of \
+                 f64, a row",
+            ),
         ),
-        (b"not an array".to_vec(), file("it does not begin with")),
-        (good[..7].to_vec(), file("the file is cut off after 7 bytes; expected")),
-        (good[..40].to_vec(), file("the file is cut off after 40 bytes; expected")),
-        (good[..good.len() - 8].to_vec(), file("264 bytes of values for 2 rows of 17; is it cut")),
-        (npy(9, "<f8", "False", "(2, 17)", values), file("format version 9;")),
-        (npy(1, "<f8", "True", "(2, 17)", values), file("values in Fortran order;")),
-        (npy(1, ">f8", "False", "(2, 17)", values), file("values of type >f8;")),
-        (npy(1, "|O", "False", "(2, 17)", values), file("values of type |O;")),
-        (npy(1, "<f8", "False", "(34,)", values), file("shape (34,);")),
+        (b"not an array".to_vec(), file("the header of .npy: it does not begin with")),
+        (good[..7].to_vec(), file("the header of .npy ends too early: the file is cut off; expe")),
+        (good[..40].to_vec(), file("the header of .npy ends too early: the file is cut off; exp")),
+        (
+            good[..good.len() - 8].to_vec(),
+            file("the tensor: it reaches beyond the end of its storage; expected"),
+        ),
+        ([&good[..], &[0; 8]].concat(), file("8 bytes after the end")),
+        (
+            npy(9, "<f8", "False", "(2, 17)", values),
+            file("the header of .npy: format version 9 where 1 to 3 were expected;"),
+        ),
+        (npy(1, "|O", "False", "(2, 17)", values), file("values of type |O are not read;")),
+        (npy(1, "<f8", "False", "(34,)", values), file("1 dimensions where 2 were expected;")),
         (npy(1, "<f8", "False", "(17, 2)", values), file("rows of 2 numbers, expected 17;")),
-        (npy(1, "<f8", "False", "(18446744073709551615, 17)", values), file("272 bytes of values")),
+        (
+            npy(1, "<f8", "False", "(18446744073709551615, 17)", values),
+            file("the tensor: its shape has more numbers than can be counted;"),
+        ),
         (poses(&[]), file("0 rows; expected a .npy array")),
         (poses(&pair()[..1]), "D/images: 2 images, but D/poses_bounds.npy has 1 poses".to_owned()),
         (changed(3, f64::NAN), frame("the pose holds a number that is not finite")),

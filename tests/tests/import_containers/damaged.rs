@@ -12,22 +12,22 @@ use crate::fixture;
 
 const FIXTURES: [&str; 18] = [
     "../ngp/old.msgpack",
-    "arrays.npz",
-    "arrays_compressed.npz",
-    "big_endian.npy",
+    "numpy/arrays.npz",
+    "numpy/arrays_compressed.npz",
+    "numpy/big_endian.npy",
     "big_endian.pt",
     "compressed.pt",
     "eval.pt",
-    "fortran.npy",
+    "numpy/fortran.npy",
     "legacy.pt",
     "legacy_protocol_4.pt",
     "lightning.ckpt",
     "little_endian.pt",
     "tensor.pt",
     "tiny.safetensors",
-    "weights.npy",
-    "weights_protocol_2.npy",
-    "weights_protocol_5.npy",
+    "numpy/weights.npy",
+    "numpy/weights_protocol_2.npy",
+    "numpy/weights_protocol_5.npy",
     "zip.pt",
 ];
 
@@ -88,7 +88,7 @@ fn every_truncation_is_refused() {
 
 #[test]
 fn every_byte_can_be_any_other() {
-    for name in ["legacy.pt", "weights.npy", "tiny.safetensors"] {
+    for name in ["legacy.pt", "numpy/weights.npy", "tiny.safetensors"] {
         let sound = fixture(name);
         for at in 0..sound.len() {
             for value in [0, 1, 0x7f, 0x80, 0xff, b'.', b'(', b'0', sound[at].wrapping_add(1)] {
@@ -102,9 +102,13 @@ fn every_byte_can_be_any_other() {
 
 #[test]
 fn bytes_after_the_end_are_refused() {
-    for name in
-        ["legacy.pt", "weights.npy", "fortran.npy", "tiny.safetensors", "../ngp/old.msgpack"]
-    {
+    for name in [
+        "legacy.pt",
+        "numpy/weights.npy",
+        "numpy/fortran.npy",
+        "tiny.safetensors",
+        "../ngp/old.msgpack",
+    ] {
         let bytes = [fixture(name), vec![0; 3]].concat();
         assert_eq!(use_everything(&bytes), Err(ImportError::Trailing { bytes: 3 }), "{name}");
     }

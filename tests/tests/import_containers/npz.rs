@@ -6,7 +6,7 @@ use crate::{expect, fixture, tensor};
 
 #[test]
 fn arrays_by_name() {
-    for file in ["arrays.npz", "arrays_compressed.npz"] {
+    for file in ["numpy/arrays.npz", "numpy/arrays_compressed.npz"] {
         let bytes = fixture(file);
         let checkpoint = Checkpoint::read(&bytes).unwrap();
         assert_eq!(checkpoint.container(), Container::Npz, "{file}");
@@ -43,7 +43,7 @@ fn refused(bytes: &[u8]) -> String {
 #[test]
 fn entries_are_refused_by_name() {
     let unchecked = |file| pocketnerf_tests::damage::without_archive_checksums(fixture(file));
-    let stored = || unchecked("arrays.npz");
+    let stored = || unchecked("numpy/arrays.npz");
     assert_eq!(
         refused(&with(stored(), b"<f2", b"|O8")),
         "the entry number.npy: values of type |O8 are not read"
@@ -55,7 +55,7 @@ fn entries_are_refused_by_name() {
     let none = with(stored(), b".npy", b".txt");
     assert_eq!(refused(&none), "data.pkl: not in the file");
 
-    let mut damaged = fixture("arrays.npz");
+    let mut damaged = fixture("numpy/arrays.npz");
     let at = find(&damaged, b"(4096,)") + 200;
     damaged[at] ^= 1;
     let error = Checkpoint::read(&damaged).unwrap_err();
@@ -64,7 +64,7 @@ fn entries_are_refused_by_name() {
 
 #[test]
 fn what_does_not_unpack_is_refused() {
-    let sound = fixture("arrays_compressed.npz");
+    let sound = fixture("numpy/arrays_compressed.npz");
     let record = find(&sound, b"PK\x01\x02");
     let damaged = |at: usize, value: &[u8]| {
         let mut bytes = sound.clone();

@@ -7,7 +7,9 @@ use crate::{expect, fixture, tensor};
 /// The weights of the original NeRF: a list of arrays, pickled by three versions.
 #[test]
 fn lists_of_arrays() {
-    for file in ["weights.npy", "weights_protocol_2.npy", "weights_protocol_5.npy"] {
+    for file in
+        ["numpy/weights.npy", "numpy/weights_protocol_2.npy", "numpy/weights_protocol_5.npy"]
+    {
         let bytes = fixture(file);
         let checkpoint = Checkpoint::read(&bytes).unwrap();
         assert_eq!(checkpoint.container(), Container::Numpy);
@@ -28,9 +30,9 @@ fn lists_of_arrays() {
 
 #[test]
 fn arrays_of_numbers() {
-    let bytes = fixture("fortran.npy");
+    let bytes = fixture("numpy/fortran.npy");
     expect(&Checkpoint::read(&bytes).unwrap(), "", &[2, 3], &[0, 1, 2, 3, 4, 5]);
-    let bytes = fixture("big_endian.npy");
+    let bytes = fixture("numpy/big_endian.npy");
     expect(&Checkpoint::read(&bytes).unwrap(), "", &[6], &[0, 1, 2, 3, 4, 5]);
 }
 

@@ -7,7 +7,7 @@ use pocketnerf_train::trainer::{
     Diverged, Length, MAX_RESTARTS, Run, TrainConfig, Trainer, Trouble,
 };
 
-use super::setup::{advance, begin, config, dataset, per_sample, resume, save, with_threads};
+use super::setup::{advance, begin, config, dataset, resume, save, too_small, with_threads};
 
 /// Runs to the end: the troubles on the way with the steps taken before each.
 fn troubles((mut trainer, mut run): (Trainer, Run)) -> (Vec<(u32, Trouble)>, Option<Diverged>) {
@@ -90,10 +90,7 @@ fn pictures_that_no_scene_explains_end_in_an_error() {
         let noise = if state >> 31 == 0 { 0 } else { 255 };
         pixel.copy_from_slice(&[noise, noise, noise, 255]);
     }
-    // A field that is too small to learn the pixels by heart.
-    let mut small = per_sample();
-    (small.field.density_hidden, small.field.color_hidden) = (vec![4], vec![4]);
-    let trainer = Trainer::new(dataset, small, SimdLevel::detect()).unwrap();
+    let trainer = Trainer::new(dataset, too_small(), SimdLevel::detect()).unwrap();
     let (found, diverged) = impatient(trainer);
     let nothing = |trouble| matches!(trouble, Trouble::NothingLearnt { .. });
     assert!(found.iter().all(|(_, trouble)| nothing(*trouble)), "{found:?}");

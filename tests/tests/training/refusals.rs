@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_formats::{
-    Container, ContainerWriter, Precision, SectionId, TensorName, kind as model_kind, open,
+    Container, ContainerWriter, Precision, Role, SectionId, TensorName, kind as model_kind, open,
 };
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::Split;
@@ -123,7 +123,7 @@ fn sections_that_cannot_be_used() {
 }
 
 fn is_grid(name: TensorName) -> bool {
-    matches!(name, TensorName::GridLevel(_))
+    name.role() == Role::Table
 }
 
 fn count_levels(saved: &[u8]) -> usize {

@@ -65,6 +65,21 @@ pub(crate) fn per_sample() -> TrainConfig {
     config
 }
 
+/// A field too small to learn pixels by heart: eight entries, and narrow networks.
+pub(crate) fn too_small() -> TrainConfig {
+    let mut config = per_sample();
+    config.field.encoding = EncodingConfig::HashGrid(HashGridConfig {
+        n_levels: 1,
+        n_features_per_level: 1,
+        log2_hashmap_size: 3,
+        base_resolution: 2,
+        per_level_scale: 1.0,
+        index: GridIndex::Blocked,
+    });
+    (config.field.density_hidden, config.field.color_hidden) = (vec![4], vec![4]);
+    config
+}
+
 pub(crate) fn begin(config: TrainConfig, length: Length) -> (Trainer, Run) {
     let trainer = Trainer::new(dataset(), config, SimdLevel::detect()).unwrap();
     (trainer, Run::new(length, Instant::now()))

@@ -61,7 +61,7 @@ fn what_cannot_be_converted_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out.pnerf");
     let fixture = |name: &str| format!("{FIXTURES}{name}");
-    let said = refused(&["convert", &fixture("torch_ngp.pth"), text(&out)]);
+    let said = refused(&["convert", &fixture("torch/torch_ngp.pth"), text(&out)]);
     assert!(said.contains("torch_ngp.pth") && said.contains("--background"), "{said}");
     let said = refused(&["convert", &fixture("fused.msgpack"), text(&out), "--samples", "64,64"]);
     assert!(said.contains("fused.msgpack") && said.contains("--samples"), "{said}");

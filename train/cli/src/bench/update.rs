@@ -1,7 +1,7 @@
 //! What updating the parameters reads and writes.
 
 use pocketnerf_core::AnyField;
-use pocketnerf_formats::{TensorName, tensors};
+use pocketnerf_formats::{Role, tensors};
 use pocketnerf_train::trainer::Trainer;
 
 use super::stage::Demand;
@@ -26,8 +26,8 @@ impl Sizes {
         let mut sizes = Self { grid: 0.0, networks: 0.0 };
         for (name, tensor) in tensors(field) {
             let len = (tensor.rows() * tensor.cols()) as f64;
-            match name {
-                TensorName::GridLevel(_) => sizes.grid += len,
+            match name.role() {
+                Role::Table => sizes.grid += len,
                 _ => sizes.networks += len,
             }
         }
@@ -54,7 +54,7 @@ impl Sizes {
 /// A copy of the tables' bytes.
 pub(super) fn tables(trainer: &Trainer) -> Vec<u8> {
     let model = trainer.model();
-    let tables = tensors(&model.field).filter(|(name, _)| matches!(name, TensorName::GridLevel(_)));
+    let tables = tensors(&model.field).filter(|(name, _)| name.role() == Role::Table);
     tables.flat_map(|(_, table)| table.bytes().iter().copied()).collect()
 }
 

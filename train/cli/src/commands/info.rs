@@ -7,7 +7,7 @@ use pocketnerf_core::field::NerfNetwork;
 use pocketnerf_core::march::Reach;
 use pocketnerf_core::network::Dense;
 use pocketnerf_core::{AnyField, Space, TensorView};
-use pocketnerf_formats::{ModelFile, SectionId, TensorName};
+use pocketnerf_formats::{ModelFile, Role, SectionId};
 use pocketnerf_train::dataset;
 use pocketnerf_train::trainer::checkpoint::{Checkpoint, kind, section_name};
 use serde_json::{Value, json};
@@ -124,9 +124,7 @@ fn networks(field: &AnyField<'_>) -> Value {
 fn precision(file: &ModelFile<'_>) -> String {
     let name = |dtype| format!("{dtype:?}").to_lowercase();
     let networks = file.model.field.dtype();
-    // A handful of frequencies, always f32, are no tables.
-    let frequencies = [TensorName::PositionFrequencies, TensorName::DirectionFrequencies];
-    let weights = file.tensors().filter(|(name, _)| !frequencies.contains(name));
+    let weights = file.tensors().filter(|(name, _)| name.role() != Role::Exact);
     match weights.map(|(_, view)| view.dtype()).find(|dtype| *dtype != networks) {
         Some(tables) => format!("{} tables, {} networks", name(tables), name(networks)),
         None => name(networks),

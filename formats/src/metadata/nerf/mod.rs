@@ -1,11 +1,18 @@
-//! FIELD of the paper's networks.
+//! Vanilla NeRFs: FIELD is encodings and networks.
 
-use pocketnerf_core::field::Activation;
+mod tensors;
+
+use pocketnerf_core::TensorView;
+use pocketnerf_core::encoding::{Fourier, Waves};
+use pocketnerf_core::field::{Activation, NerfField, NerfNetwork};
 use serde::{Deserialize, Serialize};
 
-use super::Fields;
+use super::field::FieldKind;
 use super::widths::Widths;
+use super::{Fields, append};
 use crate::FormatError;
+use crate::directory::Listed;
+use crate::tensor_name::{Known, TensorName};
 
 /// Codes of [`FourierV1`]'s waves.
 const OCTAVES: u8 = 0;
@@ -13,45 +20,45 @@ const GAUSSIAN: u8 = 1;
 /// Codes of [`Activation`].
 const ACTIVATIONS: [Activation; 3] = [Activation::Relu, Activation::Softplus, Activation::Exp];
 
-/// FIELD after its code, the paper's networks.
+/// FIELD after its code.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct NerfV1 {
-    pub(crate) positions: FourierV1,
-    pub(crate) directions: Option<FourierV1>,
-    pub(crate) scale: [f32; 3],
-    pub(crate) offset: [f32; 3],
+    positions: FourierV1,
+    directions: Option<FourierV1>,
+    scale: [f32; 3],
+    offset: [f32; 3],
     activation: u8,
-    pub(crate) density_scale: f32,
-    pub(crate) fine: NetworkV1,
-    pub(crate) coarse: Option<NetworkV1>,
+    density_scale: f32,
+    fine: NetworkV1,
+    coarse: Option<NetworkV1>,
 }
 
 /// An encoding in [`NerfV1`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct FourierV1 {
+struct FourierV1 {
     waves: u8,
     /// Octaves or random frequencies.
-    pub(crate) n: u32,
+    n: u32,
     /// Whether phases of octaves have the factor π.
-    pub(crate) pi: bool,
-    pub(crate) include_input: bool,
+    pi: bool,
+    include_input: bool,
 }
 
 /// A network in [`NerfV1`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct NetworkV1 {
-    pub(crate) trunk: Widths,
+struct NetworkV1 {
+    trunk: Widths,
     /// Bit i: layer i of the trunk reads the encoded position once more.
-    pub(crate) skips: u16,
+    skips: u16,
     /// Bit i: no ReLU after layer i of the trunk.
-    pub(crate) linear: u16,
-    pub(crate) feature: FeatureV1,
-    pub(crate) color: Widths,
+    linear: u16,
+    feature: FeatureV1,
+    color: Widths,
 }
 
 /// What stands between trunk and colour network in [`NetworkV1`]: how wide it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) enum FeatureV1 {
+enum FeatureV1 {
     Nothing,
     Linear(u32),
     /// ReLU follows.
@@ -60,7 +67,7 @@ pub(crate) enum FeatureV1 {
 
 impl FeatureV1 {
     /// Its width, where there is one.
-    pub(crate) const fn width(self) -> Option<u32> {
+    const fn width(self) -> Option<u32> {
         match self {
             Self::Nothing => None,
             Self::Linear(width) | Self::Bent(width) => Some(width),
@@ -68,10 +75,13 @@ impl FeatureV1 {
     }
 }
 
-impl NerfV1 {
-    /// Reads what follows the code.
-    pub(crate) fn read(mut fields: Fields<'_>) -> Result<Self, FormatError> {
-        let nerf: Self = fields.take()?;
+impl<'a> FieldKind<'a> for NerfField<'a> {
+    const NAMES: &'static [Known] = tensors::NAMES;
+    const MAX_TENSORS: usize = tensors::MAX_TENSORS;
+    type Metadata = NerfV1;
+
+    fn read(mut fields: Fields<'a>) -> Result<NerfV1, FormatError> {
+        let nerf: NerfV1 = fields.take()?;
         fields.finite("scale", &nerf.scale)?;
         fields.finite("offset", &nerf.offset)?;
         fields.finite("density_scale", &[nerf.density_scale])?;
@@ -87,79 +97,80 @@ impl NerfV1 {
         Ok(nerf)
     }
 
-    pub(crate) fn activation(&self) -> Activation {
+    fn open(metadata: &NerfV1, listed: &mut Listed<'a>) -> Result<Self, FormatError> {
+        tensors::open(metadata, listed)
+    }
+
+    fn metadata(&self) -> Option<NerfV1> {
+        Some(NerfV1 {
+            positions: FourierV1::of(&self.positions),
+            directions: self.directions.as_ref().map(FourierV1::of),
+            scale: self.map.scale,
+            offset: self.map.offset,
+            activation: ACTIVATIONS.iter().position(|a| *a == self.activation)? as u8,
+            density_scale: self.density_scale,
+            fine: NetworkV1::of(&self.fine)?,
+            coarse: match &self.coarse {
+                Some(network) => Some(NetworkV1::of(network)?),
+                None => None,
+            },
+        })
+    }
+
+    fn write<W: Extend<u8>>(metadata: &NerfV1, bytes: W) -> Option<W> {
+        append(bytes, metadata)
+    }
+
+    fn tensors(&self) -> impl Iterator<Item = (TensorName, TensorView<'a>)> {
+        tensors::tensors(self)
+    }
+}
+
+impl NerfV1 {
+    fn activation(&self) -> Activation {
         ACTIVATIONS[usize::from(self.activation)]
     }
 }
 
 impl FourierV1 {
-    /// Whether the frequencies are a tensor.
-    pub(crate) const fn is_gaussian(&self) -> bool {
-        self.waves == GAUSSIAN
-    }
-}
-
-#[cfg(feature = "alloc")]
-mod writing {
-    use pocketnerf_core::encoding::{Fourier, Waves};
-    use pocketnerf_core::field::{NerfField, NerfNetwork};
-
-    use super::*;
-
-    impl NerfV1 {
-        /// What FIELD says of a field; `None` for a choice that the format has no code for.
-        pub(crate) fn of(field: &NerfField<'_>) -> Option<Self> {
-            Some(Self {
-                positions: FourierV1::of(&field.positions),
-                directions: field.directions.as_ref().map(FourierV1::of),
-                scale: field.map.scale,
-                offset: field.map.offset,
-                activation: ACTIVATIONS.iter().position(|a| *a == field.activation)? as u8,
-                density_scale: field.density_scale,
-                fine: NetworkV1::of(&field.fine)?,
-                coarse: match &field.coarse {
-                    Some(network) => Some(NetworkV1::of(network)?),
-                    None => None,
-                },
-            })
-        }
-    }
-
-    impl FourierV1 {
-        fn of(encoding: &Fourier<'_>) -> Self {
-            let include_input = encoding.include_input;
-            match &encoding.waves {
-                Waves::Octaves { n, pi } => Self { waves: OCTAVES, n: *n, pi: *pi, include_input },
-                Waves::Gaussian(matrix) => {
-                    Self { waves: GAUSSIAN, n: matrix.shape()[1], pi: false, include_input }
-                }
+    fn of(encoding: &Fourier<'_>) -> Self {
+        let include_input = encoding.include_input;
+        match &encoding.waves {
+            Waves::Octaves { n, pi } => Self { waves: OCTAVES, n: *n, pi: *pi, include_input },
+            Waves::Gaussian(matrix) => {
+                Self { waves: GAUSSIAN, n: matrix.shape()[1], pi: false, include_input }
             }
         }
     }
 
-    impl NetworkV1 {
-        fn of(network: &NerfNetwork<'_>) -> Option<Self> {
-            let trunk = network.trunk();
-            Some(Self {
-                trunk: Widths::of(trunk)?,
-                skips: network.skips,
-                linear: network.linear,
-                feature: match network.feature.as_ref().map(|layer| layer.weight.shape()[1]) {
-                    None => FeatureV1::Nothing,
-                    Some(width) if network.feature_relu => FeatureV1::Bent(width),
-                    Some(width) => FeatureV1::Linear(width),
-                },
-                color: Widths::of(network.color.layers())?,
-            })
-        }
+    /// Whether the frequencies are a tensor.
+    const fn is_gaussian(&self) -> bool {
+        self.waves == GAUSSIAN
     }
 }
 
-#[cfg(all(test, feature = "alloc"))]
+impl NetworkV1 {
+    fn of(network: &NerfNetwork<'_>) -> Option<Self> {
+        let trunk = network.trunk();
+        Some(Self {
+            trunk: Widths::of(trunk)?,
+            skips: network.skips,
+            linear: network.linear,
+            feature: match network.feature.as_ref().map(|layer| layer.weight.shape()[1]) {
+                None => FeatureV1::Nothing,
+                Some(width) if network.feature_relu => FeatureV1::Bent(width),
+                Some(width) => FeatureV1::Linear(width),
+            },
+            color: Widths::of(network.color.layers())?,
+        })
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metadata::test_section;
-    use crate::section::{SectionId, kind};
+    use crate::container::{SectionId, kind};
+    use crate::metadata::{encode, test_section};
 
     fn widths(values: &[u32]) -> Widths {
         let mut widths = Widths::default();
@@ -168,7 +179,7 @@ mod tests {
     }
 
     fn read(bytes: &[u8]) -> Result<NerfV1, FormatError> {
-        NerfV1::read(Fields::open(&test_section(kind::FIELD, bytes))?)
+        NerfField::read(Fields::open(&test_section(kind::FIELD, bytes))?)
     }
 
     /// Ten octaves, random directions, three layers of which layer 2 is a skip and
@@ -208,11 +219,11 @@ mod tests {
             1,
             4, 63, 24, 24, 16,  4, 2,  0,              2, 56, 3,
         ];
-        let mut bytes = crate::metadata::encode(&nerf);
+        let mut bytes = NerfField::write(&nerf, alloc::vec::Vec::new()).unwrap();
         assert_eq!(bytes, golden);
         assert_eq!(read(&bytes), Ok(nerf));
         assert_eq!(nerf.activation(), Activation::Softplus);
-        let bent = crate::metadata::encode(&FeatureV1::Bent(300));
+        let bent = encode(&FeatureV1::Bent(300));
         assert_eq!(bent, [2, 0xac, 0x02]);
         assert!(!nerf.positions.is_gaussian() && nerf.directions.unwrap().is_gaussian());
         let section = SectionId::first(kind::FIELD);

@@ -2,8 +2,9 @@
 
 use core::fmt;
 
-use crate::header::{u16_at, u32_at, u64_at};
-use crate::{FormatError, checksum};
+use super::checksum;
+use super::header::{u16_at, u32_at, u64_at};
+use crate::FormatError;
 
 /// Numbers of the section kinds.
 ///
@@ -195,7 +196,6 @@ impl Entry {
         }
     }
 
-    #[cfg(feature = "alloc")]
     pub(crate) fn to_bytes(&self) -> [u8; ENTRY_BYTES] {
         let mut bytes = [0; ENTRY_BYTES];
         bytes[0..4].copy_from_slice(&self.id.kind.to_le_bytes());

@@ -1,15 +1,22 @@
 //! A file as a row of sections, whatever they hold.
 
+pub(crate) mod checksum;
+pub(crate) mod header;
+pub(crate) mod section;
+
 use core::fmt;
 
+use header::head_checksum;
+pub use header::{HEADER_BYTES, Header, MAGIC, MAJOR, MINOR};
+pub use section::{ALIGNMENT, CRITICAL, MAX_SECTIONS, RAW, Section, SectionId, kind};
+use section::{ENTRY_BYTES, Entry};
+
 use crate::FormatError;
-use crate::header::{HEADER_BYTES, Header, head_checksum};
-use crate::section::{ALIGNMENT, ENTRY_BYTES, Entry, RAW, Section, SectionId};
 
 /// A file whose header and section table have been checked. Borrows the bytes.
 ///
 /// Knows nothing of models: a program that keeps sections of its own in a file
-/// (kinds from [`kind::PROGRAM`](crate::section::kind::PROGRAM)) finds them here.
+/// (kinds from [`kind::PROGRAM`](kind::PROGRAM)) finds them here.
 #[derive(Clone, Copy)]
 pub struct Container<'a> {
     header: Header,

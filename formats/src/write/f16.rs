@@ -7,8 +7,8 @@ use half::slice::HalfFloatSliceExt;
 use pocketnerf_core::TensorView;
 use pocketnerf_core::tensor::SCALE_LOG2;
 
-use crate::WriteError;
-use crate::tensors::TensorName;
+use super::WriteError;
+use crate::tensor_name::TensorName;
 
 /// The values as little-endian f32, unscaled.
 pub(crate) fn to_f32(name: TensorName, view: &TensorView<'_>) -> Result<Vec<u8>, WriteError> {
@@ -80,7 +80,7 @@ mod tests {
 
     use super::*;
 
-    const NAME: TensorName = TensorName::GridLevel(0);
+    const NAME: TensorName = TensorName::new(0, 0);
 
     fn bytes(values: &[f32]) -> Vec<u8> {
         values.iter().flat_map(|v| v.to_le_bytes()).collect()

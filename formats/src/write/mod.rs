@@ -1,26 +1,25 @@
 //! From a model to bytes.
 
+mod container;
+mod eight_bits;
+mod error;
+mod f16;
+
 use alloc::vec::Vec;
 
-#[cfg(feature = "hash-grid")]
-use pocketnerf_core::field::Decoder;
 use pocketnerf_core::{AnyField, DType, Display, Layout, Model, TensorView};
+use serde::Serialize;
 
-use crate::ModelFile;
+pub use container::ContainerWriter;
+pub use error::WriteError;
+
 use crate::about::{About, PixelOrigin};
+use crate::container::{SectionId, kind};
 use crate::directory::write_directory;
-#[cfg(feature = "hash-grid")]
-use crate::metadata::decoder::DecoderConfig;
-use crate::metadata::field::{FieldConfig, write_field};
-#[cfg(feature = "nerf")]
-use crate::metadata::nerf::NerfV1;
-#[cfg(feature = "hash-grid")]
-use crate::metadata::widths::Widths;
-use crate::metadata::{V1, about, encode, space};
-use crate::section::{SectionId, kind};
-use crate::tensors::{TensorName, tensors};
-use crate::writer::{ContainerWriter, WriteError};
-use crate::{FormatError, eight_bits, f16, reader};
+use crate::metadata::field::{self, tensors};
+use crate::metadata::{V1, about, append, space};
+use crate::tensor_name::Role;
+use crate::{FormatError, ModelFile, reader};
 
 /// How weights are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -78,39 +77,37 @@ impl<'a> ContainerWriter<'a> {
         precision: Precision,
     ) -> Result<(), WriteError> {
         model.validate().map_err(FormatError::Model)?;
-        self.metadata(kind::SCENE, about::write_scene(&about.scene));
-        let bytes = space::write_space(&model.space).ok_or(WriteError::Unsupported("space"))?;
-        self.metadata(kind::SPACE, bytes);
-        self.metadata(kind::SAMPLING, space::write_sampling(&model.sampling));
-        let config = config(&model.field).ok_or(WriteError::Unsupported("field"))?;
-        let bytes = write_field(&config).ok_or(WriteError::Unsupported("field"))?;
-        self.metadata(kind::FIELD, bytes);
-        let bytes = about::write_display(&model.display, about.camera.as_ref())
+        self.required(kind::SCENE, encode(&about::write_scene(&about.scene)));
+        let bytes =
+            space::write_space(&model.space, Vec::new()).ok_or(WriteError::Unsupported("space"))?;
+        self.required(kind::SPACE, bytes);
+        self.required(kind::SAMPLING, encode(&space::write_sampling(&model.sampling)));
+        let bytes =
+            field::write(&model.field, Vec::new()).ok_or(WriteError::Unsupported("field"))?;
+        self.required(kind::FIELD, bytes);
+        let display = about::write_display(&model.display, about.camera.as_ref())
             .ok_or(WriteError::Unsupported("colour space"))?;
-        self.metadata(kind::DISPLAY, bytes);
+        self.required(kind::DISPLAY, encode(&display));
         // Readers may skip what they do not know of these.
         if model.display.tolerance != Display::TOLERANCE {
-            let bytes = about::write_detail(model.display.tolerance);
-            self.add(SectionId::first(kind::DETAIL), V1, false, bytes);
+            self.optional(kind::DETAIL, &about::write_detail(model.display.tolerance));
         }
         if about.pixel_origin != PixelOrigin::Center {
-            let bytes = about::write_pixels(about.pixel_origin);
-            self.add(SectionId::first(kind::PIXELS), V1, false, bytes);
+            self.optional(kind::PIXELS, &about::write_pixels(about.pixel_origin));
         }
         if let Some(quality) = about.quality {
             self.add_quality(quality)?;
         }
         if let Some(hierarchical) = &model.hierarchical {
-            let id = SectionId::first(kind::HIERARCHICAL);
-            self.add(id, V1, false, space::write_hierarchical(hierarchical));
+            self.optional(kind::HIERARCHICAL, &space::write_hierarchical(hierarchical));
         }
         if let Some(provenance) = &about.provenance {
-            let id = SectionId::first(kind::PROVENANCE);
-            self.add(id, V1, false, about::write_provenance(provenance));
+            self.optional(kind::PROVENANCE, &about::write_provenance(provenance));
         }
         if let Some(occupancy) = &model.occupancy {
             let (resolution, n_cascades) = (occupancy.resolution(), occupancy.n_cascades());
-            self.metadata(kind::OCCUPANCY, encode(&space::OccupancyV1 { resolution, n_cascades }));
+            let size = space::OccupancyV1 { resolution, n_cascades };
+            self.required(kind::OCCUPANCY, encode(&size));
             self.add(SectionId::first(kind::OCC_COARSE), V1, true, occupancy.coarse_bytes());
             self.add(SectionId::first(kind::OCC_FINE), V1, true, occupancy.fine_bytes());
         }
@@ -121,12 +118,16 @@ impl<'a> ContainerWriter<'a> {
         if !(0.0..=1.0).contains(&quality) {
             return Err(WriteError::Unsupported("quality"));
         }
-        self.add(SectionId::first(kind::QUALITY), V1, false, about::write_quality(quality));
+        self.optional(kind::QUALITY, &about::write_quality(quality));
         Ok(())
     }
 
-    fn metadata(&mut self, kind: u32, bytes: Vec<u8>) {
+    fn required(&mut self, kind: u32, bytes: Vec<u8>) {
         self.add(SectionId::first(kind), V1, true, bytes);
+    }
+
+    fn optional(&mut self, kind: u32, value: &impl Serialize) {
+        self.add(SectionId::first(kind), V1, false, encode(value));
     }
 
     fn add_tensors(
@@ -139,17 +140,15 @@ impl<'a> ContainerWriter<'a> {
             if view.layout() != Layout::RowMajor {
                 return Err(WriteError::Unsupported("tensor layout"));
             }
-            // So few, and what is rounded here is other waves.
-            let exact =
-                matches!(name, TensorName::PositionFrequencies | TensorName::DirectionFrequencies);
-            let (dtype, bytes, scale_log2) = match precision {
-                _ if exact => (DType::F32, f16::to_f32(name, &view)?, 0),
-                Precision::F32 => (DType::F32, f16::to_f32(name, &view)?, 0),
-                Precision::I8 if matches!(name, TensorName::GridLevel(_)) => {
+            let (dtype, bytes, scale_log2) = match (precision, name.role()) {
+                (_, Role::Exact) | (Precision::F32, _) => {
+                    (DType::F32, f16::to_f32(name, &view)?, 0)
+                }
+                (Precision::I8, Role::Table) => {
                     let (bytes, scale_log2) = eight_bits::to_i8(name, &view)?;
                     (DType::I8, bytes, scale_log2)
                 }
-                Precision::F16 | Precision::I8 => {
+                (Precision::F16 | Precision::I8, _) => {
                     let (bytes, scale_log2) = f16::to_f16(name, &view)?;
                     (DType::F16, bytes, scale_log2)
                 }
@@ -159,8 +158,8 @@ impl<'a> ContainerWriter<'a> {
         let mut n_network = 0;
         let mut directory = Vec::with_capacity(stored.len());
         for (name, shape, dtype, scale_log2, bytes) in &stored {
-            let section = match *name {
-                TensorName::GridLevel(index) => SectionId { kind: kind::GRID, index },
+            let section = match name.role() {
+                Role::Table => SectionId { kind: kind::GRID, index: name.index },
                 _ => SectionId { kind: kind::NETWORK, index: n_network },
             };
             n_network += u32::from(section.kind == kind::NETWORK);
@@ -168,9 +167,9 @@ impl<'a> ContainerWriter<'a> {
                 .map_err(FormatError::Model)?;
             directory.push((*name, view, section));
         }
-        let bytes = write_directory(directory.iter().copied())
+        let bytes = write_directory(directory.iter().copied(), Vec::new())
             .ok_or(WriteError::Unsupported("tensor type"))?;
-        self.metadata(kind::TENSORS, bytes);
+        self.required(kind::TENSORS, bytes);
         let sections: Vec<SectionId> = directory.iter().map(|(_, _, section)| *section).collect();
         for (section, (.., bytes)) in sections.into_iter().zip(stored) {
             self.add(section, V1, true, bytes);
@@ -179,27 +178,9 @@ impl<'a> ContainerWriter<'a> {
     }
 }
 
-/// What FIELD says of a field; `None` for a kind that the format lacks.
-fn config(field: &AnyField<'_>) -> Option<FieldConfig> {
-    match field {
-        #[cfg(feature = "hash-grid")]
-        AnyField::HashGrid(field) => {
-            Some(FieldConfig::HashGrid(field.grid.config, decoder(&field.decoder)?))
-        }
-        #[cfg(feature = "nerf")]
-        AnyField::Nerf(field) => Some(FieldConfig::Nerf(NerfV1::of(field)?)),
-        _ => None,
-    }
-}
-
-#[cfg(feature = "hash-grid")]
-fn decoder(decoder: &Decoder<'_>) -> Option<DecoderConfig> {
-    Some(DecoderConfig {
-        n_features: decoder.n_features,
-        sh_degree: decoder.sh_degree,
-        shading: decoder.shading,
-        log_density_bias: decoder.log_density_bias,
-        density: Widths::of(decoder.density.layers())?,
-        color: Widths::of(decoder.color.layers())?,
-    })
+/// The bytes of a metadata value.
+fn encode(value: &impl Serialize) -> Vec<u8> {
+    // The structs have no maps or unsized sequences, and a vector grows: the only errors
+    // that postcard could report cannot occur.
+    append(Vec::new(), value).unwrap_or_default()
 }

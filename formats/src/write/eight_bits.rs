@@ -5,9 +5,9 @@ use alloc::vec::Vec;
 use pocketnerf_core::TensorView;
 use pocketnerf_core::tensor::SCALE_LOG2;
 
-use crate::WriteError;
-use crate::f16::finite;
-use crate::tensors::TensorName;
+use super::WriteError;
+use super::f16::finite;
+use crate::tensor_name::TensorName;
 
 /// Largest magnitude that is written.
 const MOST: f32 = 127.0;
@@ -67,7 +67,7 @@ mod tests {
         let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
         let shape = [1, values.len() as u32];
         let view = TensorView::new(&bytes, DType::F32, shape, 0, Layout::RowMajor).unwrap();
-        let (bytes, scale) = to_i8(TensorName::GridLevel(0), &view)?;
+        let (bytes, scale) = to_i8(TensorName::new(0, 0), &view)?;
         Ok((bytes.into_iter().map(u8::cast_signed).collect(), scale))
     }
 
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn refuses_what_has_no_bytes() {
-        let name = TensorName::GridLevel(0);
+        let name = TensorName::new(0, 0);
         assert_eq!(written(&[f32::NAN]), Err(WriteError::NotFinite(name)));
         assert_eq!(written(&[1e30]), Err(WriteError::OutOfRange(name)));
     }

@@ -2,58 +2,21 @@
 
 use alloc::borrow::Cow;
 use alloc::vec::Vec;
-use core::fmt;
 
-use crate::header::{HEADER_BYTES, Header, MAJOR, MINOR, seal};
-use crate::section::{ALIGNMENT, CRITICAL, ENTRY_BYTES, Entry, MAX_SECTIONS, RAW, SectionId};
-use crate::tensors::TensorName;
-use crate::{Container, FormatError, checksum};
-
-/// Why a file was not written.
-#[non_exhaustive]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WriteError {
-    /// A weight is infinite or not a number.
-    NotFinite(TensorName),
-    /// A weight is too large for f16 at any allowed scale.
-    OutOfRange(TensorName),
-    /// The format has no code for a choice the model makes; the text names it.
-    Unsupported(&'static str),
-    /// Two sections of the same kind and index.
-    Twice(SectionId),
-    /// No reader would take the file.
-    Unreadable(FormatError),
-}
-
-impl fmt::Display for WriteError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotFinite(tensor) => {
-                write!(f, "tensor {tensor}: holds a value that is infinite or not a number")
-            }
-            Self::OutOfRange(tensor) => {
-                write!(f, "tensor {tensor}: holds a value too large for f16; f32 can hold it")
-            }
-            Self::Unsupported(what) => write!(f, "the format cannot express the model's {what}"),
-            Self::Twice(section) => write!(f, "{section}: given twice"),
-            Self::Unreadable(error) => write!(f, "{error}"),
-        }
-    }
-}
-
-impl core::error::Error for WriteError {}
-
-impl From<FormatError> for WriteError {
-    fn from(error: FormatError) -> Self {
-        Self::Unreadable(error)
-    }
-}
+use super::WriteError;
+use crate::FormatError;
+use crate::container::header::seal;
+use crate::container::section::{ENTRY_BYTES, Entry};
+use crate::container::{
+    ALIGNMENT, CRITICAL, Container, HEADER_BYTES, Header, MAJOR, MAX_SECTIONS, MINOR, RAW,
+    SectionId, checksum,
+};
 
 /// Collects sections and lays them out as a file.
 ///
 /// The same sections give the same bytes, in whatever order they were added.
 /// Programs number their own kinds from
-/// [`kind::PROGRAM`](crate::section::kind::PROGRAM); sections that are not
+/// [`kind::PROGRAM`](crate::container::kind::PROGRAM); sections that are not
 /// critical leave the model in the file readable by everyone.
 #[derive(Debug, Default)]
 pub struct ContainerWriter<'a> {
@@ -136,7 +99,7 @@ impl<'a> ContainerWriter<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::section::kind;
+    use crate::container::kind;
 
     const A: SectionId = SectionId { kind: kind::PROGRAM, index: 0 };
     const B: SectionId = SectionId { kind: kind::PROGRAM, index: 1 };

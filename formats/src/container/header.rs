@@ -1,7 +1,8 @@
 //! The first 32 bytes of a file.
 
-use crate::section::{ENTRY_BYTES, MAX_SECTIONS};
-use crate::{FormatError, checksum};
+use super::checksum;
+use super::section::{ENTRY_BYTES, MAX_SECTIONS};
+use crate::FormatError;
 
 /// The first eight bytes of every file. The first byte is lost by a 7-bit
 /// channel, the line end is changed by a transfer in text mode, and 0x1a ends
@@ -80,7 +81,6 @@ impl Header {
     }
 
     /// The header's bytes, with a checksum of zero.
-    #[cfg(feature = "alloc")]
     pub(crate) fn to_bytes(self) -> [u8; HEADER_BYTES] {
         let mut bytes = [0; HEADER_BYTES];
         bytes[..8].copy_from_slice(&MAGIC);
@@ -102,7 +102,6 @@ pub(crate) fn head_checksum(head: &[u8]) -> u32 {
 }
 
 /// Writes the checksum of header and table into the header.
-#[cfg(feature = "alloc")]
 pub(crate) fn seal(head: &mut [u8]) {
     let crc = head_checksum(head);
     head[CHECKSUM_AT..CHECKSUM_AT + 4].copy_from_slice(&crc.to_le_bytes());
