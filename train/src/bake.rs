@@ -1,7 +1,7 @@
-//! Which cells of a field hold something: what lets pictures skip the rest.
+//! The occupied cells of an imported field, so that rendering can skip the others.
 //!
-//! Nobody trained these networks to be empty anywhere, so cells count as empty with
-//! care: only where many points of a cell and of all its neighbours hold next to nothing.
+//! These networks were not trained to be empty anywhere. So a cell counts as empty only if
+//! many points in it and in all its neighbours hold almost nothing.
 
 use crate::pool::Pool;
 use crate::probe::Probe;
@@ -9,9 +9,9 @@ use crate::trainer::{OccupancyGrid, all_cells};
 use fearless_simd::Level;
 use pocketnerf_core::{AnyField, Space};
 
-/// Cells along an axis at first.
+/// Cells along an axis in the first search.
 const COARSE: u32 = 64;
-/// Looks at each cell, a random point each time.
+/// Random points that are evaluated per cell.
 const LOOKS: usize = 8;
 
 /// Finds the occupied cells of a field.
@@ -25,8 +25,8 @@ pub struct Baker<'f> {
 }
 
 impl Baker<'_> {
-    /// The occupied cells of the space, half as wide as they are looked for at first, and
-    /// all their neighbours.
+    /// The occupied cells of the space and all their neighbours, at twice the resolution of
+    /// the first search.
     pub fn cells(&self, space: &Space) -> OccupancyGrid {
         let mut coarse = OccupancyGrid::new(COARSE, all_cells(space, COARSE));
         self.look(&mut coarse);

@@ -1,4 +1,4 @@
-//! Random numbers that depend on a seed and a place, not on who asks first.
+//! Random numbers that depend on a seed and a place, not on the order of calls.
 
 use pocketnerf_core::math;
 

@@ -64,7 +64,7 @@ fn lego_as_its_program_shows_it() {
                 [r, g, b].map(|c| c * a + 1.0 - a)
             })
             .collect();
-        let (found, _) = psnr(&model, &camera, &truth, Sampling::Paper);
+        let (found, _) = psnr(&model, &camera, &truth, Sampling::Hierarchical);
         assert!((found - expected).abs() < 0.02, "{}: {found}", view.name);
         // Cells leave out what floats beside the object.
         let (baked, evaluations) = psnr(&model, &camera, &truth, Sampling::Occupancy);
@@ -91,7 +91,7 @@ fn fern_in_its_own_coordinates() {
         .flat_map(|[r, g, b, _]| [r, g, b])
         .map(|c| f32::from(*c) / 255.0)
         .collect();
-    for sampling in [Sampling::Paper, Sampling::Occupancy] {
+    for sampling in [Sampling::Hierarchical, Sampling::Occupancy] {
         let mut camera = view.camera;
         // The program's rays: corners of pixels three times smaller.
         camera.center = camera.center.map(|c| c + 0.5 / 3.0);

@@ -53,7 +53,7 @@ fn cells_cost_next_to_nothing() {
     let written = pocketnerf_formats::write(&model, &about, Precision::F16).unwrap();
     let file = pocketnerf_formats::open_verified(&written).unwrap();
     assert_eq!(file.about.pixel_origin, PixelOrigin::Corner);
-    let paper = [(&source, Sampling::Paper), (&file.model, Sampling::Paper)];
+    let paper = [(&source, Sampling::Hierarchical), (&file.model, Sampling::Hierarchical)];
     let same = compare(paper, &cameras(), &settings).unwrap();
     assert!(same.psnr > 50.0 && same.evaluations[0] == same.evaluations[1], "{same:?}");
     // Marched with cells and without.

@@ -200,7 +200,7 @@ fn interrupted_and_resumed() {
     assert!(output.stdout.is_empty() && !place.path("cut.pnerf").exists());
     let resume = "train data --out cut.pnerf --resume cut.ckpt.pnerf";
     assert!(line.starts_with("pocketnerf: interrupted at step "), "{line}");
-    assert!(line.ends_with(&format!(", saved; go on with: pocketnerf {resume}\n")), "{line}");
+    assert!(line.ends_with(&format!(", saved; resume with: pocketnerf {resume}\n")), "{line}");
     let step = place.ok("info cut.ckpt.pnerf --json")["checkpoint"]["step"].as_u64().unwrap();
     assert!(line.contains(&format!("at step {step},")) && (1..steps).contains(&step), "{line}");
 

@@ -120,8 +120,8 @@ impl Orbit {
         }
     }
 
-    /// A circle in the plane z = 0. By how much a box is wider than what one camera at the
-    /// origin sees tells how far from it the others were.
+    /// A circle in the plane z = 0. The box is wider than what one camera at the origin sees by how
+    /// far the others stood from it.
     fn before(ndc: &Ndc) -> Self {
         let middle = |a: usize| 0.5 * (ndc.min[a] + ndc.max[a]) * ndc.near / ndc.slope[a];
         let [x, y] = [middle(0), middle(1)];

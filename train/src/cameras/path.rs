@@ -133,7 +133,7 @@ fn field_of_view(
     })
 }
 
-/// The size asked for, or the file's.
+/// The requested size, or the file's.
 fn size_or(
     asked: Option<[u32; 2]>,
     width: Option<f64>,

@@ -9,7 +9,7 @@ use super::images::{self, Image};
 use super::listing::{Frame, Listing, Mask};
 use super::{DatasetError, View};
 
-/// Decodes the images of a listing and makes them so many times smaller.
+/// Decodes and downscales the images of a listing.
 pub(super) fn views(listing: &Listing, factor: u32) -> Result<Vec<View>, DatasetError> {
     let folder = &listing.folder;
     let names = find_all(listing)?;

@@ -1,7 +1,7 @@
 //! DeepVoxels: `{train,validation,test}/SCENE/{rgb,pose,intrinsics.txt}`.
 //!
 //! A file of 16 numbers an image in `pose`: camera-to-world with OpenCV camera axes.
-//! `intrinsics.txt`: focal length (and a principal point, which the paper's released code
+//! `intrinsics.txt`: focal length (and a principal point, which the released code
 //! ignores: it is the middle), barycentre, near plane, scale, height and width that the
 //! focal length is counted in, and perhaps 1 where poses are world-to-camera. The focal
 //! length follows the image's height. Images are opaque, on white; the cameras are on a
@@ -21,7 +21,7 @@ use crate::pose;
 const FORMAT: &str = "deepvoxels";
 /// In the order of [`Split::ALL`].
 const FOLDERS: [&str; 3] = ["train", "validation", "test"];
-/// The file that tells a scene's folder.
+/// The file that marks a scene's folder.
 const INTRINSICS: &str = "intrinsics.txt";
 /// Completes "expected …".
 const POSE: &str = "16 numbers an image, a camera-to-world matrix row after row (DeepVoxels)";

@@ -149,7 +149,7 @@ pub enum DatasetError {
     /// Images cannot be made smaller by this factor.
     #[error("downscale factor {factor}: expected 1 to {largest} for images of {}x{}", .size[0], .size[1])]
     DownscaleFactor {
-        /// What was asked for.
+        /// What was requested.
         factor: u32,
         /// The largest that leaves a pixel.
         largest: u32,

@@ -1,4 +1,4 @@
-//! A number that tells one dataset from another, for resuming.
+//! A number that identifies a dataset, for resuming.
 
 use rayon::prelude::*;
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{DatasetError, Split};
 
-/// Every so many images in the order of their names, from the first on, are test and
+/// Every N-th image in the order of their names, from the first on, is for test and
 /// val; the others train. 0: all train.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HoldOut<'f> {

@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn downscaling_averages_premultiplied() {
-        // Red opaque, and green that nobody can see.
+        // Opaque red and invisible green.
         let row = [[200, 0, 0, 255], [0, 255, 0, 0]].concat();
         let image = Image { size: [2, 2], rgba: [row.clone(), row].concat() };
         let small = image.clone().downscaled(2).unwrap();

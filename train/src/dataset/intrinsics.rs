@@ -34,7 +34,7 @@ impl Intrinsics {
         Self { size: None, focal, center: [None; 2], shared: true }
     }
 
-    /// The camera for an image of so many pixels; `None` where that has another shape
+    /// The camera for an image of this size; `None` if that has another shape
     /// than the file says.
     pub(super) fn camera(&self, size: [u32; 2], pose: [f32; 16]) -> Option<Camera> {
         let [width, height] = size.map(f64::from);

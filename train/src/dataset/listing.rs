@@ -22,7 +22,7 @@ pub(super) struct Listing {
     pub(super) is_one_set: bool,
     /// Images that are missing, of frames that were left out for that.
     pub(super) left_out: Vec<String>,
-    /// How many times smaller images must be made; `None`: as many times as was asked for.
+    /// The factor by which images must be downscaled; `None`: the requested one.
     pub(super) factor: Option<u32>,
     /// Near and far, scene units.
     pub(super) bounds: Option<[f32; 2]>,

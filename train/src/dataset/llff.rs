@@ -3,7 +3,7 @@
 //! 17 numbers an image, in the order of the images' names: a 3×5 matrix row after row,
 //! whose columns are the camera's axes (down, right, back), its position, and height,
 //! width and focal length in pixels of the full image; then the nearest and the farthest
-//! depth. As in the paper's released code, the world is scaled so that the nearest depth
+//! depth. As in the released code of LLFF, the world is scaled so that the nearest depth
 //! of all lies at 4/3, and turned so that the average camera is at the origin and looks
 //! along −z.
 

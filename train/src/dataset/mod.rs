@@ -35,7 +35,7 @@ use recognise::{Convention, recognise};
 /// How to read a dataset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Images are made so many times smaller along each side; 1 keeps them.
+    /// Images are downscaled by this factor along each side.
     pub downscale_factor: u32,
     /// Where a dataset has no splits of its own, every so many images are held out for
     /// test and val, in the order of their names from the first on. 0: all train.

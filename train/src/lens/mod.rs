@@ -108,7 +108,7 @@ impl Lens {
     }
 
     /// The direction that is shown at a normalised image point, and whether there is
-    /// one. Where there is none, the point lies farther out than the lens shows
+    /// one. If there is none, the point lies farther out than the lens shows
     /// anything, and the direction is the farthest that it shows on that side.
     #[must_use]
     pub fn undistort(&self, [x, y]: [f64; 2]) -> ([f64; 3], bool) {

@@ -7,8 +7,8 @@ use image::{ExtendedColorType, ImageEncoder, ImageError};
 
 use crate::output::{OutputError, write_atomic};
 
-/// Scene units per step of a depth file, unless told otherwise: a thousandth,
-/// as programs that read millimetres expect.
+/// Default scene units per step of a depth file: a thousandth, as programs that read
+/// millimetres expect.
 pub const DEPTH_UNITS_PER_STEP: f32 = 1e-3;
 
 /// Writes 8-bit RGB, `width * height * 3` values from the top left.

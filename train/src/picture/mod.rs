@@ -10,15 +10,15 @@ use pocketnerf_core::{Camera, Display, Error, Model, RenderOptions, SimdLevel, T
 pub use progressive::Progressive;
 pub use renderer::Renderer;
 
-/// Where along a ray the field is asked.
+/// Where the samples of a ray lie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampling {
-    /// Equal steps through occupied cells, until next to no light passes.
+    /// Equal steps through occupied cells, until almost no light is left.
     #[default]
     Occupancy,
-    /// As many samples for every ray as the paper takes, or as the model says: evenly
-    /// spread, then where these have weight. `--quality` changes nothing.
-    Paper,
+    /// A fixed number per ray, the model's own or that of the original NeRF: evenly spaced,
+    /// then where these have weight. [`Settings::quality`] changes nothing.
+    Hierarchical,
 }
 
 /// How to render.
@@ -26,15 +26,15 @@ pub enum Sampling {
 pub struct Settings {
     /// Vector instructions.
     pub simd: SimdLevel,
-    /// Cross empty space in strides.
+    /// Skip empty space.
     pub skip: bool,
     /// From 0, the fastest, to 1, the finest: see [`Model::detail`].
     pub quality: f32,
-    /// Whether depth is wanted.
+    /// Whether depth is rendered.
     pub depth: bool,
     /// How much is worked on at a time.
     pub tuning: Tuning,
-    /// Where along a ray the field is asked.
+    /// Where the samples of a ray lie.
     pub sampling: Sampling,
 }
 
@@ -63,7 +63,7 @@ impl Settings {
         };
         match self.sampling {
             Sampling::Occupancy => options,
-            Sampling::Paper => options.with_sampling(model.hierarchical_sampling()),
+            Sampling::Hierarchical => options.with_sampling(model.hierarchical_sampling()),
         }
     }
 }
@@ -79,7 +79,7 @@ pub struct Picture {
     /// background.
     pub rgba: Vec<f32>,
     /// Expected Euclidean distance, scene units; infinite where nothing is.
-    /// Empty where it was not asked for.
+    /// Empty if depth was not rendered.
     pub depth: Vec<f32>,
     /// What it took.
     pub stats: RenderStats,

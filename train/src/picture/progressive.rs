@@ -29,7 +29,7 @@ pub struct Progressive<'m> {
 struct Part {
     tile: Tile,
     rgba: Vec<f32>,
-    /// Empty where it was not asked for.
+    /// Empty if depth is not rendered.
     depth: Vec<f32>,
     stats: RenderStats,
     /// Pixels from one that is rendered to the next; 0: none is yet.

@@ -72,11 +72,11 @@ impl<'m> Renderer<'m> {
 struct Part<'p> {
     tile: Tile,
     rgba: Vec<&'p mut [f32]>,
-    /// Empty where it was not asked for.
+    /// Empty if depth is not rendered.
     depth: Vec<&'p mut [f32]>,
 }
 
-/// Cuts a picture of so many columns into tiles.
+/// Cuts a picture into tiles.
 fn parts<'p>(width: u32, height: u32, rgba: &'p mut [f32], depth: &'p mut [f32]) -> Vec<Part<'p>> {
     let part = |tile| Part { tile, rgba: Vec::new(), depth: Vec::new() };
     let tiles = Tiles::new(width, height);

@@ -7,9 +7,9 @@ use pocketnerf_train::builtin;
 use pocketnerf_train::cameras::Orbit;
 use pocketnerf_train::dataset::{self, Dataset, Split};
 use pocketnerf_train::field::EncodingConfig;
-use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{TrainConfig, ndc_of};
 
+use super::rendering::Rendering;
 use super::{Common, Failure, open, open_to_render, print_line, read_model};
 use crate::bench::{Report, networks, rendering, training};
 use crate::machine::{self, Machine};
@@ -17,28 +17,29 @@ use crate::machine::{self, Machine};
 /// Views that are rendered.
 const VIEWS: usize = 3;
 
-/// Measure the machine, and every stage of training and rendering.
 #[derive(Debug, clap::Args)]
 pub(super) struct Bench {
-    /// Model file to render; the one that has just been trained unless told.
+    /// Model file to render [default: the model that the bench trains]
     model: Option<PathBuf>,
-    /// Dataset folder to train on; the built-in scene unless told.
+    /// Dataset folder to train on [default: the built-in scene]
     #[arg(long, value_name = "DATA")]
     data: Option<PathBuf>,
-    /// Training steps, the first fifth of which warms up.
+    /// Training steps, the first fifth of which warms up
     #[arg(long, value_name = "N", default_value_t = 1000,
         value_parser = clap::value_parser!(u32).range(10..))]
     steps: u32,
-    /// Picture width; the model's own unless told.
+    /// Picture width [default: as the model file says]
     #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..=16_384))]
     width: Option<u32>,
-    /// Picture height; the model's own unless told.
+    /// Picture height [default: as the model file says]
     #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..=16_384))]
     height: Option<u32>,
-    /// A few seconds, a small field, small pictures: rough figures, to see whether
-    /// everything works.
+    /// Check in a few seconds that everything works: a small field, small pictures, rough
+    /// figures
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    rendering: Rendering,
 }
 
 impl Bench {
@@ -50,10 +51,10 @@ impl Bench {
         }
         let dataset = self.dataset()?;
         let (name, first) = (dataset.source.clone(), default_camera(&dataset));
-        let simd = common.simd();
+        let simd = self.rendering.vectors.level();
         say(common, "measuring the machine");
         let machine = Machine::measure(simd, self.quick)?;
-        say(common, "the paper's network");
+        say(common, "measuring the networks of vanilla NeRF");
         let networks = networks::measure(simd, &machine)?;
         say(common, &format!("training on {name}"));
         let (steps, mut config) = self.training();
@@ -79,7 +80,7 @@ impl Bench {
         let [width, height] = if self.quick { [48; 2] } else { orbit.size };
         let size = [self.width.unwrap_or(width), self.height.unwrap_or(height)];
         let cameras = Orbit { size, ..orbit }.cameras();
-        let options = Settings { simd, ..common.picture(file.about.quality) }.options(&file.model);
+        let options = self.rendering.settings(file.about.quality).options(&file.model);
         let rendering = rendering::measure(&file.model, &cameras, &options, &machine, self.quick)?;
         let model = path.display().to_string();
         let clock = machine::clock_now(self.quick);
@@ -115,7 +116,7 @@ impl Bench {
     }
 }
 
-/// What is going on, for people who wait.
+/// Progress, for people who wait.
 fn say(common: &Common, line: &str) {
     if !common.quiet {
         eprintln!("{line}");

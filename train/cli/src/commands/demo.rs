@@ -11,22 +11,24 @@ use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::image_file;
 use pocketnerf_train::trainer::{Length, Run, TrainConfig, Trainer};
 
+use super::parse::parse_seconds;
+use super::rendering::Rendering;
 use super::{Common, Failure, make_folder, open_to_render, print_line, read_model, train};
 
-/// Train on the built-in scene, save, render, and compare with the truth.
 #[derive(Debug, clap::Args)]
 pub(super) struct Demo {
-    /// Folder for the model and the pictures.
+    /// Folder for the model and the pictures
     #[arg(long, value_name = "DIR", default_value = "out/demo")]
     out: PathBuf,
-    /// Wall time until the model is written.
-    #[arg(long, value_name = "S", default_value_t = 75.0)]
+    /// Wall time until the model is written: 90, 90s, 2m
+    #[arg(long, value_name = "TIME", default_value = "75s", value_parser = parse_seconds)]
     seconds: f64,
-    /// Base-two logarithm of the most entries of a grid level: what decides the
-    /// model's size. 15 gives at most a megabyte.
+    /// log2 of the maximum entries per grid level (controls model size)
     #[arg(long, value_name = "N", default_value_t = 15,
         value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: u32,
+    #[command(flatten)]
+    rendering: Rendering,
 }
 
 impl Demo {
@@ -43,7 +45,7 @@ impl Demo {
         }
         let path = folder.join("scene.pnerf");
         let origin = train::Origin::new(&dataset, 1, Precision::I8);
-        let mut trainer = Trainer::new(dataset, config, common.simd())?;
+        let mut trainer = Trainer::new(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(Length::Seconds(self.seconds), common.started);
         let mut value =
             train::train((&mut trainer, &mut run), &origin, &path, common, |_, _| Ok(()))?;
@@ -52,7 +54,7 @@ impl Demo {
         let file = open_to_render(&path, &bytes, &mut table)?;
         let background = file.model.display.srgb_background();
         let mut failure = None;
-        let (settings, metrics) = (common.picture(None), Metrics::default());
+        let (settings, metrics) = (self.rendering.settings(None), Metrics::default());
         let result =
             evaluate(&file.model, &held_out, background, &settings, &metrics, |i, a, b| {
                 let camera = &held_out.views[i].camera;

@@ -10,43 +10,45 @@ use pocketnerf_train::metrics::{Lpips, Metrics};
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::picture::image_file;
 
-use super::sampling::Sampling;
+use super::parse::{parse_color, parse_pixel_origin};
+use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
 
-/// Compare a model's pictures with a dataset's.
 #[derive(Debug, clap::Args)]
 pub(super) struct Eval {
-    /// Model file.
+    /// Model file
     model: PathBuf,
-    /// Dataset folder, or `builtin`: the built-in scene.
+    /// Dataset folder, or `builtin`: the built-in scene
     data: PathBuf,
-    /// Which views: train, val or test.
+    /// Folder for side-by-side pictures: rendering, image, difference
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Views to compare: train, val or test
     #[arg(long, default_value = "test")]
     split: Split,
-    /// What model and truth are composited on: white, black or R,G,B; the
-    /// model's own background unless told.
-    #[arg(long, value_name = "COLOR", value_parser = super::parse_color)]
+    /// Colour behind rendering and image: white, black or R,G,B [default: as the model file
+    /// says]
+    #[arg(long, value_name = "COLOR", value_parser = parse_color)]
     background: Option<[f32; 3]>,
-    /// Compare with images so many times smaller.
-    #[arg(long, value_name = "K", default_value_t = 1)]
+    /// Also measure LPIPS v0.1, with the weights in this .npz
+    ///
+    /// AlexNet or VGG16, backbone and heads in one file, such as numpy.savez writes of the
+    /// state of the Python package lpips. This program comes without weights.
+    #[arg(long, value_name = "FILE")]
+    lpips_weights: Option<PathBuf>,
+    /// Compare with images downscaled by this factor
+    #[arg(long, value_name = "K", default_value_t = 1, help_heading = "Dataset")]
     downscale_factor: u32,
-    /// Where in a pixel its ray goes through: center or corner; as the model learnt it
-    /// unless told.
-    #[arg(long, value_name = "WHERE", value_parser = super::parse_pixel_origin)]
+    /// Where rays pass through pixels: center or corner [default: as the model file says]
+    #[arg(long, value_name = "WHERE", value_parser = parse_pixel_origin, help_heading = "Dataset")]
     pixel_origin: Option<PixelOrigin>,
     #[command(flatten)]
     reading: Reading,
-    /// Where along a ray the field is asked.
-    #[arg(long, value_enum, value_name = "HOW", default_value = "occupancy")]
+    /// Where the samples of a ray lie
+    #[arg(long, value_enum, value_name = "HOW", default_value_t, help_heading = "Rendering")]
     sampling: Sampling,
-    /// Measure LPIPS too, by these weights: LPIPS v0.1 of AlexNet or VGG16 as .npz, backbone
-    /// and heads in one file, such as what numpy.savez writes of the state of the Python
-    /// package lpips. None come with this program.
-    #[arg(long, value_name = "FILE")]
-    lpips_weights: Option<PathBuf>,
-    /// Folder for side-by-side pictures: model, truth, difference.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    rendering: Rendering,
 }
 
 impl Eval {
@@ -67,8 +69,10 @@ impl Eval {
         let folder = self.out.as_deref().map(make_folder).transpose()?;
         let mut failure = None;
         let views = &dataset.views;
-        let settings =
-            Settings { sampling: self.sampling.into(), ..common.picture(file.about.quality) };
+        let settings = Settings {
+            sampling: self.sampling.into(),
+            ..self.rendering.settings(file.about.quality)
+        };
         let result =
             evaluate(&file.model, &dataset, background, &settings, &metrics, |i, a, b| {
                 let Some(folder) = &folder else { return };

@@ -6,9 +6,10 @@ mod convert;
 mod demo;
 mod eval;
 mod info;
+mod parse;
 mod reading;
 mod render;
-mod sampling;
+mod rendering;
 mod train;
 
 use std::io::Write;
@@ -17,14 +18,13 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
-use pocketnerf_core::SimdLevel;
-use pocketnerf_formats::{PixelOrigin, Precision};
-use pocketnerf_train::picture;
-
 use reading::Reading;
 
 /// Whatever stops a command: its text is one line.
 type Failure = Box<dyn std::error::Error>;
+
+/// The heading of options that most commands have.
+const COMMON: &str = "Common options";
 
 /// Radiance fields on ordinary CPUs: photos with known cameras in, a compact
 /// model file out, new views from any side.
@@ -39,78 +39,64 @@ struct Command {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Train on the built-in scene, save, render, and compare with the truth.
+    /// Train on the built-in scene, render it, and compare with the truth
     Demo(demo::Demo),
-    /// Learn a model from a dataset.
-    Train(train::Train),
-    /// Compare a model's pictures with a dataset's.
+    /// Train a model on a dataset
+    ///
+    /// Ctrl-C saves a checkpoint beside the model (scene.pnerf: scene.ckpt.pnerf), prints how
+    /// to resume, and ends with status 130. A second Ctrl-C stops at once.
+    Train(Box<train::Train>),
+    /// Compare renderings of a model with the images of a dataset
     Eval(eval::Eval),
-    /// Make a model file of what another program trained, or of a model in f32.
+    /// Convert another program's checkpoint to a .pnerf model
     ///
-    /// Reads checkpoints of nerf-pytorch (yenchenlin, krrish94), nerf_pl and the original
-    /// program (torch, numpy or safetensors). No pickle is ever executed.
+    /// Reads checkpoints of the original NeRF, nerf-pytorch and nerf_pl, and hash grids of
+    /// instant-ngp, torch-ngp, ngp_pl and nerfstudio. No pickle is ever executed. A .pnerf
+    /// model or checkpoint is written again in another precision.
     Convert(Box<convert::Convert>),
-    /// Render pictures of a model.
+    /// Render a model
     Render(render::Render),
-    /// Tell what is in a model file, a checkpoint or a dataset.
+    /// Show details of a model, checkpoint or dataset
     Info(info::Info),
-    /// Chart accuracy against speed over a sweep of models and settings.
-    Chart(Box<chart::Chart>),
-    /// Measure the machine, and every stage of training and rendering.
+    /// Chart accuracy against speed over a sweep of models and settings
     ///
-    /// First what the machine can do, then how near each stage comes to what bounds
-    /// it: multiply-adds, reads at random places or memory bandwidth. Takes about
-    /// half a minute; whatever else the machine does makes the figures worse.
+    /// Trains a sweep of models (or takes yours), renders each at several qualities, times
+    /// all of them in interleaved rounds, and writes DIR/index.html (one self-contained
+    /// page), chart.svg, chart.png, points.csv and points.json, with models and pictures
+    /// beside them.
+    ///
+    /// Models and scores already in DIR are kept, so the same command continues after an
+    /// interruption. Times always come from one run.
+    Chart(Box<chart::Chart>),
+    /// Measure the machine and every stage of training and rendering
+    ///
+    /// Reports first what the machine can do, then how close each stage comes to what bounds
+    /// it: multiply-adds, random reads or memory bandwidth. Takes about half a minute; other
+    /// load on the machine makes the figures worse.
     Bench(bench::Bench),
 }
 
 /// Options of every command.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = COMMON)]
 struct Common {
-    /// Worker threads; the machine's cores unless told.
+    /// Number of worker threads [default: all cores]
     #[arg(long, global = true, value_name = "N",
         value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Vector instructions: portable, sse4.2, avx2, avx512, neon; the best
-    /// this machine has unless told.
-    #[arg(long, global = true, value_name = "LEVEL", value_parser = parse_simd)]
-    simd: Option<SimdLevel>,
-    /// Visit every step of a ray instead of crossing empty space in strides.
-    #[arg(long, global = true)]
-    no_skip: bool,
-    /// Speed against accuracy of pictures, from 0, the fastest, to 1, where every
-    /// pixel is rendered as the model says; what the model file says unless told, or 0.5.
-    #[arg(long, global = true, value_name = "Q", value_parser = parse_quality)]
-    quality: Option<f32>,
-    /// Print one JSON object on standard output and nothing else there.
+    /// Print one JSON object on standard output, and nothing else there
     #[arg(long, global = true)]
     json: bool,
-    /// No progress.
+    /// Show no progress
     #[arg(long, global = true)]
     quiet: bool,
-    /// When the program began.
+    /// When the program started.
     #[arg(skip = Instant::now())]
     started: Instant,
 }
 
 impl Common {
-    fn simd(&self) -> SimdLevel {
-        self.simd.unwrap_or_else(SimdLevel::detect)
-    }
-
-    /// How pictures of a model with this [quality](pocketnerf_formats::About::quality) of
-    /// its own are rendered.
-    fn picture(&self, own: Option<f32>) -> picture::Settings {
-        let usual = picture::Settings::default();
-        picture::Settings {
-            simd: self.simd(),
-            skip: !self.no_skip,
-            quality: self.quality.or(own).unwrap_or(usual.quality),
-            ..usual
-        }
-    }
-
-    /// A line for people: on standard error when standard output is JSON's.
+    /// A line for people: on standard error if standard output is for JSON.
     fn say(&self, text: &str) {
         if self.json {
             eprintln!("{text}");
@@ -120,77 +106,12 @@ impl Common {
     }
 }
 
-/// A line on standard output. Who reads it may have gone: that is no fault.
+/// A line on standard output. It is no error if nobody reads it.
 fn print_line(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
-fn parse_quality(text: &str) -> Result<f32, String> {
-    let quality = text.parse().ok().filter(|q| (0.0..=1.0).contains(q));
-    quality.ok_or_else(|| "expected a number from 0 to 1".to_owned())
-}
-
-fn parse_pixel_origin(text: &str) -> Result<PixelOrigin, String> {
-    match text {
-        "center" => Ok(PixelOrigin::Center),
-        "corner" => Ok(PixelOrigin::Corner),
-        _ => Err("expected center or corner".to_owned()),
-    }
-}
-
-fn parse_precision(text: &str) -> Result<Precision, String> {
-    match text {
-        "i8" => Ok(Precision::I8),
-        "f16" => Ok(Precision::F16),
-        "f32" => Ok(Precision::F32),
-        _ => Err("expected i8, f16 or f32".to_owned()),
-    }
-}
-
-/// More than no time, less than a year.
-fn parse_seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|s| *s > 0.0 && *s < 3e7);
-    seconds.ok_or_else(|| "expected a number above 0".to_owned())
-}
-
-/// A box by its corners.
-fn parse_box(text: &str) -> Result<[[f32; 3]; 2], String> {
-    let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok([a, b, c, d, e, f])
-            if [[a, d], [b, e], [c, f]]
-                .iter()
-                .all(|[low, high]| (1e-6..1e6).contains(&(*high - *low))) =>
-        {
-            Ok([[*a, *b, *c], [*d, *e, *f]])
-        }
-        _ => {
-            Err("expected six numbers X0,Y0,Z0,X1,Y1,Z1, the first three below the others"
-                .to_owned())
-        }
-    }
-}
-
-fn parse_simd(name: &str) -> Result<SimdLevel, String> {
-    let level: SimdLevel = name.parse().map_err(str::to_owned)?;
-    level.token().map(|_| level).map_err(|e| e.to_string())
-}
-
-/// Three numbers from 0 to 1, or `white` or `black`.
-fn parse_color(text: &str) -> Result<[f32; 3], String> {
-    match text {
-        "white" => return Ok([1.0; 3]),
-        "black" => return Ok([0.0; 3]),
-        _ => {}
-    }
-    let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok([r, g, b]) if [r, g, b].iter().all(|v| (0.0..=1.0).contains(*v)) => Ok([*r, *g, *b]),
-        _ => Err("expected white, black or three numbers from 0 to 1: R,G,B".to_owned()),
-    }
-}
-
-/// Runs the command of this process; `started` is when the program began.
+/// Runs the command of this process; `started` is when the program started.
 #[must_use]
 pub fn run(started: Instant) -> ExitCode {
     let mut command = Command::parse();
@@ -225,7 +146,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
     }
 }
 
-/// Reads a model file whole.
+/// Reads a whole model file.
 fn read_model(path: &Path) -> Result<Vec<u8>, Failure> {
     std::fs::read(path).map_err(|e| format!("{}: cannot be read: {e}", path.display()).into())
 }
@@ -235,7 +156,7 @@ fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<pocketnerf_formats::ModelFil
     pocketnerf_formats::open_verified(bytes).map_err(|e| format!("{}: {e}", path.display()).into())
 }
 
-/// The same, to be rendered: `table` becomes the model's table of surroundings.
+/// The same, for rendering: `table` becomes the empty-space skip table.
 fn open_to_render<'a>(
     path: &Path,
     bytes: &'a [u8],
@@ -247,16 +168,70 @@ fn open_to_render<'a>(
     Ok(file)
 }
 
-/// Makes a folder for results.
+/// Creates a folder for results.
 fn make_folder(path: &Path) -> Result<PathBuf, Failure> {
     std::fs::create_dir_all(path)
-        .map_err(|e| format!("{}: this folder cannot be made: {e}", path.display()))?;
+        .map_err(|e| format!("{}: this folder cannot be created: {e}", path.display()))?;
     Ok(path.to_owned())
 }
 
-/// The most memory that this process has held, where the system tells.
+/// The most memory that this process has used, if the system reports it.
 fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// Headings of options, in the order of every command.
+    const HEADINGS: [&str; 8] = [
+        "Options",
+        "Dataset",
+        "Scene",
+        "Model",
+        "With --method nerf",
+        "Distillation",
+        "Rendering",
+        COMMON,
+    ];
+
+    #[test]
+    fn groups_of_options_have_one_order() {
+        let mut command = Command::command();
+        command.build();
+        command.clone().debug_assert();
+        for sub in command.get_subcommands_mut().filter(|sub| sub.get_name() != "help") {
+            let help = sub.render_long_help().to_string();
+            let headings = help.lines().filter(|line| !line.starts_with(' '));
+            let found: Vec<&str> = headings.filter_map(|line| line.strip_suffix(':')).collect();
+            let known = HEADINGS.into_iter().filter(|heading| found.contains(heading));
+            let found = found.iter().copied().filter(|heading| *heading != "Arguments");
+            assert!(found.eq(known), "{help}");
+        }
+    }
+
+    #[test]
+    fn options_are_where_they_mean_something() {
+        let command = Command::command();
+        let has = |name: &str, option: &str| {
+            let sub = command.find_subcommand(name).unwrap();
+            sub.get_arguments().any(|argument| argument.get_long() == Some(option))
+        };
+        for (option, commands) in [
+            ("simd", &["demo", "train", "eval", "convert", "render", "chart", "bench"][..]),
+            ("quality", &["demo", "eval", "convert", "render", "bench"]),
+            ("no-skip", &["demo", "eval", "convert", "render", "bench"]),
+            ("sampling", &["train", "eval", "render", "chart"]),
+        ] {
+            for sub in command.get_subcommands() {
+                let name = sub.get_name();
+                assert_eq!(has(name, option), commands.contains(&name), "{name} --{option}");
+            }
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! How datasets are read: options of every command that reads one.
+//! Options of commands that read datasets.
 
 use std::path::Path;
 
@@ -7,30 +7,31 @@ use pocketnerf_train::dataset::{self, Dataset, DatasetError, LoadOptions, Split}
 
 use super::Common;
 
-/// What stands for the built-in scene in place of a folder.
+/// Names the built-in scene, in place of a folder.
 pub(super) const BUILT_IN: &str = "builtin";
 
 /// What the files of a dataset do not say.
 #[derive(Clone, Copy, Debug, clap::Args)]
+#[command(next_help_heading = "Dataset")]
 pub(super) struct Reading {
-    /// Of a dataset without splits of its own, hold out every N-th image, in the order
-    /// of the names from the first on, for test and val; 0: all train.
+    /// Hold out every N-th image, by name, for val and test, if the dataset has no splits;
+    /// 0: train on all
     #[arg(long, value_name = "N", default_value_t = LoadOptions::default().hold_every)]
     pub(super) hold_every: u32,
-    /// Treat an LLFF capture as one all around a point, which becomes the origin.
+    /// Treat an LLFF capture as an inward-facing 360-degree capture
     #[arg(long)]
     pub(super) spherify: bool,
 }
 
 impl Reading {
-    /// The options of the library.
+    /// The library's options.
     pub(super) const fn options(self, downscale_factor: u32) -> LoadOptions {
         let Self { hold_every, spherify } = self;
         LoadOptions { downscale_factor, hold_every, spherify }
     }
 
-    /// Reads a split of the dataset in `folder`, or of the built-in scene where that is
-    /// its [name](BUILT_IN) and no folder is called so.
+    /// Reads a split of the dataset in `folder`, or of the built-in scene if that is its
+    /// [name](BUILT_IN) and there is no such folder.
     pub(super) fn read(
         self,
         folder: &Path,
@@ -43,7 +44,7 @@ impl Reading {
         dataset::load_with(folder, split, &self.options(downscale_factor))
     }
 
-    /// Reads a split and says what the user should know.
+    /// Reads a split and prints what the user should know.
     pub(super) fn load(
         self,
         folder: &Path,
@@ -58,7 +59,7 @@ impl Reading {
         Ok(dataset)
     }
 
-    /// The options that were given, to be given again.
+    /// These options, as on a command line.
     pub(super) fn given(self) -> String {
         let mut given = String::new();
         if self.hold_every != LoadOptions::default().hold_every {

@@ -9,49 +9,50 @@ use pocketnerf_train::cameras::{self, Orbit};
 use pocketnerf_train::output;
 use pocketnerf_train::picture::{self, Picture, Progressive, image_file};
 
-use super::sampling::Sampling;
+use super::parse::parse_color;
+use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, make_folder, open_to_render, read_model};
 
-/// Render pictures of a model.
 #[derive(Debug, clap::Args)]
 pub(super) struct Render {
-    /// Model file.
+    /// Model file
     model: PathBuf,
-    /// Camera-to-world pose in the dataset's coordinates: 16 numbers or 4 rows of 4, as text
-    /// or a file.
-    #[arg(long, value_name = "JSON", conflicts_with_all = ["camera_path", "orbit"])]
-    pose: Option<String>,
-    /// Camera path: nerfstudio's camera_path.json or a transforms.json.
-    #[arg(long, value_name = "JSON", conflicts_with = "orbit")]
-    camera_path: Option<PathBuf>,
-    /// So many views in a circle around the scene.
-    #[arg(long, value_name = "N")]
-    orbit: Option<usize>,
-    /// Horizontal field of view, degrees; the model's own unless told.
-    #[arg(long, value_name = "DEG")]
-    fov: Option<f32>,
-    /// Picture width; the model's own unless told.
-    #[arg(long, value_name = "W")]
-    width: Option<u32>,
-    /// Picture height; the model's own unless told.
-    #[arg(long, value_name = "H")]
-    height: Option<u32>,
-    /// White, black or R,G,B; the model's own unless told.
-    #[arg(long, value_name = "COLOR", value_parser = super::parse_color)]
-    background: Option<[f32; 3]>,
-    /// Also write the depth, as 16-bit PNG in thousandths of a scene unit.
-    #[arg(long)]
-    depth: bool,
-    /// Milliseconds a picture may take: coarse at once, finer as long as there is
-    /// time. Loading and writing are not counted.
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
-    deadline_ms: Option<u32>,
-    /// Where along a ray the field is asked.
-    #[arg(long, value_enum, value_name = "HOW", default_value = "occupancy")]
-    sampling: Sampling,
-    /// File for one picture, folder for several.
+    /// File for one picture, folder for several
     #[arg(long, value_name = "FILE|DIR", default_value = "render.png")]
     out: PathBuf,
+    /// Render N views on a circle around the scene
+    #[arg(long, value_name = "N")]
+    orbit: Option<usize>,
+    /// Camera-to-world pose in the dataset's coordinates, as text or a file: 16 numbers or
+    /// 4 rows of 4
+    #[arg(long, value_name = "JSON", conflicts_with_all = ["camera_path", "orbit"])]
+    pose: Option<String>,
+    /// Camera path: nerfstudio's camera_path.json or a transforms.json
+    #[arg(long, value_name = "JSON", conflicts_with = "orbit")]
+    camera_path: Option<PathBuf>,
+    /// Picture width [default: as the model file says]
+    #[arg(long, value_name = "W")]
+    width: Option<u32>,
+    /// Picture height [default: as the model file says]
+    #[arg(long, value_name = "H")]
+    height: Option<u32>,
+    /// Horizontal field of view, degrees [default: as the model file says]
+    #[arg(long, value_name = "DEG")]
+    fov: Option<f32>,
+    /// Colour behind the scene: white, black or R,G,B [default: as the model file says]
+    #[arg(long, value_name = "COLOR", value_parser = parse_color)]
+    background: Option<[f32; 3]>,
+    /// Also write depth, as 16-bit PNG in thousandths of a scene unit
+    #[arg(long)]
+    depth: bool,
+    /// Render coarse pictures first, and refine them for at most T milliseconds each
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
+    deadline_ms: Option<u32>,
+    /// Where the samples of a ray lie
+    #[arg(long, value_enum, value_name = "HOW", default_value_t, help_heading = "Rendering")]
+    sampling: Sampling,
+    #[command(flatten)]
+    rendering: Rendering,
 }
 
 impl Render {
@@ -68,7 +69,8 @@ impl Render {
             output::check_output(&self.out)?;
         }
         let (depth, sampling) = (self.depth, self.sampling.into());
-        let settings = picture::Settings { depth, sampling, ..common.picture(file.about.quality) };
+        let usual = self.rendering.settings(file.about.quality);
+        let settings = picture::Settings { depth, sampling, ..usual };
         let mut renderer = picture::Renderer::new(&file.model, &settings);
         let mut refined;
         for (i, camera) in cameras.iter().enumerate() {
@@ -93,7 +95,8 @@ impl Render {
             }
         }
         if !common.quiet {
-            common.say(&format!("{}: {} pictures", self.out.display(), cameras.len()));
+            let pictures = if cameras.len() == 1 { "picture" } else { "pictures" };
+            common.say(&format!("{}: {} {pictures}", self.out.display(), cameras.len()));
         }
         Ok(())
     }

@@ -61,7 +61,7 @@ impl Conversion {
     #[must_use]
     pub const fn sampling(&self) -> Sampling {
         match self {
-            Self::Nerf(_) => Sampling::Paper,
+            Self::Nerf(_) => Sampling::Hierarchical,
             Self::Ngp(_) => Sampling::Occupancy,
         }
     }

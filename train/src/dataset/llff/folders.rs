@@ -1,4 +1,4 @@
-//! The folder of images that is nearest to what is asked for.
+//! The folder of images nearest to the requested size.
 
 use std::path::Path;
 

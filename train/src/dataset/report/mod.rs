@@ -21,7 +21,7 @@ pub struct DatasetReport {
     pub source: String,
     /// The convention that was recognised.
     pub format: &'static str,
-    /// The file, and the keys in it, that tell.
+    /// The file, and the keys in it, by which it was recognised.
     pub recognised_by: String,
     /// Nearest and farthest depth, scene units, where the dataset says.
     pub bounds: Option<[f32; 2]>,
@@ -32,7 +32,7 @@ pub struct DatasetReport {
     pub scene_box_given: bool,
     /// Whether the cameras suit normalised device coordinates.
     pub forward_facing: bool,
-    /// Where the dataset has no splits of its own: one image in so many is held out.
+    /// One image in so many is held out, if the dataset has no splits of its own.
     pub hold_every: Option<u32>,
     /// Images that are missing, of frames that are left out for that.
     pub images_left_out: Vec<String>,
@@ -118,7 +118,7 @@ pub fn inspect_with(path: &Path, options: &LoadOptions) -> Result<DatasetReport,
             Err(error) => return Err(error),
         }
     }
-    // The training split, where there is one.
+    // The training split, if there is one.
     let Some((_, first)) = listings.first() else {
         return Err(none.unwrap_or_else(|| DatasetError::Missing(path.to_owned())));
     };

@@ -46,7 +46,7 @@ pub(super) enum Refused {
 const PERSPECTIVE: [&str; 5] = ["OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"];
 const FISHEYE: [&str; 3] = ["OPENCV_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"];
 
-/// A frame's intrinsics. A focal length is looked for in the order `x_fov` (degrees),
+/// A frame's intrinsics. A focal length is searched in the order `x_fov` (degrees),
 /// `fl_x` (pixels), `camera_angle_x` (radians), first in the frame.
 pub(super) fn intrinsics(top: &RawCamera, frame: &RawCamera) -> Result<Intrinsics, Refused> {
     let own = frame.focal()?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use pocketnerf_core::Camera;
+use pocketnerf_core::{Camera, SimdLevel};
 use pocketnerf_train::dataset;
 use pocketnerf_train::lens::Lens;
 use pocketnerf_train::metrics::Metrics;
@@ -60,7 +60,7 @@ pub(super) fn measure(
         .zip(&mut tables)
         .map(|(model, table)| open_to_render(&model.path, &model.bytes, table))
         .collect::<Result<_, _>>()?;
-    let n_ways = chart.ways(common).len() * chart.factors().len();
+    let n_ways = chart.ways().len() * chart.factors().len();
     let mut progress = Progress::new("scoring", n_ways * files.len(), common.quiet);
     let (mut points, mut pictures, mut timed) = (Vec::new(), Vec::new(), Vec::new());
     for (i, scene) in scenes.iter().enumerate() {
@@ -77,7 +77,7 @@ pub(super) fn measure(
                 let mut cameras: Vec<(Camera, Lens)> =
                     dataset.views.iter().map(|view| (view.camera, view.lens)).collect();
                 dataset::thin(&mut cameras, TIMED);
-                for settings in chart.ways(common) {
+                for settings in chart.ways() {
                     stop.check()?;
                     let way = Way::new(scene, model, factor, settings);
                     let background =
@@ -101,7 +101,7 @@ pub(super) fn measure(
         })
         .collect();
     let rounds = chart.rounds(contestants.iter().map(Contestant::turn).sum());
-    let slowdown = time(&contestants, &mut points, rounds, common, stop)?;
+    let slowdown = time(&contestants, &mut points, rounds, (chart.vectors.level(), common), stop)?;
     let on = frontier(&points, Axis::MsPerFrame, Axis::Psnr);
     points.iter_mut().zip(on).for_each(|(point, on)| point.frontier = on);
     Ok(Measured { points, pictures, rounds, slowdown })
@@ -112,7 +112,7 @@ fn time(
     contestants: &[Contestant<'_>],
     points: &mut [Point],
     n_rounds: usize,
-    common: &Common,
+    (simd, common): (SimdLevel, &Common),
     stop: &Stop,
 ) -> Result<f64, Failure> {
     let expected = n_rounds as f64 * contestants.iter().map(Contestant::turn).sum::<f64>();
@@ -122,7 +122,7 @@ fn time(
     }
     let mut progress = Progress::new("timing", n_rounds * contestants.len(), common.quiet);
     let mut interrupted = Ok(());
-    let pace = Pace::new(common.simd())?;
+    let pace = Pace::new(simd)?;
     let turns = rounds(contestants, n_rounds, &pace, |turns| {
         progress.done(turns);
         interrupted = stop.check();
@@ -150,15 +150,13 @@ fn time(
 
 impl Chart {
     /// How each model is rendered.
-    fn ways(&self, common: &Common) -> Vec<Settings> {
-        let qualities = self.qualities(common);
+    fn ways(&self) -> Vec<Settings> {
+        let simd = self.vectors.level();
         let with = |sampling: Sampling| {
-            // The paper's sampling knows no quality.
-            let n = if sampling == Sampling::Paper { 1 } else { qualities.len() };
-            qualities[..n]
-                .iter()
-                .map(move |&quality| Settings { sampling, quality, ..common.picture(None) })
-                .collect::<Vec<_>>()
+            // Quality changes nothing in hierarchical sampling.
+            let n = if sampling == Sampling::Hierarchical { 1 } else { self.qualities.len() };
+            let usual = Settings { simd, sampling, ..Settings::default() };
+            self.qualities[..n].iter().map(move |&quality| Settings { quality, ..usual })
         };
         self.sampling.iter().flat_map(|&sampling| with(sampling.into())).collect()
     }
@@ -170,7 +168,7 @@ impl<'m> Way<'m> {
         parts.extend(model.precision.map(str::to_owned));
         parts.push(match settings.sampling {
             Sampling::Occupancy => format!("q{}", settings.quality),
-            Sampling::Paper => "paper".to_owned(),
+            Sampling::Hierarchical => "hierarchical".to_owned(),
         });
         if factor > 1 {
             parts.push(format!("x{factor}"));
@@ -190,7 +188,7 @@ impl<'m> Way<'m> {
         let trained = model.trained.as_ref();
         let sampling = match settings.sampling {
             Sampling::Occupancy => "occupancy",
-            Sampling::Paper => "paper",
+            Sampling::Hierarchical => "hierarchical",
         };
         let mut eval = format!(
             "pocketnerf eval {} {} --quality {}",
@@ -198,7 +196,7 @@ impl<'m> Way<'m> {
             quoted(&scene.data),
             settings.quality
         );
-        if settings.sampling == Sampling::Paper {
+        if settings.sampling == Sampling::Hierarchical {
             eval += " --sampling hierarchical";
         }
         if self.factor > 1 {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use pocketnerf_core::SimdLevel;
 use pocketnerf_formats::Precision;
 use pocketnerf_train::output;
 use pocketnerf_train::trainer::Length;
@@ -106,6 +107,7 @@ impl Models {
         &mut self,
         scenes: &[Scene],
         recipes: &[Recipe],
+        simd: Option<SimdLevel>,
         common: &Common,
         stop: &Stop,
     ) -> Result<(), Failure> {
@@ -128,7 +130,7 @@ impl Models {
             if !common.quiet {
                 eprintln!("model {} of {}: {}", i + 1, missing.len(), job.name());
             }
-            job.train(common, stop)?;
+            job.train(simd, common, stop)?;
         }
         for job in &jobs {
             self.all.extend(job.models()?);
@@ -204,7 +206,7 @@ impl<'a> Job<'a> {
 
     /// Calls `pocketnerf train`, as its users do: time and memory are those of the whole
     /// program.
-    fn train(&self, common: &Common, stop: &Stop) -> Result<(), Failure> {
+    fn train(&self, simd: Option<SimdLevel>, common: &Common, stop: &Stop) -> Result<(), Failure> {
         let checkpoint = checkpoint_path(&self.path);
         let resumes = checkpoint.is_file() && self.recorded().is_some();
         if !resumes && checkpoint.is_file() {
@@ -224,7 +226,7 @@ impl<'a> Job<'a> {
         if let Some(threads) = common.threads {
             command.args(["--threads", &threads.to_string()]);
         }
-        if let Some(simd) = common.simd {
+        if let Some(simd) = simd {
             command.args(["--simd", simd.name()]);
         }
         if common.quiet {

@@ -27,10 +27,9 @@ impl Chart {
         measured: Measured,
         asked: String,
         metrics: &Metrics,
-        common: &Common,
     ) -> Result<chart::Chart, Failure> {
         let Measured { points, pictures, rounds, slowdown } = measured;
-        let machine = MachineFacts::of(&Machine::measure(common.simd(), true)?);
+        let machine = MachineFacts::of(&Machine::measure(self.vectors.level(), true)?);
         let comparisons = COMPARED.iter().flat_map(|cost| bjontegaard::compare(&points, *cost));
         let chart = chart::Chart {
             program: Program::this(),

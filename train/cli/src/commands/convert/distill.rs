@@ -41,7 +41,7 @@ impl Convert {
             format!("--distill-to {bytes}: no model is so small, give at least 600000")
         })?;
         let [cameras, others] = self.cameras(&source.space, about, own, distance)?;
-        let settings = common.picture(None);
+        let settings = self.rendering.settings(None);
         let say = |line: String| {
             if !common.quiet {
                 eprintln!("{line}");
@@ -53,7 +53,7 @@ impl Convert {
                 say(format!("{done} of {} views", cameras.len()));
             }
         })?;
-        let mut trainer = Trainer::new(dataset, config, common.simd())?;
+        let mut trainer = Trainer::new(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(length, Instant::now());
         let mut bar = Bar::new(common.quiet);
         while let Some(progress) = run.step(&mut trainer)? {

@@ -14,96 +14,109 @@ use pocketnerf_train::output;
 use pocketnerf_train::picture::{self, Sampling};
 use serde_json::{Value, json};
 
+use super::parse::{
+    parse_box, parse_color, parse_pixel_origin, parse_positive_seconds, parse_precision,
+};
+use super::rendering::Rendering;
 use super::train::default_camera;
 use super::{Common, Failure, Reading, eval, print_line, read_model};
 use crate::convert::{Conversion, ConvertError, compare, refuse_others};
 
-/// Views of an orbit that are compared where no dataset is given.
+/// Views of an orbit that are compared if no dataset is given.
 const VIEWS: usize = 4;
 /// Their size.
 const SIZE: [u32; 2] = [100, 100];
 
-/// Make a model file of what another program trained, or of a model in f32.
 #[derive(Debug, clap::Args)]
 pub(super) struct Convert {
-    /// Checkpoint of another program, or a .pnerf model or checkpoint.
+    /// Checkpoint of another program, or a .pnerf model or checkpoint
     input: PathBuf,
-    /// Model file to write.
+    /// Model file to write
     out: PathBuf,
-    /// Depth where samples begin, scene units; from the config beside the checkpoint
-    /// unless told.
-    #[arg(long, value_name = "N")]
-    near: Option<f32>,
-    /// Depth where samples end.
-    #[arg(long, value_name = "F")]
-    far: Option<f32>,
-    /// Evenly spaced samples, and samples drawn from their weights.
-    #[arg(long, value_name = "C,F", value_parser = parse_samples)]
-    samples: Option<[u32; 2]>,
-    /// Colour behind the scene: white, black or R,G,B.
-    #[arg(long, value_name = "COLOR", value_parser = super::parse_color)]
-    background: Option<[f32; 3]>,
-    /// Rays are those of normalised device coordinates (needs --data).
-    #[arg(long)]
-    ndc: bool,
-    /// Near and far are distances along rays, not depths along the camera's axis.
-    #[arg(long)]
-    along_rays: bool,
-    /// Where in a pixel rays went through: center or corner; corner unless told, as in
-    /// the original program.
-    #[arg(long, value_name = "WHERE", value_parser = super::parse_pixel_origin)]
-    pixel_origin: Option<PixelOrigin>,
-    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; found unless told. Of a hash grid, what is shown
-    /// of it, in the dataset's coordinates.
-    #[arg(long, value_name = "BOX", value_parser = super::parse_box,
-        allow_hyphen_values = true)]
-    aabb: Option<[[f32; 3]; 2]>,
-    /// Dataset that it was trained on: for normalised device coordinates, a camera to
-    /// begin with, and views to verify.
-    #[arg(long, value_name = "DATA")]
-    data: Option<PathBuf>,
-    /// Its images so many times smaller.
-    #[arg(long, value_name = "K", default_value_t = 1)]
-    downscale_factor: u32,
-    #[command(flatten)]
-    reading: Reading,
-    /// The fine network of a .npy checkpoint that holds the coarse one: model_fine_* beside
-    /// it unless told.
-    #[arg(long, value_name = "FILE")]
-    fine: Option<PathBuf>,
-    /// Leave the coarse network out: half the bytes, and other pictures with
-    /// --sampling hierarchical.
-    #[arg(long)]
-    fine_only: bool,
-    /// How the model file holds weights: i8 (tables, networks in f16), f16 or f32; i8 for
-    /// a distilled model unless told, else f16.
-    #[arg(long, value_name = "TYPE", value_parser = super::parse_precision)]
+    /// Format of the weights: i8 (networks: f16), f16 or f32 [default: f16; i8 with
+    /// --distill-to]
+    #[arg(long, value_name = "TYPE", value_parser = parse_precision)]
     precision: Option<Precision>,
-    /// Train a hash grid from views of the source, whose file has at most so many bytes:
-    /// pictures in a fraction of the time. With --data from where its training views were
-    /// taken, else from all around.
-    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1..))]
-    distill_to: Option<u64>,
-    /// Seconds that distilling trains.
-    #[arg(long, value_name = "S", default_value_t = 60.0, requires = "distill_to",
-        value_parser = super::parse_seconds)]
-    distill_seconds: f64,
-    /// When the distilled model computes colours: for every ray is faster, for every sample
-    /// nearer to a source that is translucent. As the source, if that is a hash grid, else
-    /// for every ray.
-    #[arg(long, value_enum, value_name = "WHEN", requires = "distill_to")]
-    shading: Option<When>,
-    /// Render source and result on the same rays and tell how far they are apart.
+    /// Render source and result on the same rays and report how they differ
     #[arg(long)]
     verify: bool,
+    /// Dataset that the source was trained on: for normalised device coordinates, the default
+    /// camera, and views to verify
+    #[arg(long, value_name = "DATA", help_heading = "Dataset")]
+    data: Option<PathBuf>,
+    /// Downscale its images by this factor
+    #[arg(long, value_name = "K", default_value_t = 1, help_heading = "Dataset")]
+    downscale_factor: u32,
+    /// Where the source's rays passed through pixels: center or corner [default: corner, as
+    /// in the original NeRF]
+    #[arg(long, value_name = "WHERE", value_parser = parse_pixel_origin, help_heading = "Dataset")]
+    pixel_origin: Option<PixelOrigin>,
+    #[command(flatten)]
+    reading: Reading,
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1; of a hash grid: the part to show, in the dataset's
+    /// coordinates [default: found]
+    #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true,
+        help_heading = "Scene")]
+    aabb: Option<[[f32; 3]; 2]>,
+    /// The source uses normalised device coordinates (needs --data)
+    #[arg(long, help_heading = "Scene")]
+    ndc: bool,
+    /// Depth where samples begin, scene units [default: as the config beside the checkpoint
+    /// says]
+    #[arg(long, value_name = "N", help_heading = "Scene")]
+    near: Option<f32>,
+    /// Depth where samples end, scene units [default: as the config beside the checkpoint
+    /// says]
+    #[arg(long, value_name = "F", help_heading = "Scene")]
+    far: Option<f32>,
+    /// Near and far are distances along rays, not depths along the camera's axis
+    #[arg(long, help_heading = "Scene")]
+    along_rays: bool,
+    /// Colour behind the scene: white, black or R,G,B
+    #[arg(long, value_name = "COLOR", value_parser = parse_color, help_heading = "Scene")]
+    background: Option<[f32; 3]>,
+    /// Coarse and fine samples per ray
+    #[arg(long, value_name = "C,F", value_parser = parse_samples, help_heading = "Model")]
+    samples: Option<[u32; 2]>,
+    /// Fine network of a .npy checkpoint that holds the coarse one [default: model_fine_*
+    /// beside it]
+    #[arg(long, value_name = "FILE", help_heading = "Model")]
+    fine: Option<PathBuf>,
+    /// Omit the coarse network: half the bytes, but different pictures with --sampling
+    /// hierarchical
+    #[arg(long, help_heading = "Model")]
+    fine_only: bool,
+    /// Train a hash grid of at most so many bytes on renderings of the source, which renders
+    /// many times faster
+    ///
+    /// The views are those of the training images with --data, else views from all around.
+    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1..),
+        help_heading = "Distillation")]
+    distill_to: Option<u64>,
+    /// Training time of the distilled model: 90, 90s, 2m
+    #[arg(long, value_name = "TIME", default_value = "60s", requires = "distill_to",
+        value_parser = parse_positive_seconds, help_heading = "Distillation")]
+    distill_seconds: f64,
+    /// When the distilled model computes colours [default: as a hash grid source does, else
+    /// per-ray]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "WHEN",
+        requires = "distill_to",
+        help_heading = "Distillation"
+    )]
+    shading: Option<When>,
+    #[command(flatten)]
+    rendering: Rendering,
 }
 
 /// When colours are computed.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum When {
-    /// For every sample.
+    /// For every sample: closer to translucent sources
     PerSample,
-    /// Once a ray.
+    /// Once per ray: faster
     PerRay,
 }
 
@@ -159,16 +172,16 @@ impl Convert {
         let precision = self.precision.unwrap_or_default();
         let written = pocketnerf_formats::write(&file.model, &file.about, precision)?;
         output::write_atomic(&self.out, &written)?;
-        let [mut paper, mut occupancy] = [Value::Null, Value::Null];
+        let [mut hierarchical, mut occupancy] = [Value::Null, Value::Null];
         if self.verify {
             let sampling = match file.model.hierarchical {
-                Some(_) => Sampling::Paper,
+                Some(_) => Sampling::Hierarchical,
                 None => Sampling::Occupancy,
             };
-            [paper, occupancy] = self.verify(&file.model, sampling, &written, &[], common)?;
+            [hierarchical, occupancy] = self.verify(&file.model, sampling, &written, &[])?;
         }
         let fraction = file.model.occupancy.map_or(1.0, |cells| cells.fraction());
-        Ok(self.report("pocketnerf", written.len(), fraction, [paper, occupancy]))
+        Ok(self.report("pocketnerf", written.len(), fraction, [hierarchical, occupancy]))
     }
 
     fn other(&self, bytes: &[u8], common: &Common) -> Result<Value, Failure> {
@@ -210,10 +223,10 @@ impl Convert {
                 views = orbit(&model, conversion.distance(), up);
             }
             let sampling = conversion.sampling();
-            // The paper's sampling asks everywhere, whatever the cells.
+            // Hierarchical sampling ignores the cells.
             let occupancy = model.occupancy.filter(|_| sampling == Sampling::Occupancy);
             let source = Model { occupancy, ..model };
-            verified = self.verify(&source, sampling, &written, &views, common)?;
+            verified = self.verify(&source, sampling, &written, &views)?;
         }
         let fraction = model.occupancy.map_or(1.0, |cells| cells.fraction());
         Ok(self.report(conversion.program(), written.len(), fraction, verified))
@@ -241,7 +254,6 @@ impl Convert {
         sampling: Sampling,
         written: &[u8],
         views: &[Camera],
-        common: &Common,
     ) -> Result<[Value; 2], Failure> {
         let mut table = Vec::new();
         let file = super::open_to_render(&self.out, written, &mut table)?;
@@ -254,11 +266,11 @@ impl Convert {
             views
         };
         // The source has no interpolated pixels.
-        let settings = picture::Settings { quality: 1.0, ..common.picture(None) };
+        let settings = picture::Settings { quality: 1.0, ..self.rendering.settings(None) };
         let mut compared = [Value::Null, Value::Null];
-        let samplings = [Sampling::Paper, Sampling::Occupancy];
+        let samplings = [Sampling::Hierarchical, Sampling::Occupancy];
         for (to, with) in compared.iter_mut().zip(samplings) {
-            if sampling == Sampling::Paper || with == Sampling::Occupancy {
+            if sampling == Sampling::Hierarchical || with == Sampling::Occupancy {
                 let models = [(source, sampling), (&file.model, with)];
                 *to = serde_json::to_value(compare(models, views, &settings)?)?;
             }
@@ -267,12 +279,12 @@ impl Convert {
     }
 
     fn report(&self, program: &str, bytes: usize, fraction: f32, verified: [Value; 2]) -> Value {
-        let [paper, occupancy] = verified;
+        let [hierarchical, occupancy] = verified;
         json!({
             "bytes": bytes,
             "program": program,
             "occupancy_fraction": fraction,
-            "verify_paper": paper,
+            "verify_paper": hierarchical,
             "verify_occupancy": occupancy,
             "out": self.out.display().to_string(),
         })

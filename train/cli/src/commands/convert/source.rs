@@ -37,7 +37,7 @@ impl Convert {
             let mut ngp = Ngp::read(&checkpoint).map_err(|error| named(error.into()))?;
             let beside = nerfstudio::complete(&mut ngp, &self.input).map_err(named)?;
             let settings = self.given().or(beside);
-            let ngp = NgpConversion::new(ngp, settings, self.aabb, common.simd());
+            let ngp = NgpConversion::new(ngp, settings, self.aabb, self.rendering.vectors.level());
             return Ok(Conversion::Ngp(ngp.map_err(named)?));
         }
         let mut nerf = self.networks(&checkpoint, better)?;
@@ -50,7 +50,7 @@ impl Convert {
         }
         let settings = self.given().or(beside.map(|(_, found)| found).unwrap_or_default());
         let place = |ndc| place(ndc, self.aabb, dataset);
-        let nerf = NerfConversion::new(nerf, settings, place, common.simd());
+        let nerf = NerfConversion::new(nerf, settings, place, self.rendering.vectors.level());
         Ok(Conversion::Nerf(nerf.map_err(named)?))
     }
 
@@ -67,7 +67,7 @@ impl Convert {
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(format!(
-                "{}: this is a hash grid, {option} is for the paper's networks; leave it out",
+                "{}: this is a hash grid, {option} is for networks of vanilla NeRF; leave it out",
                 self.input.display()
             )
             .into()),

@@ -9,7 +9,7 @@ use pocketnerf_train::trainer::{MAX_RESTARTS, Progress};
 /// Seconds between two lines in a pipe.
 const LINE_EVERY: u64 = 10;
 
-/// What people see of a run.
+/// Shows the progress of a run.
 pub(in crate::commands) struct Bar {
     bar: Option<ProgressBar>,
     quiet: bool,
@@ -30,7 +30,7 @@ impl Bar {
     pub(in crate::commands) fn show(&mut self, progress: &Progress) {
         if let Some(trouble) = progress.trouble {
             let n = progress.restarts;
-            self.say(&format!("{trouble}: beginning anew ({n} of at most {MAX_RESTARTS} times)"));
+            self.say(&format!("{trouble}: restarting ({n} of at most {MAX_RESTARTS} times)"));
         }
         let psnr = format!("training PSNR {:.2} dB", progress.train_psnr);
         if let Some(bar) = &self.bar {

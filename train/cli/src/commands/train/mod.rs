@@ -1,9 +1,11 @@
 //! `pocketnerf train`.
 
 mod bar;
+mod model;
 mod nerf;
 mod options;
 mod saving;
+mod scene;
 
 use std::path::Path;
 use std::time::Duration;
@@ -41,10 +43,10 @@ impl Train {
         }
         let origin = Origin::new(&dataset, factor, self.precision);
         let (mut trainer, mut run) = match checkpoint {
-            Some(checkpoint) => checkpoint.resume(dataset, common.simd(), common.started)?,
+            Some(checkpoint) => checkpoint.resume(dataset, self.vectors.level(), common.started)?,
             None => {
                 let config = self.config(&dataset)?;
-                let trainer = Trainer::new(dataset, config, common.simd())?;
+                let trainer = Trainer::new(dataset, config, self.vectors.level())?;
                 (trainer, Run::new(self.length(), common.started))
             }
         };
@@ -78,8 +80,8 @@ impl Train {
     }
 }
 
-/// Trains to the end unless `after_step` fails, writes the model, and gives
-/// the keys that `train --json` prints. `after_step` is also called at the end.
+/// Trains to the end unless `after_step` fails, writes the model, and returns what
+/// `train --json` prints. `after_step` is also called at the end.
 pub(super) fn train(
     (trainer, run): (&mut Trainer, &mut Run),
     origin: &Origin,
@@ -125,7 +127,7 @@ pub(super) struct Origin {
     name: String,
     camera: Option<DefaultCamera>,
     trained_on: TrainedOn,
-    /// How the model file will hold the weights.
+    /// The format of the weights in the model file.
     precision: Precision,
 }
 
@@ -157,7 +159,7 @@ impl Origin {
     }
 }
 
-/// The first training camera: where a viewer may begin.
+/// The first training camera: where a viewer may start.
 pub(super) fn default_camera(camera: &Camera) -> DefaultCamera {
     DefaultCamera {
         camera_to_world: camera.camera_to_world,
@@ -167,7 +169,7 @@ pub(super) fn default_camera(camera: &Camera) -> DefaultCamera {
     }
 }
 
-/// What was trained.
+/// The kind of field that was trained.
 fn method(trainer: &Trainer) -> &'static str {
     trainer.model().field.kind()
 }

@@ -1,4 +1,4 @@
-//! The options of the paper's field.
+//! Options of `pocketnerf train` for vanilla NeRF.
 
 use pocketnerf_core::field::Activation;
 use pocketnerf_core::march::Hierarchical;
@@ -6,12 +6,12 @@ use pocketnerf_train::field::{EncodingConfig, FourierConfig, NerfConfig, WavesCo
 use pocketnerf_train::trainer::{Paper, TrainConfig};
 
 use crate::commands::Failure;
-use crate::commands::sampling::Sampling;
+use crate::commands::rendering::Sampling;
 
 /// How the network's output becomes a density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Density {
-    /// Nothing below 0, as in the paper
+    /// Nothing below 0, as in the original NeRF
     Relu,
     /// ln(1 + e^x)
     Softplus,
@@ -19,50 +19,48 @@ enum Density {
     Exp,
 }
 
-/// What `train --method nerf` knows beside what all methods do.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "With --method nerf")]
 pub(super) struct NerfOptions {
-    /// Where rays are sampled in training: in occupied cells unless told.
+    /// Where the samples of a ray lie in training [default: occupancy]
     #[arg(long, value_enum)]
     sampling: Option<Sampling>,
-    /// Evenly spaced samples of a ray and those drawn where these have weight; 64,128
-    /// unless told. With --sampling hierarchical.
-    #[arg(long, value_name = "C,F", value_parser = parse_samples)]
-    samples: Option<[u32; 2]>,
-    /// Layers of the network; 8 unless told. The one after the middle reads the position
-    /// once more.
+    /// Layers of the network; the one after the middle reads the position once more
+    /// [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10))]
     depth: Option<u32>,
-    /// Their width; 256 unless told.
+    /// Width of the layers [default: 256]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=1024))]
     width: Option<u32>,
-    /// Octaves of the positional encoding of positions and of directions; 10,4 unless
-    /// told. 0 leaves the coordinates alone.
+    /// Octaves of the positional encoding of positions and of directions; 0 passes the
+    /// coordinates alone [default: 10,4]
     #[arg(long, value_name = "L,M", value_parser = parse_octaves)]
     octaves: Option<[u32; 2]>,
-    /// Encode positions by so many random frequencies with this standard deviation, waves
-    /// a unit, instead of by octaves: 128,2.
+    /// Encode positions by N random frequencies of this standard deviation, waves per unit,
+    /// instead of octaves, such as 128,2
     #[arg(long, value_name = "N,DEVIATION", value_parser = parse_gaussian, conflicts_with_all = ["octaves", "no_positional_encoding"])]
     gaussian: Option<(u32, f32)>,
-    /// How the network's output becomes a density; exp unless told, relu with --sampling
-    /// paper.
+    /// How the network's output becomes a density [default: exp; relu with --sampling
+    /// hierarchical]
     #[arg(long, value_enum)]
     density: Option<Density>,
-    /// Standard deviation of what is added at random to the network's density; 0 unless
-    /// told. With --sampling hierarchical.
-    #[arg(long, value_name = "D")]
-    density_noise: Option<f32>,
-    /// Steps that learn from the middle halves of the images alone; 500 for images with
-    /// alpha unless told, none for others. With --sampling hierarchical.
-    #[arg(long, value_name = "N")]
-    crop_steps: Option<u32>,
-    /// Without positional encoding: the network reads coordinates.
+    /// Omit the positional encoding: the network reads coordinates
     #[arg(long)]
     no_positional_encoding: bool,
-    /// Without the coarse network: all samples evenly spaced. With --sampling hierarchical.
+    /// Coarse and fine samples per ray, with --sampling hierarchical [default: 64,128]
+    #[arg(long, value_name = "C,F", value_parser = parse_samples)]
+    samples: Option<[u32; 2]>,
+    /// Omit the coarse network: all samples are evenly spaced; with --sampling hierarchical
     #[arg(long)]
     no_hierarchy: bool,
+    /// Standard deviation of noise added to the raw density, with --sampling hierarchical
+    /// [default: 0]
+    #[arg(long, value_name = "D")]
+    density_noise: Option<f32>,
+    /// Train the first N steps on the middle halves of the images, with --sampling
+    /// hierarchical [default: 500 for images with alpha, else 0]
+    #[arg(long, value_name = "N")]
+    crop_steps: Option<u32>,
 }
 
 fn parse_samples(text: &str) -> Result<[u32; 2], String> {
@@ -90,7 +88,7 @@ fn parse_gaussian(text: &str) -> Result<(u32, f32), String> {
 }
 
 impl NerfOptions {
-    /// An option that was given, for the refusal of options without their method.
+    /// An option that was given, to refuse it without its method.
     pub(super) fn given(&self) -> Option<&'static str> {
         let given = [
             ("--sampling", self.sampling.is_some()),
@@ -102,11 +100,11 @@ impl NerfOptions {
             ("--no-positional-encoding", self.no_positional_encoding),
         ];
         let found = given.into_iter().find(|(_, given)| *given).map(|(option, _)| option);
-        found.or_else(|| self.given_for_paper())
+        found.or_else(|| self.given_for_hierarchical())
     }
 
-    /// The same of those that only the paper's sampling knows.
-    fn given_for_paper(&self) -> Option<&'static str> {
+    /// The same of options for hierarchical sampling alone.
+    fn given_for_hierarchical(&self) -> Option<&'static str> {
         let given = [
             ("--samples", self.samples.is_some()),
             ("--density-noise", self.density_noise.is_some()),
@@ -116,9 +114,9 @@ impl NerfOptions {
         given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
     }
 
-    /// Refuses what makes no sense.
+    /// Refuses options that make no sense.
     pub(super) fn check(&self) -> Result<(), Failure> {
-        if let (Some(option), false) = (self.given_for_paper(), self.is_paper()) {
+        if let (Some(option), false) = (self.given_for_hierarchical(), self.is_hierarchical()) {
             return Err(format!("{option}: give --sampling hierarchical too").into());
         }
         match self.density_noise {
@@ -129,13 +127,13 @@ impl NerfOptions {
         }
     }
 
-    fn is_paper(&self) -> bool {
+    fn is_hierarchical(&self) -> bool {
         self.sampling == Some(Sampling::Hierarchical)
     }
 
     /// The settings of a new run on images with or without alpha.
     pub(super) fn config(&self, has_alpha: bool) -> TrainConfig {
-        let mut config = if self.is_paper() {
+        let mut config = if self.is_hierarchical() {
             let mut paper = Paper::PLAIN;
             paper.noise = self.density_noise.unwrap_or(0.0);
             paper.crop_steps = self.crop_steps.unwrap_or(if has_alpha { 500 } else { 0 });
@@ -160,7 +158,7 @@ impl NerfOptions {
         nerf.depth = self.depth.map_or(nerf.depth, |n| n as usize);
         nerf.width = self.width.map_or(nerf.width, |n| n as usize);
         nerf.color_width = nerf.width / 2;
-        // Of eight the sixth, of four the fourth.
+        // Of eight layers the sixth, of four the fourth.
         nerf.skip = if nerf.depth > 3 { nerf.depth / 2 + 1 } else { 0 };
         if let Some([l, m]) = self.octaves {
             (nerf.positions, nerf.directions) = (octaves(l), Some(octaves(m)));

@@ -13,12 +13,12 @@ use pocketnerf_train::trainer::{Run, Trainer, checkpoint};
 use super::Origin;
 use crate::commands::{Failure, Reading};
 
-/// Exit status of a program that Ctrl-C has ended, as shells know it: 128 and
-/// the number of the signal.
+/// Exit status of a program that Ctrl-C ended, by the convention of shells: 128 plus the
+/// number of the signal.
 pub(in crate::commands) const INTERRUPTED: u8 = 130;
 
-/// Signals so close together are one wish: supervisors signal a program and
-/// then its process group.
+/// Signals this close together count as one: supervisors signal a program and then its
+/// process group.
 const SAME_KEY: Duration = Duration::from_millis(500);
 
 /// Where and when checkpoints are written.
@@ -30,7 +30,7 @@ pub(super) struct Saving {
 }
 
 impl Saving {
-    /// From now on the first Ctrl-C asks for an end, the second is one.
+    /// From now on the first Ctrl-C stops the run after its step, the second at once.
     pub(super) fn begin(path: PathBuf, every: Option<Duration>) -> Result<Self, Failure> {
         let interrupted = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&interrupted);
@@ -44,8 +44,8 @@ impl Saving {
         Ok(Self { path, every, last: Instant::now(), interrupted })
     }
 
-    /// Saves where it is time to, or where Ctrl-C was pressed and steps are
-    /// left. False: the run is to end here.
+    /// Saves if it is time to, or if Ctrl-C was pressed and steps are left. Returns false if
+    /// the run is to stop here.
     pub(super) fn after_step(
         &mut self,
         trainer: &Trainer,
@@ -59,8 +59,8 @@ impl Saving {
         Ok(!stop)
     }
 
-    /// Where checkpoints are wanted, the last is that of the whole run: it holds
-    /// the model in f32.
+    /// Writes the last checkpoint, of the whole run, if checkpoints are wanted: it holds the
+    /// model in f32.
     pub(super) fn at_end(
         &mut self,
         trainer: &Trainer,
@@ -79,8 +79,7 @@ impl Saving {
     }
 }
 
-/// Where the checkpoints of a run lie: beside its model, `scene.pnerf` →
-/// `scene.ckpt.pnerf`.
+/// The checkpoint of a run, beside its model: `scene.pnerf` → `scene.ckpt.pnerf`.
 pub(in crate::commands) fn checkpoint_path(out: &Path) -> PathBuf {
     out.with_extension("ckpt.pnerf")
 }
@@ -94,7 +93,7 @@ pub(in crate::commands) struct Interrupted {
     pub(super) out: PathBuf,
     pub(super) precision: Precision,
     pub(super) reading: Reading,
-    /// Views that are learnt from, where not all are.
+    /// Views to train on, if not all.
     pub(super) views: Option<u32>,
 }
 
@@ -103,14 +102,13 @@ impl fmt::Display for Interrupted {
         let checkpoint = quoted(&self.checkpoint);
         write!(
             f,
-            "interrupted at step {}, saved; go on with: pocketnerf train {} --out {} --resume {}",
+            "interrupted at step {}, saved; resume with: pocketnerf train {} --out {} --resume {}",
             self.step,
             quoted(&self.data),
             quoted(&self.out),
             checkpoint,
         )?;
-        // The checkpoint does not say how the dataset is read, nor how the model is to be
-        // written.
+        // The checkpoint stores neither how the dataset is read nor how the model is written.
         f.write_str(&self.reading.given())?;
         if let Some(views) = self.views {
             write!(f, " --views {views}")?;
@@ -125,7 +123,7 @@ impl fmt::Display for Interrupted {
 
 impl std::error::Error for Interrupted {}
 
-/// A path as a shell takes it.
+/// A path, quoted for a shell.
 pub(in crate::commands) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_alphanumeric() || "/\\._-+=:,@%".contains(c);
@@ -161,7 +159,7 @@ mod tests {
         };
         assert_eq!(
             interrupted.to_string(),
-            "interrupted at step 7, saved; go on with: pocketnerf train 'it'\\''s' \
+            "interrupted at step 7, saved; resume with: pocketnerf train 'it'\\''s' \
              --out m.pnerf --resume 'my scene.ckpt.pnerf' --hold-every 4 --spherify --views 9 \
              --precision f16"
         );

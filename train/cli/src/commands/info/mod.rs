@@ -1,5 +1,7 @@
 //! `pocketnerf info`.
 
+mod table;
+
 use std::path::PathBuf;
 
 use pocketnerf_core::encoding::{Fourier, Waves};
@@ -13,11 +15,11 @@ use pocketnerf_train::trainer::checkpoint::{Checkpoint, kind, section_name};
 use serde_json::{Value, json};
 
 use super::{Common, Failure, Reading, open, print_line, read_model};
+use table::table;
 
-/// Tell what is in a model file, a checkpoint or a dataset.
 #[derive(Debug, clap::Args)]
 pub(super) struct Info {
-    /// Model file, checkpoint, or dataset folder.
+    /// Model file, checkpoint or dataset folder
     path: PathBuf,
     #[command(flatten)]
     reading: Reading,
@@ -61,7 +63,7 @@ impl Info {
             "bytes": bytes.len(),
             "parameters": parameters,
             "networks": networks(&file.model.field),
-            "hierarchical_sampling": file.model.hierarchical.map(|h| {
+            "paper_sampling": file.model.hierarchical.map(|h| {
                 json!({"n_coarse": h.n_coarse, "n_fine": h.n_fine, "clipped": h.reach == Reach::Clipped})
             }),
             "precision": precision(&file),
@@ -77,9 +79,11 @@ impl Info {
             }),
             "metrics": provenance.and_then(|p| p.train_psnr).map(|p| json!({"train_psnr": p})),
         });
-        let text =
-            if common.json { value.to_string() } else { serde_json::to_string_pretty(&value)? };
-        print_line(text);
+        if common.json {
+            print_line(value);
+        } else {
+            print_line(table(&self.path.display().to_string(), &value).trim_end());
+        }
         Ok(())
     }
 }

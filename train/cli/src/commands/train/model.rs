@@ -1,0 +1,140 @@
+//! What is trained: options of `pocketnerf train` for the kind of field and its size.
+
+use pocketnerf_train::dataset::Dataset;
+use pocketnerf_train::field::{EncodingConfig, FieldConfig};
+use pocketnerf_train::trainer::{Length, TrainConfig};
+
+use super::nerf::NerfOptions;
+use crate::commands::Failure;
+
+/// What is trained.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Method {
+    /// A multiresolution hash grid and small networks: minutes
+    #[default]
+    HashGrid,
+    /// The original NeRF MLP (about 1,000 times slower)
+    Nerf,
+}
+
+/// What a model is to be good at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Profile {
+    /// As much detail as the time allows
+    #[default]
+    Fine,
+    /// Renders twice as fast, about 1 dB less accurate
+    Fast,
+}
+
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Model")]
+pub(super) struct ModelOptions {
+    /// Kind of field [default: hash-grid]
+    #[arg(long, value_enum)]
+    method: Option<Method>,
+    /// What the model is to be good at
+    #[arg(long, value_enum, default_value_t, conflicts_with = "resume")]
+    profile: Profile,
+    /// log2 of the maximum entries per grid level (controls model size) [default: by training
+    /// time and profile]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
+    log2_hashmap_size: Option<u32>,
+    /// Grid levels between the same coarsest and finest resolution [default: 9; 8 with
+    /// --profile fast]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=16))]
+    n_levels: Option<u32>,
+    /// Width of the hidden layers behind the grid: 8, 16, 32, 64 or 128 [default: by profile]
+    #[arg(long, value_name = "N", value_parser = parse_width)]
+    hidden_width: Option<u32>,
+    /// Omit view dependence: a point has the same colour from everywhere
+    #[arg(long)]
+    no_view_dependence: bool,
+    #[command(flatten)]
+    nerf: NerfOptions,
+}
+
+fn parse_width(text: &str) -> Result<u32, String> {
+    let width = text.parse().ok().filter(|width| [8, 16, 32, 64, 128].contains(width));
+    width.ok_or_else(|| "expected 8, 16, 32, 64 or 128".to_owned())
+}
+
+impl ModelOptions {
+    /// Refuses options that make no sense, alone or when resuming.
+    pub(super) fn check(&self, resumes: bool) -> Result<(), Failure> {
+        let nerf = self.method == Some(Method::Nerf);
+        let shape = self.method.map(|_| "--method").or_else(|| self.nerf.given());
+        let shape = shape.or(self.no_view_dependence.then_some("--no-view-dependence"));
+        if let (Some(option), true) = (shape, resumes) {
+            return Err(format!("{option}: the checkpoint knows; leave it out").into());
+        }
+        if let (Some(option), false) = (self.nerf.given(), nerf) {
+            return Err(format!("{option}: give --method nerf too").into());
+        }
+        if nerf && self.profile == Profile::Fast {
+            return Err("--profile fast: for --method hash-grid alone".into());
+        }
+        let of_grids = [
+            ("--log2-hashmap-size", self.log2_hashmap_size),
+            ("--n-levels", self.n_levels),
+            ("--hidden-width", self.hidden_width),
+        ];
+        if let (true, Some((option, _))) = (nerf, of_grids.iter().find(|(_, n)| n.is_some())) {
+            return Err(format!("{option}: for --method hash-grid alone").into());
+        }
+        self.nerf.check()
+    }
+
+    /// The settings of a new run.
+    pub(super) fn config(&self, dataset: &Dataset, length: Length) -> TrainConfig {
+        let mut config = match self.method.unwrap_or_default() {
+            Method::Nerf => self.nerf.config(dataset.has_alpha),
+            Method::HashGrid => TrainConfig::hash_grid().for_length(length),
+        };
+        if self.no_view_dependence {
+            config.field.sh_degree = 1;
+            if let EncodingConfig::Nerf(nerf) = &mut config.field.encoding {
+                nerf.directions = None;
+            }
+        }
+        if self.profile == Profile::Fast {
+            config = config.for_speed();
+        }
+        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+            grid.log2_hashmap_size = self.log2_hashmap_size.unwrap_or(grid.log2_hashmap_size);
+            if let Some(n) = self.n_levels {
+                let steps = (grid.n_levels - 1) as f32 / (n - 1) as f32;
+                grid.per_level_scale = grid.per_level_scale.powf(steps);
+                grid.n_levels = n;
+            }
+            if let Some(width) = self.hidden_width {
+                let FieldConfig { density_hidden, color_hidden, .. } = &mut config.field;
+                density_hidden
+                    .iter_mut()
+                    .chain(color_hidden)
+                    .for_each(|layer| *layer = width as usize);
+            }
+        }
+        config
+    }
+
+    /// The options whose values a checkpoint stores: name, given, stored.
+    pub(super) fn against(
+        &self,
+        config: &TrainConfig,
+    ) -> [(&'static str, Option<u32>, Option<u32>); 3] {
+        let (log2_hashmap_size, n_levels) = match config.field.encoding {
+            EncodingConfig::HashGrid(grid) => (Some(grid.log2_hashmap_size), Some(grid.n_levels)),
+            _ => (None, None),
+        };
+        let FieldConfig { density_hidden, color_hidden, .. } = &config.field;
+        let mut widths = density_hidden.iter().chain(color_hidden);
+        let width = widths.next().filter(|&width| widths.all(|other| other == width));
+        let hidden_width = width.map(|&width| width as u32);
+        [
+            ("--log2-hashmap-size", self.log2_hashmap_size, log2_hashmap_size),
+            ("--n-levels", self.n_levels, n_levels),
+            ("--hidden-width", self.hidden_width, hidden_width),
+        ]
+    }
+}

@@ -1,0 +1,96 @@
+//! Where the scene lies: options of `pocketnerf train`.
+
+use pocketnerf_core::space::Ndc;
+use pocketnerf_train::dataset::Dataset;
+use pocketnerf_train::trainer::{TrainConfig, ndc_of};
+
+use crate::commands::Failure;
+use crate::commands::parse::{parse_box, parse_color};
+
+/// The coordinates of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum SpaceKind {
+    /// A box
+    Box,
+    /// Normalised device coordinates: all that forward-facing cameras see, to infinity
+    Ndc,
+}
+
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Scene")]
+pub(super) struct SceneOptions {
+    /// Coordinates of the scene [default: ndc for forward-facing LLFF captures, else box]
+    #[arg(long, value_enum, value_name = "KIND")]
+    pub(super) space: Option<SpaceKind>,
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1 [default: the dataset's own, or found from cameras,
+    /// silhouettes and a small field]
+    #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
+    pub(super) aabb: Option<[[f32; 3]; 2]>,
+    /// Ignore what is nearer to a camera, scene units [default: 0]; with --space ndc what is
+    /// nearer to the plane z = 0 [default: 1]
+    #[arg(long, value_name = "N")]
+    pub(super) near: Option<f32>,
+    /// Ignore what is farther from a camera, scene units [default: no limit]
+    #[arg(long, value_name = "N")]
+    pub(super) far: Option<f32>,
+    /// Train against one background: white, black or R,G,B [default: the expectation over
+    /// random ones for images with alpha; white with --sampling hierarchical]
+    #[arg(long, value_name = "COLOR", value_parser = parse_color)]
+    pub(super) background: Option<[f32; 3]>,
+}
+
+impl SceneOptions {
+    /// Refuses numbers that make no sense.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        let (near, far) = (self.near.unwrap_or(0.0), self.far.unwrap_or(f32::MAX));
+        if !(near >= 0.0 && near < far && far.is_finite()) {
+            let far = self.far.map_or_else(String::new, |far| format!(" --far {far}"));
+            return Err(
+                format!("--near {near}{far}: expected 0 or more, and far beyond near").into()
+            );
+        }
+        Ok(())
+    }
+
+    /// Adds these settings to those of a new run.
+    pub(super) fn apply(&self, config: &mut TrainConfig, dataset: &Dataset) -> Result<(), Failure> {
+        config.aabb = self.aabb;
+        config.ndc = self.ndc(dataset)?;
+        if config.ndc.is_none() {
+            config.near = self.near.unwrap_or(config.near);
+            config.far = self.far;
+        }
+        // Images with alpha are on white in the original NeRF.
+        let white = (config.paper.is_some() && dataset.has_alpha).then_some([1.0; 3]);
+        config.backdrop = self.background.or(white);
+        Ok(())
+    }
+
+    /// The coordinates of a forward-facing capture, by default or if asked for. A box that is
+    /// given rules them out.
+    fn ndc(&self, dataset: &Dataset) -> Result<Option<Ndc>, Failure> {
+        let near = self.near.unwrap_or(1.0);
+        let limits = [("--aabb", self.aabb.is_some()), ("--far", self.far.is_some())];
+        let limit = limits.into_iter().find(|(_, given)| *given);
+        match (self.space, limit) {
+            (Some(SpaceKind::Ndc), None) => {}
+            (Some(SpaceKind::Ndc), Some((option, _))) => {
+                return Err(format!(
+                    "{option}: expected none with --space ndc, which holds all that the cameras see"
+                )
+                .into());
+            }
+            (None, None) if dataset.forward_facing => return Ok(ndc_of(&dataset.views, near)),
+            _ => return Ok(None),
+        }
+        let ndc = ndc_of(&dataset.views, near).map(Some);
+        ndc.ok_or_else(|| {
+            format!(
+                "{}: --space ndc: a camera sees what does not lie beyond the plane z = -{near}, \
+                 expected all to look along -z; give --space box",
+                dataset.source
+            )
+            .into()
+        })
+    }
+}
