@@ -1,16 +1,16 @@
 //! Radiance fields: density and features of points, and how features become
-//! colour. One file or folder a kind; [`dispatch`](AnyField) is the one door to them.
+//! colour.
+//!
+//! One file or folder a kind. This file is the one door to them: a new kind is a module, a
+//! variant of [`AnyField`] and a line of [`each_kind`], each with its Cargo feature.
 
 mod decoder;
-mod dispatch;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
 #[cfg(feature = "nerf")]
 mod nerf;
 
 pub use decoder::{Decoder, Shading};
-pub use dispatch::AnyField;
-pub(crate) use dispatch::each_kind;
 #[cfg(feature = "hash-grid")]
 pub use hash_grid::HashGridField;
 #[cfg(feature = "nerf")]
@@ -21,6 +21,9 @@ use fearless_simd::Simd;
 use crate::Error;
 use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
+
+#[cfg(not(any(feature = "hash-grid", feature = "nerf")))]
+compile_error!("pocketnerf-core needs at least one kind of field: feature `hash-grid` or `nerf`");
 
 /// Most features that a ray may accumulate.
 pub const MAX_CHANNELS: usize = 32;
@@ -108,4 +111,50 @@ pub trait FieldKernels<S: Simd>: Field {
 
     /// The same for sigma alone, of `n` points; the other rows may hold anything then.
     fn decode_density(&self, simd: S, n: usize, work: &mut Workspace<'_>);
+}
+
+/// A field of any kind that this build links. What all kinds have in common is that it is
+/// a [`Field`].
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "without a heap there is no box; how sizes differ depends on the kinds linked"
+)]
+pub enum AnyField<'a> {
+    /// Multiresolution hash grid and small networks.
+    #[cfg(feature = "hash-grid")]
+    HashGrid(HashGridField<'a>),
+    /// The original NeRF networks.
+    #[cfg(feature = "nerf")]
+    Nerf(NerfField<'a>),
+}
+
+/// The one match over kinds: evaluates an expression with `$field` bound to the field.
+macro_rules! each_kind {
+    ($any:expr, $field:ident => $of:expr) => {
+        match $any {
+            #[cfg(feature = "hash-grid")]
+            $crate::AnyField::HashGrid($field) => $of,
+            #[cfg(feature = "nerf")]
+            $crate::AnyField::Nerf($field) => $of,
+        }
+    };
+}
+
+pub(crate) use each_kind;
+
+impl<'a> core::ops::Deref for AnyField<'a> {
+    type Target = dyn Field + 'a;
+
+    fn deref(&self) -> &Self::Target {
+        each_kind!(self, field => field)
+    }
+}
+
+impl<'a> AnyField<'a> {
+    /// The field's kernels at a SIMD level.
+    pub fn kernels<S: Simd>(&self) -> &(dyn FieldKernels<S> + 'a) {
+        each_kind!(self, field => field)
+    }
 }

@@ -5,19 +5,10 @@
 //! version. The tests hold the bytes of each.
 
 pub(crate) mod about;
-#[cfg(feature = "corner-index")]
-mod corner_levels;
-#[allow(dead_code, reason = "what kinds of field share; a build may link none of these kinds")]
-mod decoder;
 pub(crate) mod field;
-#[cfg(feature = "hash-grid")]
-mod hash_grid;
 #[cfg(feature = "ndc")]
 mod ndc;
-#[cfg(feature = "nerf")]
-mod nerf;
 pub(crate) mod space;
-mod widths;
 
 use serde::{Deserialize, Serialize};
 

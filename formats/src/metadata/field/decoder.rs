@@ -7,9 +7,9 @@ use pocketnerf_core::network::{Dense, MAX_LAYERS, Mlp};
 use serde::{Deserialize, Serialize};
 
 use super::widths::Widths;
-use super::{Fields, append};
 use crate::FormatError;
 use crate::directory::Listed;
+use crate::metadata::{Fields, append};
 use crate::tensor_name::{Known, TensorName};
 
 /// Codes of the tensors: weight and bias of the density network's layers, then of the colour

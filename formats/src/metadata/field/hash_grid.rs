@@ -5,12 +5,13 @@ use pocketnerf_core::encoding::{GridIndex, HashGrid, HashGridConfig, MAX_LEVELS}
 use pocketnerf_core::field::HashGridField;
 use serde::{Deserialize, Serialize};
 
+use super::FieldKind;
 #[cfg(feature = "corner-index")]
 use super::corner_levels;
-use super::field::FieldKind;
-use super::{Fields, append, decoder};
+use super::decoder;
 use crate::FormatError;
 use crate::directory::Listed;
+use crate::metadata::{Fields, append};
 use crate::tensor_name::{Known, Role, TensorName};
 
 /// Code of the tensors that are levels' tables.
@@ -135,8 +136,8 @@ pub(super) mod tests {
 
     use super::*;
     use crate::container::{SectionId, kind};
+    use crate::metadata::field::widths::Widths;
     use crate::metadata::test_section;
-    use crate::metadata::widths::Widths;
 
     fn widths(values: &[u32]) -> Widths {
         let mut widths = Widths::default();

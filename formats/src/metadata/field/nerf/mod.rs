@@ -7,11 +7,11 @@ use pocketnerf_core::encoding::{Fourier, Waves};
 use pocketnerf_core::field::{Activation, NerfField, NerfNetwork};
 use serde::{Deserialize, Serialize};
 
-use super::field::FieldKind;
+use super::FieldKind;
 use super::widths::Widths;
-use super::{Fields, append};
 use crate::FormatError;
 use crate::directory::Listed;
+use crate::metadata::{Fields, append};
 use crate::tensor_name::{Known, TensorName};
 
 /// Codes of [`FourierV1`]'s waves.

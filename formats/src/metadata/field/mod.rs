@@ -4,6 +4,16 @@
 //! table. A file of a kind that this build leaves out is refused here, by the name of its
 //! feature.
 
+#[cfg(feature = "corner-index")]
+mod corner_levels;
+#[allow(dead_code, reason = "what kinds of field share; a build may link none of these kinds")]
+mod decoder;
+#[cfg(feature = "hash-grid")]
+mod hash_grid;
+#[cfg(feature = "nerf")]
+mod nerf;
+mod widths;
+
 use pocketnerf_core::{AnyField, TensorView, field};
 
 use super::Fields;

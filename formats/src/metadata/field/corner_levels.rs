@@ -3,8 +3,8 @@
 use pocketnerf_core::encoding::{CornerLevel, CornerLevels, MAX_LEVELS};
 use serde::{Deserialize, Serialize};
 
-use super::{Fields, append};
 use crate::FormatError;
+use crate::metadata::{Fields, append};
 
 /// Code of this index of grid entries.
 pub(crate) const CODE: u8 = 1;
