@@ -41,10 +41,9 @@
 
 #[doc(hidden)]
 pub mod aligned;
-#[doc(hidden)]
-pub mod bake;
 pub mod builtin;
 pub mod cameras;
+pub mod convert;
 pub mod dataset;
 pub mod evaluate;
 pub mod field;

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use pocketnerf_cli::convert::{NerfConversion, Place, Settings, config};
+use pocketnerf_cli::convert::config;
 use pocketnerf_core::{Camera, Model, SimdLevel};
+use pocketnerf_train::convert::{NerfConversion, Place, Settings};
 use pocketnerf_train::dataset::{self, LoadOptions, Split};
 use pocketnerf_train::picture::{self, Sampling};
 use pocketnerf_train::trainer::ndc_of;

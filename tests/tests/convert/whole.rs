@@ -1,12 +1,11 @@
 //! From a checkpoint to a model: settings, box, cells, file.
 
-use pocketnerf_cli::convert::{
-    ConvertError, NerfConversion, Place, Settings, compare, config, distill, refuse_others,
-};
+use pocketnerf_cli::convert::{compare, config, distill, refuse_others};
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::march::Reach;
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::{About, PixelOrigin, Precision};
+use pocketnerf_train::convert::{ConvertError, NerfConversion, Place, Settings};
 use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::metrics;
 use pocketnerf_train::picture::{self, Sampling};

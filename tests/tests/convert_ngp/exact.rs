@@ -1,10 +1,11 @@
 //! Along 1,000 rays, what the programs would show: evaluated in f64 in Python.
 
-use pocketnerf_cli::convert::{NgpConversion, Settings, nerfstudio};
+use pocketnerf_cli::convert::nerfstudio;
 use pocketnerf_core::render::{Detail, RenderOptions, render_rays};
 use pocketnerf_core::{Model, Ray, SimdLevel, Tuning};
 use pocketnerf_formats::import::ngp::Ngp;
 use pocketnerf_formats::{About, Precision, Scene};
+use pocketnerf_train::convert::{NgpConversion, Settings};
 
 use crate::{bytes, ngp, path};
 

@@ -1,8 +1,9 @@
 //! From a checkpoint to a model: coordinates, cells, cameras.
 
-use pocketnerf_cli::convert::{NgpConversion, Settings, compare, nerfstudio};
+use pocketnerf_cli::convert::{compare, nerfstudio};
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::import::ngp::Ngp;
+use pocketnerf_train::convert::{NgpConversion, Settings};
 use pocketnerf_train::picture::{self, Sampling};
 use serde_json::Value;
 

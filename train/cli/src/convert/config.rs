@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use yaml_rust2::parser::{Event, Parser};
 
-use super::{ConvertError, Settings};
+use pocketnerf_train::convert::{ConvertError, Settings};
 
 /// Names to look for, the most telling first.
 const NAMES: [&str; 3] = ["config.yml", "args.txt", "config.txt"];

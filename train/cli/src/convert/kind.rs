@@ -2,7 +2,7 @@
 
 use pocketnerf_formats::import::{FieldError, ImportError};
 
-use super::ConvertError;
+use pocketnerf_train::convert::ConvertError;
 
 const SAFETENSORS: &str = "save the weights as .safetensors with the names of nerf-pytorch";
 

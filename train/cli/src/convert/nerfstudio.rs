@@ -7,7 +7,7 @@ use pocketnerf_formats::Scene;
 use pocketnerf_formats::import::ngp::Ngp;
 
 use super::config::{Values, text};
-use super::{ConvertError, Settings};
+use pocketnerf_train::convert::{ConvertError, Settings};
 
 const CONFIG: &str = "config.yml";
 const TRANSFORMS: &str = "dataparser_transforms.json";

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use pocketnerf_core::{Camera, Model};
 use pocketnerf_formats::{About, DefaultCamera, PixelOrigin, Precision, Provenance};
 use pocketnerf_train::cameras::Orbit;
+use pocketnerf_train::convert::{Conversion, ConvertError};
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
 use pocketnerf_train::picture::{self, Sampling};
@@ -20,7 +21,7 @@ use super::parse::{
 use super::rendering::Rendering;
 use super::train::default_camera;
 use super::{Common, Failure, Reading, eval, print_line, read_model};
-use crate::convert::{Conversion, ConvertError, compare, refuse_others};
+use crate::convert::{compare, refuse_others};
 
 /// Views of an orbit that are compared if no dataset is given.
 const VIEWS: usize = 4;

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use pocketnerf_formats::import::nerf::Nerf;
 use pocketnerf_formats::import::ngp::Ngp;
 use pocketnerf_formats::import::{Checkpoint, FieldError, inflate};
+use pocketnerf_train::convert::{
+    Conversion, ConvertError, NerfConversion, NgpConversion, Place, Settings,
+};
 use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer;
 
 use super::Convert;
 use crate::commands::{Common, Failure, read_model};
-use crate::convert::{
-    Conversion, ConvertError, NerfConversion, NgpConversion, Place, Settings, config, instead,
-    nerfstudio,
-};
+use crate::convert::{config, instead, nerfstudio};
 
 /// The near plane of normalised device coordinates: every program has it there.
 const NDC_NEAR: f32 = 1.0;

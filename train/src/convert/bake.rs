@@ -16,18 +16,18 @@ const LOOKS: usize = 8;
 
 /// Finds the occupied cells of a field.
 #[derive(Debug)]
-pub struct Baker<'f> {
-    pub field: &'f AnyField<'f>,
-    pub level: Level,
-    pub seed: u64,
+pub(super) struct Baker<'f> {
+    pub(super) field: &'f AnyField<'f>,
+    pub(super) level: Level,
+    pub(super) seed: u64,
     /// Distance between samples, local units.
-    pub step: f32,
+    pub(super) step: f32,
 }
 
 impl Baker<'_> {
     /// The occupied cells of the space and all their neighbours, at twice the resolution of
     /// the first search.
-    pub fn cells(&self, space: &Space) -> OccupancyGrid {
+    pub(super) fn cells(&self, space: &Space) -> OccupancyGrid {
         let mut coarse = OccupancyGrid::new(COARSE, all_cells(space, COARSE));
         self.look(&mut coarse);
         let mut fine = coarse.finer_and_around();
@@ -36,7 +36,7 @@ impl Baker<'_> {
     }
 
     /// The corners of what is occupied, and a cell more on every side; unit coordinates.
-    pub fn bounds(&self, space: &Space) -> Option<[[f32; 3]; 2]> {
+    pub(super) fn bounds(&self, space: &Space) -> Option<[[f32; 3]; 2]> {
         let mut grid = OccupancyGrid::new(COARSE, all_cells(space, COARSE));
         self.look(&mut grid);
         let n = COARSE;

@@ -1,19 +1,19 @@
-//! The paper's networks of other programs, as a model.
+//! Networks of vanilla NeRF, as a model.
 
 use pocketnerf_core::encoding::Affine;
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{AnyField, ColorSpace, Display, Model, Sampling, SimdLevel, Space};
 use pocketnerf_formats::PixelOrigin;
 use pocketnerf_formats::import::nerf::Nerf;
-use pocketnerf_train::trainer::OccupancyGrid;
 
+use super::bake::Baker;
 use super::settings::Complete;
 use super::{ConvertError, Settings};
-use pocketnerf_train::bake::Baker;
+use crate::trainer::OccupancyGrid;
 
 /// Samples along the longest side of the box.
 const SAMPLES_PER_SIDE: f32 = 384.0;
-/// A ray ends when no more than this passes.
+/// A ray ends below this transmittance.
 const MIN_TRANSMITTANCE: f32 = 1e-4;
 
 /// Where a source's scene is.
@@ -25,7 +25,7 @@ pub enum Place {
     Ndc(Ndc),
 }
 
-/// The paper's networks, where they are and which cells they fill.
+/// The networks of vanilla NeRF, where their scene is and which cells it fills.
 #[derive(Debug)]
 pub struct NerfConversion {
     nerf: Nerf,
@@ -35,14 +35,13 @@ pub struct NerfConversion {
 }
 
 impl NerfConversion {
-    /// Finds out where the scene is and which cells hold something. `place` is asked
-    /// whether rays are those of normalised device coordinates; `None`: around the origin
-    /// as far as `near` and `far` are apart, which holds what cameras see that look at it
-    /// from between them.
+    /// Finds out where the scene is and which cells it fills. `place` gets whether rays are
+    /// those of normalised device coordinates. If it returns `None`, the scene is around the
+    /// origin, as wide as `near` and `far` are apart: what cameras between them see.
     ///
     /// # Errors
     /// [`ConvertError::Missing`] and what else is wrong with the settings;
-    /// [`ConvertError::Empty`] where the field is empty.
+    /// [`ConvertError::Empty`] if the field is empty.
     pub fn new(
         nerf: Nerf,
         settings: Settings,
@@ -63,7 +62,7 @@ impl NerfConversion {
         Ok(Self { nerf, complete, space, cells })
     }
 
-    /// The model as a picture needs it: cells, and the source's own sampling.
+    /// The model, with cells and the source's own sampling.
     ///
     /// # Errors
     /// What core refuses.
@@ -78,7 +77,7 @@ impl NerfConversion {
             sampling: Sampling {
                 step: step(&self.space),
                 near,
-                // There, what is seen ends with the box.
+                // Rays end with the box.
                 far: if in_ndc { near + 64.0 / scale } else { far },
                 min_transmittance: MIN_TRANSMITTANCE,
             },
@@ -93,13 +92,13 @@ impl NerfConversion {
         Ok(model)
     }
 
-    /// Where in a pixel the source's rays went through.
+    /// Where the source's rays passed through pixels.
     #[must_use]
     pub const fn pixel_origin(&self) -> PixelOrigin {
         self.complete.pixel_origin
     }
 
-    /// The program that they come from.
+    /// The program that wrote the checkpoint.
     #[must_use]
     pub const fn program(&self) -> &'static str {
         self.nerf.program()

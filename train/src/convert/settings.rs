@@ -1,4 +1,4 @@
-//! What a checkpoint does not say of the pictures that its networks were trained for.
+//! How a checkpoint's networks are rendered, which it does not store.
 
 use pocketnerf_core::march::{Hierarchical, MAX_SAMPLES, Reach};
 use pocketnerf_formats::PixelOrigin;
@@ -51,8 +51,8 @@ impl Settings {
         }
     }
 
-    /// All of them. Rays go through corners and depths are along the axis unless told:
-    /// all programs agree on that.
+    /// All of them. By default rays pass through corners and depths are along the axis, as in
+    /// all programs.
     pub(super) fn complete(self) -> Result<Complete, ConvertError> {
         let ndc = self.ndc.unwrap_or(false);
         let mut missing = Vec::new();

@@ -5,10 +5,10 @@ use pocketnerf_core::{
 };
 use pocketnerf_formats::Scene;
 use pocketnerf_formats::import::ngp::{Cells, Ngp};
-use pocketnerf_train::trainer::pack;
 
+use super::bake::Baker;
 use super::{ConvertError, Settings};
-use pocketnerf_train::bake::Baker;
+use crate::trainer::pack;
 
 /// Most cells along an axis.
 const MOST_CELLS: u32 = 512;
@@ -16,7 +16,7 @@ const MOST_CELLS: u32 = 512;
 const LEAST_CELLS: u32 = 8;
 /// Most blocks of cells that are not empty.
 const MOST_BLOCKS: usize = u16::MAX as usize;
-/// How far rays reach, sides of the box; a camera that is farther away sees little.
+/// How far rays reach, sides of the box: farther cameras see little.
 const REACH: f32 = 16.0;
 /// Most steps that a ray may have before its end.
 const MOST_STEPS: f32 = (1 << 19) as f32;
@@ -39,12 +39,12 @@ struct Occupied {
 }
 
 impl NgpConversion {
-    /// Takes over which cells the program looks at; without any, finds out by asking the
-    /// field. `crop`: what is shown, in the dataset's coordinates.
+    /// Takes over the program's cells, or finds the occupied ones if it has none. `crop` is the
+    /// part to show, in the dataset's coordinates.
     ///
     /// # Errors
-    /// [`ConvertError::Missing`] where nobody says what is behind the scene,
-    /// [`ConvertError::Empty`] where no cell holds anything.
+    /// [`ConvertError::Missing`] if the colour behind the scene is unknown,
+    /// [`ConvertError::Empty`] if no cell is occupied.
     pub fn new(
         ngp: Ngp,
         settings: Settings,
@@ -82,7 +82,7 @@ impl NgpConversion {
         Ok(Self { near, background, occupied, ngp })
     }
 
-    /// The model as a picture needs it.
+    /// The model.
     ///
     /// # Errors
     /// What core refuses.
@@ -112,7 +112,7 @@ impl NgpConversion {
         Ok(model)
     }
 
-    /// The program that it comes from.
+    /// The program that wrote the checkpoint.
     #[must_use]
     pub const fn program(&self) -> &'static str {
         self.ngp.program()
@@ -124,7 +124,7 @@ impl NgpConversion {
         self.ngp.surroundings().scene
     }
 
-    /// The cameras that it was trained from.
+    /// The cameras of its training views.
     #[must_use]
     pub fn views(&self) -> &[Camera] {
         &self.ngp.surroundings().views
