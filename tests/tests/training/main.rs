@@ -2,6 +2,7 @@
 //! number of threads and after any interruption, and nothing goes wrong in
 //! silence.
 
+mod builtin;
 mod determinism;
 mod finished;
 mod guard;

@@ -9,7 +9,7 @@ use pocketnerf_formats::open_verified;
 use pocketnerf_train::random::Random;
 
 /// What the embedding example carries: the built-in scene, trained.
-const STILL_LIFE: &[u8] = include_bytes!("../../embed-demo/still-life.pnerf");
+const STILL_LIFE: &[u8] = include_bytes!("../../../embed-demo/still-life.pnerf");
 
 fn golden(name: &str) -> Vec<u8> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden").join(name);

@@ -2,7 +2,7 @@
 
 use pocketnerf_formats::import::{Checkpoint, Container, ElementType, ImportError};
 
-use crate::{expect, fixture, tensor};
+use super::{expect, fixture, tensor};
 
 /// The same checkpoint in every container of torch.
 #[test]

@@ -26,7 +26,7 @@ fn a_file_without_a_view_is_seen_from_aside_and_above() {
 
 #[test]
 fn a_file_with_a_view_of_its_own_is_seen_like_that() {
-    let bytes = include_bytes!("../golden/hash-grid-f16.pnerf");
+    let bytes = include_bytes!("../../golden/hash-grid-f16.pnerf");
     let file = open(bytes).unwrap();
     let own = file.about.camera.unwrap();
     assert_eq!(file.camera(own.width, own.height), own.camera());

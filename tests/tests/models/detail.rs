@@ -12,7 +12,7 @@ use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Progressive;
 use pocketnerf_train::picture::{self, Settings};
 
-const BYTES: &[u8] = include_bytes!("../../embed-demo/still-life.pnerf");
+const BYTES: &[u8] = include_bytes!("../../../embed-demo/still-life.pnerf");
 
 fn views(downscale: u32) -> Dataset {
     let mut held_out = builtin::dataset(Split::Test, downscale);

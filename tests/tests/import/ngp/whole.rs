@@ -7,7 +7,7 @@ use pocketnerf_train::convert::{NgpConversion, Settings};
 use pocketnerf_train::picture::{self, Sampling};
 use serde_json::Value;
 
-use crate::{bytes, ngp, path};
+use super::{bytes, ngp, path};
 
 fn converted(ngp: Ngp, settings: Settings, crop: Option<[[f32; 3]; 2]>) -> NgpConversion {
     NgpConversion::new(ngp, settings, crop, SimdLevel::detect()).unwrap()

@@ -2,7 +2,7 @@
 
 use pocketnerf_formats::import::{Checkpoint, Container, ElementType};
 
-use crate::{expect, fixture, tensor};
+use super::{expect, fixture, tensor};
 
 /// The weights of the original NeRF: a list of arrays, pickled by three versions.
 #[test]

@@ -11,7 +11,7 @@ use pocketnerf_train::metrics;
 use pocketnerf_train::picture::{self, Sampling};
 use pocketnerf_train::trainer::Length;
 
-use crate::{bytes, nerf, path};
+use super::{bytes, nerf, path};
 
 const SETTINGS: Settings = Settings {
     near: Some(2.0),

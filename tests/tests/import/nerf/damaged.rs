@@ -8,7 +8,7 @@ use pocketnerf_formats::import::FieldError;
 use pocketnerf_formats::import::nerf::Nerf;
 use pocketnerf_train::random::Random;
 
-use crate::{bytes, nerf};
+use super::{bytes, nerf};
 
 /// Mutations of every file.
 const MUTATIONS: u64 = 10_000;

@@ -7,7 +7,7 @@ use pocketnerf_formats::import::ngp::Ngp;
 use pocketnerf_formats::{About, Precision, Scene};
 use pocketnerf_train::convert::{NgpConversion, Settings};
 
-use crate::{bytes, ngp, path};
+use super::{bytes, ngp, path};
 
 /// Most that a value between 0 and 1 may differ in f32.
 const TOLERANCE: f32 = 1e-4;

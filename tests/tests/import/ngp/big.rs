@@ -6,8 +6,8 @@ use pocketnerf_formats::import::ngp::Ngp;
 use rmp::encode;
 use serde_json::{Value, json};
 
-use crate::exact::agree;
-use crate::{bytes, ngp};
+use super::exact::agree;
+use super::{bytes, ngp};
 
 /// Cells along a side of the density grid.
 const CELLS: usize = 128;

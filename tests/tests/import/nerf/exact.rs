@@ -11,7 +11,7 @@ use pocketnerf_core::{
 use pocketnerf_formats::import::nerf::Nerf;
 use pocketnerf_formats::{About, Precision};
 
-use crate::{bytes, nerf, pair};
+use super::{bytes, nerf, pair};
 
 /// Most that a value between 0 and 1 may differ in f32.
 const TOLERANCE: f32 = 1e-4;

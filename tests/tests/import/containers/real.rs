@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use pocketnerf_formats::import::{Checkpoint, Container};
 
-use crate::tensor;
+use super::tensor;
 
 fn data(file: &str) -> Option<Vec<u8>> {
     let Some(data) = std::env::var_os("POCKETNERF_DATA") else {

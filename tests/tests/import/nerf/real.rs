@@ -9,7 +9,7 @@ use pocketnerf_train::dataset::{self, LoadOptions, Split};
 use pocketnerf_train::picture::{self, Sampling};
 use pocketnerf_train::trainer::ndc_of;
 
-use crate::nerf;
+use super::nerf;
 
 fn data() -> Option<PathBuf> {
     let data = std::env::var_os("POCKETNERF_DATA").map(PathBuf::from);

@@ -10,7 +10,7 @@ use pocketnerf_train::evaluate::evaluate;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 
-const BYTES: &[u8] = include_bytes!("../../embed-demo/still-life.pnerf");
+const BYTES: &[u8] = include_bytes!("../../../embed-demo/still-life.pnerf");
 
 #[test]
 fn shows_the_built_in_scene() {

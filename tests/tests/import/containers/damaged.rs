@@ -7,8 +7,8 @@ use pocketnerf_formats::import::{Checkpoint, ImportError};
 use pocketnerf_tests::damage::{mutate, without_archive_checksums};
 use pocketnerf_train::random::Random;
 
-use crate::counting::most_held;
-use crate::fixture;
+use super::counting::most_held;
+use super::fixture;
 
 const FIXTURES: [&str; 18] = [
     "../ngp/old.msgpack",

@@ -2,7 +2,7 @@
 
 use pocketnerf_formats::import::{Checkpoint, Container, ElementType};
 
-use crate::{expect, fixture, tensor};
+use super::{expect, fixture, tensor};
 
 #[test]
 fn every_tensor_is_found() {

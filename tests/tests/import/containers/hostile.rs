@@ -2,9 +2,9 @@
 
 use pocketnerf_formats::import::{Checkpoint, ImportError};
 
-use crate::counting::most_held;
-use crate::fixture;
-use crate::numpy::npy;
+use super::counting::most_held;
+use super::fixture;
+use super::numpy::npy;
 
 /// A `.npy` of objects, whose contents are a pickle.
 fn file(pickle: &[u8]) -> Vec<u8> {

@@ -7,7 +7,7 @@ use pocketnerf_formats::import::{Checkpoint, FieldError, inflate};
 use pocketnerf_tests::damage::{mutate, without_archive_checksums};
 use pocketnerf_train::random::Random;
 
-use crate::{bytes, ngp};
+use super::{bytes, ngp};
 
 /// Mutations of every file.
 const MUTATIONS: u64 = 10_000;

@@ -7,22 +7,17 @@
 use std::fs;
 use std::path::PathBuf;
 
-use pocketnerf_core::encoding::hash_grid::HASH_PRIMES;
 use pocketnerf_core::encoding::{Affine, Fourier, Waves};
 use pocketnerf_core::field::{Activation, NerfField, NerfNetwork};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::{AnyField, DType, Display, Layout, Model, TensorView};
-use pocketnerf_formats::{
-    ContainerWriter, FormatError, Precision, Role, SectionId, kind, open, open_verified, write,
-};
-use pocketnerf_tests::checksums::{crc32, number};
+use pocketnerf_formats::{Precision, Role, SectionId, kind, open, open_verified, write};
 use pocketnerf_tests::tiny::{self, Tiny};
 
-/// A section kind that no build knows.
-const UNKNOWN: SectionId = SectionId { kind: 0x7f, index: 1 };
+use crate::compare::{F16_ROUNDING, assert_same_but_weights, assert_same_weights};
 
 /// Compares with the golden file and gives its bytes.
-fn golden(name: &str, built: &[u8]) -> Vec<u8> {
+pub(crate) fn golden(name: &str, built: &[u8]) -> Vec<u8> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden").join(name);
     if std::env::var_os("POCKETNERF_BLESS").is_some_and(|value| value == "1") {
         fs::write(&path, built).unwrap();
@@ -32,102 +27,6 @@ fn golden(name: &str, built: &[u8]) -> Vec<u8> {
     assert!(stored == built, "{name}: this build writes other bytes");
     stored
 }
-
-fn with_unknown_section(model: &Model<'_>, critical: bool) -> Vec<u8> {
-    let mut writer = ContainerWriter::new();
-    writer.add_model(model, &tiny::about(), Precision::F16).unwrap();
-    writer.add(UNKNOWN, 9, critical, &b"from a time to come"[..]);
-    writer.finish().unwrap()
-}
-
-/// Compares everything but the weights.
-fn assert_same_but_weights(found: &Model<'_>, expected: &Model<'_>) {
-    assert_eq!(found.space, expected.space);
-    assert_eq!(found.sampling, expected.sampling);
-    assert_eq!(found.hierarchical, expected.hierarchical);
-    assert_eq!(found.display, expected.display);
-    match (found.occupancy, expected.occupancy) {
-        (Some(found), Some(expected)) => {
-            assert_eq!(found.resolution(), expected.resolution());
-            assert_eq!(found.n_cascades(), expected.n_cascades());
-            assert_eq!(found.coarse_bytes(), expected.coarse_bytes());
-            assert_eq!(found.fine_bytes(), expected.fine_bytes());
-        }
-        (None, None) => {}
-        _ => panic!("occupancy on one side only"),
-    }
-    match (&found.field, &expected.field) {
-        (AnyField::HashGrid(found), AnyField::HashGrid(expected)) => {
-            assert_eq!(found.grid.config, expected.grid.config);
-        }
-        (AnyField::Nerf(found), AnyField::Nerf(expected)) => {
-            return assert_same_nerf(found, expected);
-        }
-        _ => panic!("fields of different kinds"),
-    }
-    let (Some(found), Some(expected)) = (found.field.decoder(), expected.field.decoder()) else {
-        panic!("fields without decoders");
-    };
-    assert_eq!(found.n_features, expected.n_features);
-    assert_eq!(found.sh_degree, expected.sh_degree);
-    assert_eq!(found.shading, expected.shading);
-    assert_eq!(found.log_density_bias, expected.log_density_bias);
-}
-
-fn encodings<'a>(field: &NerfField<'a>) -> Vec<Fourier<'a>> {
-    std::iter::once(field.positions).chain(field.directions).collect()
-}
-
-fn assert_same_nerf(found: &NerfField<'_>, expected: &NerfField<'_>) {
-    assert_eq!(found.map, expected.map);
-    assert_eq!(found.activation, expected.activation);
-    assert_eq!(found.density_scale, expected.density_scale);
-    let (ours, theirs) = (encodings(found), encodings(expected));
-    assert_eq!(ours.len(), theirs.len());
-    for (found, expected) in ours.iter().zip(&theirs) {
-        assert_eq!(found.include_input, expected.include_input);
-        match (found.waves, expected.waves) {
-            (Waves::Octaves { n, pi }, Waves::Octaves { n: expected_n, pi: expected_pi }) => {
-                assert_eq!((n, pi), (expected_n, expected_pi));
-            }
-            (Waves::Gaussian(found), Waves::Gaussian(expected)) => {
-                // To the last bit, whatever the precision of the networks.
-                assert_eq!(found.bytes(), expected.bytes());
-            }
-            _ => panic!("other waves"),
-        }
-    }
-    for (found, expected) in [
-        (Some(&found.fine), Some(&expected.fine)),
-        (found.coarse.as_ref(), expected.coarse.as_ref()),
-    ] {
-        assert_eq!(found.is_some(), expected.is_some());
-        let (Some(found), Some(expected)) = (found, expected) else { continue };
-        assert_eq!((found.skips, found.linear), (expected.skips, expected.linear));
-        assert_eq!(found.feature.is_some(), expected.feature.is_some());
-    }
-}
-
-/// Compares weights; `tolerance` is relative to the tensor's largest value.
-fn assert_same_weights(found: &Model<'_>, expected: &Model<'_>, tolerance: f32) {
-    let found: Vec<_> = pocketnerf_formats::tensors(&found.field).collect();
-    let expected: Vec<_> = pocketnerf_formats::tensors(&expected.field).collect();
-    assert_eq!(found.len(), expected.len());
-    for ((name, found), (expected_name, expected)) in found.iter().zip(&expected) {
-        assert_eq!(name, expected_name);
-        assert_eq!(found.shape(), expected.shape());
-        let n = found.rows() * found.cols();
-        let largest = (0..n).map(|i| expected.get(i).abs()).fold(0.0, f32::max);
-        for i in 0..n {
-            let error = (found.get(i) - expected.get(i)).abs();
-            assert!(error <= tolerance * largest, "{name} value {i}: off by {error}");
-        }
-    }
-}
-
-/// Half a unit in the last place of a power of two, the worst case: f16 keeps
-/// eleven significant bits.
-const F16_ROUNDING: f32 = 1.0 / 2048.0;
 
 #[test]
 fn hash_grid_f16() {
@@ -308,26 +207,6 @@ fn the_papers_networks_take_as_many_bytes_as_their_weights() {
 }
 
 #[test]
-fn unknown_ancillary_section_is_skipped() {
-    let tiny = Tiny::new();
-    let model = tiny.hash_grid();
-    let bytes = golden("unknown-ancillary.pnerf", &with_unknown_section(&model, false));
-    let file = open_verified(&bytes).unwrap();
-    assert_same_weights(&file.model, &model, F16_ROUNDING);
-    let section = file.container().find(UNKNOWN).unwrap();
-    assert_eq!((section.version, section.bytes), (9, &b"from a time to come"[..]));
-}
-
-#[test]
-fn unknown_critical_section_is_refused_by_name() {
-    let tiny = Tiny::new();
-    let bytes = golden("unknown-critical.pnerf", &with_unknown_section(&tiny.hash_grid(), true));
-    let error = open(&bytes).unwrap_err();
-    assert_eq!(error, FormatError::UnknownSection(UNKNOWN));
-    assert!(error.to_string().starts_with("section of kind 0x7f index 1"), "{error}");
-}
-
-#[test]
 fn opens_at_any_alignment() {
     let tiny = Tiny::new();
     let bytes = write(&tiny.hash_grid(), &tiny::about(), Precision::F16).unwrap();
@@ -336,71 +215,4 @@ fn opens_at_any_alignment() {
         moved.extend_from_slice(&bytes);
         open_verified(&moved[shift..]).unwrap();
     }
-}
-
-/// Reads the f16 golden as a stranger would: with SPEC.md and nothing else.
-#[test]
-fn by_hand_from_the_specification() {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/hash-grid-f16.pnerf");
-    let file = fs::read(path).unwrap();
-    let at = |offset: usize, size: usize| number(&file, offset, size).unwrap() as usize;
-
-    // Header.
-    assert_eq!(file[..8], [0xab, 0x50, 0x4e, 0x52, 0x46, 0x0d, 0x0a, 0x1a]);
-    assert_eq!((at(8, 2), at(10, 2)), (1, 0));
-    assert_eq!(at(16, 8), file.len());
-    let table_end = 32 + 48 * at(12, 4);
-    let mut head = file[..table_end].to_vec();
-    head[24..28].fill(0);
-    assert_eq!(at(24, 4), crc32(&head) as usize);
-
-    // The payload of a section, by kind and index.
-    let section = |kind: usize, index: usize| {
-        let entry = (32..table_end)
-            .step_by(48)
-            .find(|entry| (at(*entry, 4), at(entry + 4, 4)) == (kind, index))
-            .unwrap();
-        let (offset, length) = (at(entry + 16, 8), at(entry + 24, 8));
-        assert_eq!(offset % 64, 0);
-        let payload = &file[offset..offset + length];
-        assert_eq!(at(entry + 40, 4), crc32(payload) as usize);
-        payload
-    };
-    // FIELD: kind, levels, features, log2 of the table, base resolution, growth.
-    let field = section(4, 0);
-    assert_eq!(field[..5], [0, 2, 2, 8, 4]);
-    assert_eq!(field[5..9], 2.0f32.to_le_bytes());
-
-    // TENSORS: ten entries. The second is level 1: name, index, f16, 256 as a
-    // varint, 2, the scale, row-major, section GRID 1.
-    let directory = section(8, 0);
-    assert_eq!(directory[0], 10);
-    let first = [0, 0, 1, 0xd8, 0x01, 2, 0xf0, 0, 16, 0];
-    let second = [0, 1, 1, 0x80, 0x02, 2, 0xf0, 0, 16, 1];
-    assert_eq!(directory[1..11], first);
-    assert_eq!(directory[11..21], second);
-    let scale = 2f64.powi((second[6] as i8).into());
-
-    // Level 1: 4 * 2 - 1 = 7 cells, 8 corners, 5 blocks an axis; 8 * 5^3 > 2^8: hashed.
-    // Corner (5, 2, 7): block (2, 1, 3), low bits (1, 0, 1).
-    let hash = 2 ^ HASH_PRIMES[1] ^ HASH_PRIMES[2].wrapping_mul(3);
-    let entry = (8 * (hash % 32) + 1 + 4) as usize;
-    let table = section(16, 1);
-    assert_eq!(table.len(), 256 * 2 * 2);
-    let bits = number(table, (entry * 2 + 1) * 2, 2).unwrap();
-    let (sign, exponent, mantissa) = (bits >> 15, bits >> 10 & 31, bits & 1023);
-    assert!((1..31).contains(&exponent));
-    let magnitude = (1.0 + mantissa as f64 / 1024.0) * 2f64.powi(exponent as i32 - 15);
-    let value = if sign == 1 { -magnitude } else { magnitude } * scale;
-
-    let tiny = Tiny::new();
-    let AnyField::HashGrid(expected) = tiny.hash_grid().field else { unreachable!() };
-    let expected = f64::from(expected.grid.levels[1].get(entry * 2 + 1));
-    assert!((value - expected).abs() <= f64::from(F16_ROUNDING), "{value} {expected}");
-
-    // Cell (3, 2, 1) lies in block 0, byte y + 8 z, bit x.
-    let number_of_block = number(section(18, 0), 0, 2).unwrap() as usize;
-    let byte = section(19, 0)[(number_of_block - 1) * 64 + 2 + 8];
-    let occupancy = tiny.hash_grid().occupancy.unwrap();
-    assert_eq!(byte >> 3 & 1 == 1, occupancy.cell(3, 2, 1));
 }

@@ -1,0 +1,11 @@
+//! Model files: their bytes, what is in them and what they show.
+
+mod camera;
+mod compare;
+mod detail;
+mod golden;
+mod mutated;
+mod query;
+mod specification;
+mod still_life;
+mod unknown;
