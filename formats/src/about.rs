@@ -1,39 +1,38 @@
-//! What a file says beside the model: coordinates, a camera to begin with, and
-//! where the model comes from.
+//! What a file holds besides the model: coordinates, an initial camera, and how the
+//! model was made.
 
 use pocketnerf_core::Camera;
 use pocketnerf_core::query::Similarity;
 
 /// Everything in a file that is not the model itself.
 ///
-/// The default says nothing: model coordinates are dataset coordinates, no
-/// camera, unknown origin.
+/// By default, model coordinates are dataset coordinates; there is no camera, and the
+/// origin is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct About<'a> {
     /// Dataset coordinates and a name.
     pub scene: Scene<'a>,
-    /// A view to begin with.
+    /// The initial view.
     pub camera: Option<DefaultCamera>,
     /// How the model was made.
     pub provenance: Option<Provenance<'a>>,
-    /// Where in a pixel the rays went through that the model learnt from. Not read without
-    /// the feature `alloc`.
+    /// The point of a pixel through which training rays passed. Only read with the feature
+    /// `alloc`.
     pub pixel_origin: PixelOrigin,
-    /// How accurate against how fast its pictures are to be where nobody says, 0 to 1, as
-    /// [`Model::detail`](pocketnerf_core::Model::detail) understands it; `None`: 0.5. Not
-    /// read without the feature `alloc`.
+    /// The default quality of renderings, from 0 (fastest) to 1 (exact), as in
+    /// [`Model::detail`](pocketnerf_core::Model::detail); `None`: 0.5. Only read with the
+    /// feature `alloc`.
     pub quality: Option<f32>,
 }
 
-/// Where in a pixel its ray goes through. Pictures of a model that learnt from corners are
-/// half a pixel off in those that have centres.
+/// The point of a pixel through which its ray passes. A model trained with corners is
+/// rendered half a pixel off when rays pass through centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PixelOrigin {
-    /// Its centre, as with everything here.
+    /// Its centre, as everywhere in this crate.
     #[default]
     Center,
-    /// Its upper left corner, as with the original NeRF and most programs that descend
-    /// from it.
+    /// Its upper left corner, as in the original NeRF and most programs derived from it.
     Corner,
 }
 
@@ -47,7 +46,7 @@ pub struct Scene<'a> {
     pub rotation: [[f32; 3]; 3],
     /// Dataset coordinates of the model's origin, dataset units.
     pub translation: [f32; 3],
-    /// What people call the scene; no control characters.
+    /// The scene's name; no control characters.
     pub name: Option<&'a str>,
 }
 

@@ -55,7 +55,7 @@ pub(crate) fn write_directory<'a, W: Extend<u8>>(
     Some(bytes)
 }
 
-/// What the directory lists, until it is taken.
+/// The listed tensors that have not been taken yet.
 pub(crate) struct Listed<'a> {
     tensors: [Option<(TensorName, TensorView<'a>)>; MAX_TENSORS],
 }
@@ -88,17 +88,17 @@ impl<'a> Listed<'a> {
         self.tensors.iter_mut().find(|tensor| tensor.is_some_and(|(other, _)| other == name))
     }
 
-    /// Takes a tensor, where it is listed.
+    /// Takes a tensor, if it is listed.
     pub(crate) fn take(&mut self, name: TensorName) -> Option<TensorView<'a>> {
         self.find(name)?.take().map(|(_, view)| view)
     }
 
-    /// Takes a tensor that the field cannot do without.
+    /// Takes a tensor that the field needs.
     pub(crate) fn need(&mut self, name: TensorName) -> Result<TensorView<'a>, FormatError> {
         self.take(name).ok_or(FormatError::MissingTensor(name))
     }
 
-    /// Takes the weight of a layer, of this shape, and its bias, where it is listed.
+    /// Takes the weight of a layer, of this shape, and its bias, if it is listed.
     pub(crate) fn layer(
         &mut self,
         [weight_name, bias_name]: [TensorName; 2],
@@ -148,7 +148,7 @@ impl TensorV1 {
             2 => DType::I8,
             code => return Err(fields.unknown("type of a tensor", code)),
         };
-        // f32 needs no help with its range, and scaled it could overflow.
+        // A scaled f32 could overflow.
         let unscaled = dtype != DType::F32 || self.scale_log2 == 0;
         fields.check("scale_log2 of an f32 tensor", unscaled)?;
         let layout = match self.layout {

@@ -1,4 +1,4 @@
-//! What can be wrong with a file, as values.
+//! Errors of files that cannot be read.
 
 use core::fmt;
 
@@ -24,7 +24,7 @@ pub enum FormatError {
         /// Major and minor version in the file.
         found: [u16; 2],
     },
-    /// The file is not as long as its header says.
+    /// The file's length differs from the one in its header.
     Length {
         /// Bytes that the header states or needs.
         expected: u64,
@@ -51,7 +51,7 @@ pub enum FormatError {
         section: SectionId,
         /// Where it should begin.
         expected: u64,
-        /// Where the table says that it begins.
+        /// Where it begins according to the table.
         found: u64,
     },
     /// The section reaches beyond the end of the file.
@@ -139,7 +139,7 @@ pub enum FormatError {
     UnexpectedTensor(TensorName),
     /// The tensor directory lacks a tensor that the field needs.
     MissingTensor(TensorName),
-    /// A tensor's shape differs from what FIELD states.
+    /// A tensor's shape differs from the one that FIELD implies.
     TensorShape {
         /// The tensor.
         tensor: TensorName,
@@ -148,7 +148,7 @@ pub enum FormatError {
         /// Rows and columns in the directory.
         found: [u32; 2],
     },
-    /// A tensor's section does not hold what its shape and type ask for.
+    /// A tensor's section does not match its shape and type.
     Tensor(TensorName, pocketnerf_core::Error),
     /// A weight is infinite or not a number.
     NotFinite(TensorName),

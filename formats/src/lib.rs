@@ -1,11 +1,11 @@
-//! The `.pnerf` model file: a radiance field with everything that a picture of
-//! it needs, in one file of a few hundred kilobytes to a few megabytes.
+//! The `.pnerf` model file: a radiance field and everything needed to render it, in a few
+//! hundred kilobytes to a few megabytes.
 //!
 //! [`open`] reads in place: the weights stay in the bytes they came in (a mapped
 //! file, flash memory, `include_bytes!`), at any alignment, without a heap and
-//! without copying. [`ModelFile::verify`] looks at every byte; [`open_verified`]
-//! does both and is what a program should call on files from elsewhere.
-//! `SPEC.md` beside this crate tells a stranger how to write a reader.
+//! without copying. [`ModelFile::verify`] checks every byte; [`open_verified`]
+//! does both: call it on files from untrusted sources.
+//! `SPEC.md` beside this crate specifies the format.
 //!
 //! # Features
 //! * none: reading, `no_std` without a heap.

@@ -28,8 +28,8 @@ pub struct ModelFile<'a> {
 /// whether the parts make a model. O(sections), and two bytes read for every
 /// 512 cells of occupancy; the weights are not touched.
 ///
-/// An unverified weight may be infinite or NaN; rendering such a model gives
-/// wrong colours, never a hang. [`open_verified`] looks at every byte.
+/// An unverified weight may be infinite or NaN; rendering such a model yields
+/// wrong colours, never a hang. [`open_verified`] checks every byte.
 ///
 /// # Errors
 /// What was found and what was expected; see [`FormatError`].
@@ -48,7 +48,7 @@ pub fn open_verified(bytes: &[u8]) -> Result<ModelFile<'_>, FormatError> {
 }
 
 impl<'a> ModelFile<'a> {
-    /// Finds the model in a container, which may hold other things as well.
+    /// Finds the model in a container, which may hold other sections as well.
     ///
     /// # Errors
     /// Those of [`open`].
@@ -196,8 +196,8 @@ fn occupancy<'a>(container: &Container<'a>) -> Result<Option<Occupancy<'a>>, For
     Ok(Some(Occupancy::new(size.resolution, size.n_cascades, coarse, fine)?))
 }
 
-/// What builds without a heap overlook, as older builds do: two hundred bytes for each
-/// that no microcontroller needs, which has no photographs and knows what it renders.
+/// A section that builds without a heap ignore, as older builds do. Each would cost two
+/// hundred bytes of code, and a microcontroller needs none of them.
 fn with_heap<'a, T>(
     container: &Container<'a>,
     kind: u32,
@@ -209,7 +209,7 @@ fn with_heap<'a, T>(
     }
 }
 
-/// Builds without the paper's sampling overlook its section, as older builds do.
+/// Builds without hierarchical sampling ignore its section, as older builds do.
 fn hierarchical(container: &Container<'_>) -> Result<Option<Hierarchical>, FormatError> {
     match cfg!(feature = "nerf") {
         true => optional(container, kind::HIERARCHICAL)?.map(space::read_hierarchical).transpose(),

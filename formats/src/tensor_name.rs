@@ -15,7 +15,7 @@ pub struct TensorName {
 /// What a tensor is to its field, which decides how it is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Entries that are looked up: of a byte a value in [`Precision::I8`](crate::Precision).
+    /// Entries that are looked up; one byte a value in `Precision::I8`.
     Table,
     /// Weights or biases of a network.
     Network,
@@ -45,8 +45,7 @@ impl TensorName {
         Self { code, index }
     }
 
-    /// The name that a file gives; `None` where no kind of field that this build links
-    /// has it.
+    /// The name that a file states; `None` if no kind of field in this build has it.
     pub(crate) fn known(code: u8, index: u32) -> Option<Self> {
         let name = Self { code, index };
         let known = field::known(name)?;

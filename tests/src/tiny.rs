@@ -152,8 +152,8 @@ impl Tiny {
 }
 
 impl Tiny {
-    /// The paper's networks, the coarse one smaller than the fine one, with random
-    /// frequencies for directions and the paper's sampling.
+    /// A vanilla NeRF whose coarse network is smaller than the fine one, with random
+    /// frequencies for directions and hierarchical sampling.
     #[must_use]
     pub fn nerf(&self) -> Model<'_> {
         let mut cut = Cutter(&self.weights);

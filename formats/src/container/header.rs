@@ -15,10 +15,10 @@ pub const MINOR: u16 = 0;
 
 /// Bytes before the section table.
 pub const HEADER_BYTES: usize = 32;
-/// Where the header's checksum stands.
+/// Offset of the header's checksum.
 const CHECKSUM_AT: usize = 24;
 
-/// What the first [`HEADER_BYTES`] bytes say.
+/// The first [`HEADER_BYTES`] bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// Major and minor version of the format.
@@ -63,7 +63,7 @@ impl Header {
             file_length: u64_at(header, 16),
             checksum: u32_at(header, CHECKSUM_AT),
         };
-        // Nothing past the version can be trusted to mean the same elsewhere.
+        // Another version may give everything after it another meaning.
         if header.version[0] != MAJOR {
             return Err(FormatError::Version { found: header.version });
         }

@@ -1,4 +1,4 @@
-//! A file as a row of sections, whatever they hold.
+//! A file as a sequence of sections.
 
 pub(crate) mod checksum;
 pub(crate) mod header;

@@ -1,4 +1,4 @@
-//! Sections: what a file is made of.
+//! Sections, the parts of a file.
 
 use core::fmt;
 
@@ -13,7 +13,7 @@ use crate::FormatError;
 pub mod kind {
     /// Metadata: the map from model to dataset coordinates, and a name.
     pub const SCENE: u32 = 1;
-    /// Metadata: where the field lives.
+    /// Metadata: the space of the field.
     pub const SPACE: u32 = 2;
     /// Metadata: steps along a ray.
     pub const SAMPLING: u32 = 3;
@@ -27,13 +27,13 @@ pub mod kind {
     pub const OCCUPANCY: u32 = 7;
     /// Metadata: the tensor directory.
     pub const TENSORS: u32 = 8;
-    /// Metadata: what may be left out of pictures.
+    /// Metadata: the tolerance for interpolated pixels.
     pub const DETAIL: u32 = 9;
-    /// Metadata: the paper's sampling.
+    /// Metadata: hierarchical sampling.
     pub const HIERARCHICAL: u32 = 10;
-    /// Where in a pixel the rays of its pictures go through, metadata.
+    /// Metadata: the point of a pixel through which training rays passed.
     pub const PIXELS: u32 = 11;
-    /// Metadata: the quality of pictures where nobody says.
+    /// Metadata: the default quality of renderings.
     pub const QUALITY: u32 = 12;
     /// Raw: the table of one hash grid level; the index is the level.
     pub const GRID: u32 = 16;
@@ -79,7 +79,7 @@ pub const ALIGNMENT: u64 = 64;
 pub(crate) const ENTRY_BYTES: usize = 48;
 /// Encoding of a section whose payload is stored as it is.
 pub const RAW: u16 = 0;
-/// Flag of a section without which the file cannot be understood.
+/// Flag of a section that readers must understand.
 pub const CRITICAL: u32 = 1;
 
 /// A section's name within a file: unique, and the order of the table.
@@ -136,7 +136,7 @@ pub struct Section<'a> {
 }
 
 impl fmt::Debug for Section<'_> {
-    // The payload may be megabytes long: its length says enough.
+    // The payload may be megabytes long; print its length.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Section")
             .field("id", &self.id)

@@ -12,11 +12,11 @@ use super::error::shown;
 
 /// Most bytes of what is unpacked, beyond [`MOST_TIMES`] the file's own.
 const MOST: usize = 64 << 20;
-/// Weights hardly shrink; tables that nobody touched and empty cells do.
+/// Weights hardly shrink; untrained tables and empty cells do.
 const MOST_TIMES: usize = 32;
 
-/// What a compressed file holds, and other files as they are: the first bytes tell, for
-/// the same name is given to both.
+/// The contents of a compressed file; other files as they are. The first bytes decide,
+/// because both kinds have the same name.
 ///
 /// # Errors
 /// [`ImportError::Inflate`], and [`ImportError::TooMuch`] for more than 64 MB and 32 times
@@ -36,7 +36,7 @@ pub fn inflate(bytes: &[u8]) -> Result<Cow<'_, [u8]>, ImportError> {
 fn unpack<'a>(packed: usize, decoder: impl Read) -> Result<Cow<'a, [u8]>, ImportError> {
     let limit = packed.saturating_mul(MOST_TIMES).saturating_add(MOST);
     let mut unpacked = Vec::new();
-    // One byte more than is allowed tells that there is more.
+    // Reading one byte past the limit detects that there is more.
     copy(&mut decoder.take(limit as u64 + 1), &mut unpacked)
         .map_err(|error| ImportError::Inflate(shown(&error.to_string())))?;
     if unpacked.len() > limit {

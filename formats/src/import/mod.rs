@@ -10,11 +10,11 @@
 //! * `.safetensors`;
 //! * MessagePack, what instant-ngp saves (once [`inflate`] has unpacked `.ingp`).
 //!
-//! Nested dictionaries and lists become dotted names. Tensors stay in the bytes they
-//! came in until their numbers are asked for, so a file's optimizer state costs nothing.
-//! A pickle is a program: it is read by a machine that knows the few instructions and
-//! the few calls that tensors need, calls nothing, and refuses everything else by name.
-//! Whatever the bytes, reading ends, with memory of at most four times the file and 64 MB.
+//! Nested dictionaries and lists become dotted names. Tensors stay in the file's bytes
+//! until their numbers are read, so optimizer state costs nothing. A pickle is a program:
+//! an interpreter with the few instructions that tensors need reads it, calls nothing, and
+//! refuses everything else by name. Reading always ends, and uses at most four times the
+//! file's size and 64 MB of memory.
 //!
 //! # Example
 //! ```

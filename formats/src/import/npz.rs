@@ -23,8 +23,7 @@ pub(super) fn is_npz(entries: &[Entry<'_>]) -> bool {
     entries.iter().any(|entry| entry.name.ends_with(ARRAY))
 }
 
-/// The arrays by their names; other entries are passed over, as numpy does with what is
-/// not asked for.
+/// The arrays by their names; other entries are ignored.
 pub(super) fn read<'a>(entries: &[Entry<'a>], mut budget: Budget) -> Result<Tree<'a>, ImportError> {
     budget.spend(INFLATER)?;
     let mut leaves = Vec::new();

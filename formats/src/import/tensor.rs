@@ -1,4 +1,5 @@
-//! A tensor that lies in a file, until its numbers are asked for.
+//! A tensor whose numbers stay in the file until they are needed.
+
 use core::ops::Range;
 use std::sync::Arc;
 use std::vec::Vec;
@@ -13,7 +14,7 @@ pub(super) const MAX_RANK: usize = 64;
 /// Most bytes of numbers that a tensor may be expanded to beyond its storage.
 const MAX_EXPANDED: usize = 256 << 20;
 
-/// A tensor of a checkpoint. Its numbers stay in the file until they are asked for.
+/// A tensor of a checkpoint. Its numbers stay in the file until they are read.
 #[derive(Clone, Debug)]
 pub struct Tensor<'a> {
     element: ElementType,

@@ -1,8 +1,8 @@
 //! The small postcard sections, one file a subject.
 //!
 //! postcard is positional: a struct named `…V1` here is a promise about bytes
-//! and never changes. What changes gets a successor under a new section
-//! version. The tests hold the bytes of each.
+//! and never changes. A change is a new struct under a new section version.
+//! The tests hold the bytes of each.
 
 pub(crate) mod about;
 pub(crate) mod field;
@@ -28,8 +28,8 @@ pub(crate) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    /// Checks length and checksum. Metadata steers everything else, and is
-    /// short: it is never read unchecked.
+    /// Checks length and checksum. Metadata is short and everything else depends on it, so
+    /// it is never read unchecked.
     pub(crate) fn open(section: &Section<'a>) -> Result<Self, FormatError> {
         let (id, bytes) = (section.id, section.bytes);
         if bytes.len() > MAX_METADATA_BYTES {
@@ -66,7 +66,7 @@ impl<'a> Fields<'a> {
         self.check(field, values.iter().all(|v| v.is_finite()))
     }
 
-    /// Checks that a text can be printed: a terminal must not obey it.
+    /// Checks that a text can be printed: it must not control a terminal.
     pub(crate) fn text(&self, field: &'static str, text: &str) -> Result<(), FormatError> {
         self.check(field, !text.chars().any(char::is_control))
     }

@@ -23,7 +23,7 @@ pub(crate) fn to_f32(name: TensorName, view: &TensorView<'_>) -> Result<Vec<u8>,
 ///
 /// The largest magnitude is scaled into [2^14, 2^15): as far as possible from
 /// f16's subnormals, with room below infinity. Rounding is to nearest, ties to
-/// even; what would be subnormal all the same becomes zero.
+/// even; values that would still be subnormal become zero.
 pub(crate) fn to_f16(name: TensorName, view: &TensorView<'_>) -> Result<(Vec<u8>, i8), WriteError> {
     let largest = finite(name, view)?.fold(0.0f32, |m, v| m.max(v.abs()));
     let scale_log2 = scale_log2(largest);

@@ -24,7 +24,7 @@ use crate::{FormatError, ModelFile, reader};
 /// How weights are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
-    /// As they are.
+    /// Four bytes a weight, unchanged.
     F32,
     /// Two bytes a weight, eleven significant bits, with a scale per tensor.
     #[default]
@@ -36,7 +36,7 @@ pub enum Precision {
 /// The bytes of a `.pnerf` file. The same model gives the same bytes.
 ///
 /// # Errors
-/// [`WriteError`]; what [`open`](crate::open) would refuse is never written.
+/// [`WriteError`]; a file that [`open`](crate::open) would refuse is never written.
 pub fn write(
     model: &Model<'_>,
     about: &About<'_>,
@@ -49,8 +49,8 @@ pub fn write(
     Ok(bytes)
 }
 
-/// The file again with this [quality](About::quality); every other section stays as it
-/// is, those of other programs too.
+/// A copy of the file with this [quality](About::quality). All other sections stay as they
+/// are, including those of other programs.
 ///
 /// # Errors
 /// [`WriteError::Unsupported`] for a quality outside 0 to 1.
@@ -88,7 +88,7 @@ impl<'a> ContainerWriter<'a> {
         let display = about::write_display(&model.display, about.camera.as_ref())
             .ok_or(WriteError::Unsupported("colour space"))?;
         self.required(kind::DISPLAY, encode(&display));
-        // Readers may skip what they do not know of these.
+        // The rest is optional: readers may ignore it.
         if model.display.tolerance != Display::TOLERANCE {
             self.optional(kind::DETAIL, &about::write_detail(model.display.tolerance));
         }

@@ -14,7 +14,7 @@ fn data(scene: &str) -> Option<PathBuf> {
     data.map(|data| PathBuf::from(data).join(scene))
 }
 
-/// The paper's lego scene.
+/// The lego scene of the NeRF paper.
 #[test]
 fn lego() {
     let Some(folder) = data("nerf_synthetic/lego") else { return };
@@ -34,7 +34,7 @@ fn lego() {
     assert_eq!(counts, [("train", 100), ("val", 10), ("test", 25)]);
 }
 
-/// The paper's fern: 20 photographs, here 504x378 of 4032x3024 pixels.
+/// The fern of the NeRF paper: 20 photographs, here 504x378 of 4032x3024 pixels.
 #[test]
 fn fern() {
     let Some(folder) = data("llff/fern") else { return };

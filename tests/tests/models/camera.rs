@@ -1,4 +1,4 @@
-//! Where a model is looked at from when nobody says.
+//! The default camera of a model.
 
 use pocketnerf_formats::{About, Precision, open, write};
 use pocketnerf_tests::tiny::{self, Tiny};

@@ -135,7 +135,7 @@ fn detail_f16() {
     assert!(open(&usual).unwrap().container().find(SectionId::first(kind::DETAIL)).is_none());
 }
 
-/// The paper's networks and sampling.
+/// A vanilla NeRF with hierarchical sampling.
 #[test]
 fn nerf_f16() {
     let tiny = Tiny::new();
@@ -153,7 +153,7 @@ fn nerf_f16() {
     }
     // What was read writes the same file again.
     assert!(write(&file.model, &file.about, Precision::F16).unwrap() == bytes);
-    // A reader that does not know the paper's sampling finds the same field.
+    // A reader without hierarchical sampling finds the same field.
     let section = file.container().find(SectionId::first(kind::HIERARCHICAL)).unwrap();
     assert!(!section.is_critical());
 }
@@ -172,10 +172,10 @@ fn nerf_without_its_coarse_network() {
     assert!(file.container().find(SectionId::first(kind::HIERARCHICAL)).is_none());
 }
 
-/// The paper's own network, 63 values to 8 layers of 256: 1.2 MB in half precision, and
+/// The original network, 63 values to 8 layers of 256: 1.2 MB in half precision, and
 /// twice as many with the coarse network.
 #[test]
-fn the_papers_networks_take_as_many_bytes_as_their_weights() {
+fn vanilla_nerfs_take_as_many_bytes_as_their_weights() {
     let zeros = vec![0; 4 * (63 + 256) * 256];
     let layer = |n_in: usize, n_out: usize| {
         let tensor = |rows: usize| {

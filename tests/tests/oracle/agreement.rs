@@ -76,7 +76,7 @@ pub(crate) fn compare(model: &Model<'_>, found: &Picture, expected: &[RayResult]
 
 /// The oracle tries every sample of the grid, the renderer those that count.
 #[test]
-fn the_field_is_asked_at_the_same_points() {
+fn the_field_is_evaluated_at_the_same_points() {
     let camera = camera(21, 13);
     let models = [None, Some(16), Some(24)].map(|occupancy| Recipe { occupancy, ..Recipe::PLAIN });
     for mut model in models.iter().flat_map(|r| [r.build(), in_ndc(r.build())]) {
@@ -85,11 +85,11 @@ fn the_field_is_asked_at_the_same_points() {
         model.sampling = Sampling { step, near, far, min_transmittance: 0.0 };
         let mut expected = vec![RayResult::EMPTY; 21 * 13];
         reference::render_picture(&model, &camera, &mut expected).unwrap();
-        let asked: u64 = expected.iter().map(|ray| u64::from(ray.samples)).sum();
+        let evaluated: u64 = expected.iter().map(|ray| u64::from(ray.samples)).sum();
         for level in levels() {
             let options = options(&model, level, Tuning::FAST);
             let found = picture::tile(&model, &camera, whole(&camera), &options);
-            assert_eq!(found.stats.samples, asked, "{:?} {level}", model.space);
+            assert_eq!(found.stats.samples, evaluated, "{:?} {level}", model.space);
             assert_eq!(found.stats.rays, 21 * 13);
         }
     }

@@ -43,10 +43,10 @@ fn rays_of_every_kind_of_number() {
         for level in levels() {
             let usual = options(&model, level, Tuning::FAST);
             for reach in [Reach::Distance, Reach::Clipped, Reach::Depth] {
-                let paper =
+                let hierarchical =
                     SamplingMode::Hierarchical(Hierarchical { n_coarse: 5, n_fine: 6, reach });
-                let found = picture::rays(&model, &rays, &usual.with_sampling(paper));
-                assert_finite(&found, "strange rays in the paper's sampling");
+                let found = picture::rays(&model, &rays, &usual.with_sampling(hierarchical));
+                assert_finite(&found, "strange rays, hierarchical sampling");
             }
             assert_finite(&picture::rays(&model, &rays, &usual), "strange rays");
         }
@@ -111,9 +111,9 @@ fn weights_that_are_no_numbers() {
     }
 }
 
-/// The model with the first weight of a layer of the paper's network replaced.
+/// The model with the first weight of a layer of a vanilla NeRF replaced.
 fn poisoned_nerf(model: &Model<'static>, of: Layer, value: f32) -> Model<'static> {
-    let AnyField::Nerf(mut field) = model.field else { unreachable!("one of the paper's") };
+    let AnyField::Nerf(mut field) = model.field else { unreachable!("a vanilla NeRF") };
     let poison = |layer: &Dense<'static>| {
         let mut bytes = layer.weight.bytes().to_vec();
         bytes[..4].copy_from_slice(&value.to_le_bytes());
@@ -144,7 +144,7 @@ enum Layer {
 }
 
 #[test]
-fn weights_of_the_papers_network_that_are_no_numbers() {
+fn weights_of_vanilla_nerfs_that_are_no_numbers() {
     let camera = camera(11, 7);
     for recipe in Recipe::nerfs().filter(|recipe| recipe.dtype == DType::F32) {
         let sound = recipe.build();
@@ -254,7 +254,7 @@ fn densities_beyond_measure() {
 }
 
 #[test]
-fn densities_of_the_papers_network_beyond_measure() {
+fn densities_of_vanilla_nerfs_beyond_measure() {
     let camera = camera(11, 7);
     for recipe in Recipe::nerfs() {
         for density_scale in [1e-30, 9e8] {

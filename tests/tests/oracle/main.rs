@@ -2,12 +2,12 @@
 //! field, every stored type, every shading, at every SIMD level of this machine.
 
 mod agreement;
+mod hierarchical;
 mod hostile;
 mod invariants;
 mod models;
 mod ndc;
 mod nerf;
-mod paper;
 mod picture;
 mod query;
 mod refusals;

@@ -36,7 +36,7 @@ pub(crate) enum Encoding {
     HashGrid(u32),
     /// One whose corners are numbered one by one.
     Corners(u32),
-    /// The paper's networks, which bring shading of their own.
+    /// Vanilla NeRFs, which have their own shading.
     Nerf(Nerf),
 }
 
@@ -88,7 +88,7 @@ impl Recipe {
         decoded.chain(Self::nerfs())
     }
 
-    /// Those of the paper's networks.
+    /// Those of vanilla NeRFs.
     pub(crate) fn nerfs() -> impl Iterator<Item = Self> {
         (0..2 * Nerf::ALL.len()).map(|n| Self {
             encoding: Encoding::Nerf(Nerf::ALL[n / 2]),

@@ -1,4 +1,4 @@
-//! The paper's networks with random weights.
+//! Vanilla NeRFs with random weights.
 
 use pocketnerf_core::DType;
 use pocketnerf_core::encoding::{Affine, Fourier, Waves};
@@ -19,7 +19,7 @@ pub(crate) struct Nerf {
     pub linear: u16,
     pub feature: Option<usize>,
     /// ReLU after the feature.
-    pub bends: bool,
+    pub feature_relu: bool,
     pub coarse: bool,
     pub activation: Activation,
 }
@@ -40,12 +40,12 @@ impl Nerf {
         skips: 0,
         linear: 0,
         feature: None,
-        bends: false,
+        feature_relu: false,
         coarse: false,
         activation: Activation::Relu,
     };
 
-    /// The paper's, with fewer octaves: random weights of high ones are noise.
+    /// The original's, with fewer octaves: random weights of high ones are noise.
     pub(crate) const PAPER: Self = Self {
         positions: Encoding::Octaves { n: 3, pi: false, include_input: true },
         directions: Some(Encoding::Octaves { n: 2, pi: false, include_input: true }),
@@ -98,7 +98,7 @@ impl Nerf {
             linear: 1,
             coarse: true,
             feature: Some(24),
-            bends: true,
+            feature_relu: true,
             activation: Activation::Exp,
         },
         Self {
@@ -154,7 +154,7 @@ impl Nerf {
         let color = Mlp::new(&color).unwrap();
         let bits = [self.skips, self.linear];
         let mut network = NerfNetwork::new(&trunk, bits, density, feature, color).unwrap();
-        network.feature_relu = self.bends;
+        network.feature_relu = self.feature_relu;
         network
     }
 }

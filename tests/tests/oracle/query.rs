@@ -43,14 +43,14 @@ fn each_probe(model: &Model<'_>, mut ask: impl FnMut(&Probe<'_>, &mut [f32], &st
 
 #[test]
 fn density_and_radiance() {
-    let (mut asked, mut worst) = (0, [0.0f32; 2]);
+    let (mut evaluated, mut worst) = (0, [0.0f32; 2]);
     for recipe in Recipe::all() {
         let model = recipe.build();
         let (points, directions) = places(&model, 200);
         let both = points.iter().zip(&directions);
         let expected: Vec<PointResult> =
             both.map(|(p, d)| reference::query(&model, *p, *d).unwrap()).collect();
-        asked += expected.iter().filter(|result| result.sigma > 0.0).count();
+        evaluated += expected.iter().filter(|result| result.sigma > 0.0).count();
         each_probe(&model, |probe, scratch, what| {
             let mut sigma = vec![GARBAGE; points.len()];
             probe.density(&points, scratch, &mut sigma).unwrap();
@@ -72,15 +72,15 @@ fn density_and_radiance() {
             }
         });
     }
-    println!("{asked} points; worst: sigma {:e} of it, colour {:e}", worst[0], worst[1]);
-    assert!(asked > 3000, "{asked} points in occupied cells");
+    println!("{evaluated} points; worst: sigma {:e} of it, colour {:e}", worst[0], worst[1]);
+    assert!(evaluated > 3000, "{evaluated} points in occupied cells");
 }
 
 /// The same differences, of the oracle's densities. What is left is rounding: of densities,
 /// a part in 50,000, over two steps.
 #[test]
 fn gradients() {
-    let (mut asked, mut worst) = (0, 0.0f64);
+    let (mut evaluated, mut worst) = (0, 0.0f64);
     for recipe in Recipe::all() {
         let model = recipe.build();
         let everywhere = Model { occupancy: None, ..model };
@@ -119,18 +119,18 @@ fn gradients() {
                         found[axis]
                     );
                 }
-                asked += 1;
+                evaluated += 1;
             }
         });
     }
-    println!("{asked} points; worst rounding {worst:e} of sigma over two steps");
-    assert!(asked > 10_000, "{asked} points");
+    println!("{evaluated} points; worst rounding {worst:e} of sigma over two steps");
+    assert!(evaluated > 10_000, "{evaluated} points");
 }
 
 /// A ray whose samples are those of the segment.
 #[test]
 fn transmittances() {
-    let (mut asked, mut worst) = (0, 0.0f32);
+    let (mut evaluated, mut worst) = (0, 0.0f32);
     for recipe in Recipe::all() {
         let model = recipe.build();
         let (points, _) = places(&model, 120);
@@ -150,7 +150,7 @@ fn transmittances() {
             1.0 - reference::render_ray(&model, &ray).unwrap().opacity
         });
         let expected: Vec<f32> = expected.collect();
-        asked += expected.iter().filter(|passes| (0.01..0.99).contains(*passes)).count();
+        evaluated += expected.iter().filter(|passes| (0.01..0.99).contains(*passes)).count();
         each_probe(&model, |probe, scratch, what| {
             let mut found = vec![GARBAGE; segments.len()];
             probe.segment_transmittance(&segments, scratch, &mut found).unwrap();
@@ -161,8 +161,8 @@ fn transmittances() {
             }
         });
     }
-    println!("{asked} segments in mist; worst {worst:e}");
-    assert!(asked > 500, "{asked} segments in mist");
+    println!("{evaluated} segments in mist; worst {worst:e}");
+    assert!(evaluated > 500, "{evaluated} segments in mist");
 }
 
 /// Expected depths are the oracle's.

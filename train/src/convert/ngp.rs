@@ -52,7 +52,7 @@ impl NgpConversion {
         simd: SimdLevel,
     ) -> Result<Self, ConvertError> {
         let level = simd.token()?;
-        let around = ngp.surroundings();
+        let around = ngp.context();
         let near = settings.near.unwrap_or(around.near);
         if !(0.0..1e6).contains(&near) {
             return Err(ConvertError::Bounds { near, far: f32::INFINITY });
@@ -87,7 +87,7 @@ impl NgpConversion {
     /// # Errors
     /// What core refuses.
     pub fn model(&self) -> Result<Model<'_>, ConvertError> {
-        let around = self.ngp.surroundings();
+        let around = self.ngp.context();
         let [min, max] = around.bounds;
         let Occupied { resolution, coarse, fine } = &self.occupied;
         let reach = (REACH * (max[0] - min[0])).min(MOST_STEPS * around.step);
@@ -121,13 +121,13 @@ impl NgpConversion {
     /// From the model's coordinates to those of the dataset.
     #[must_use]
     pub const fn scene(&self) -> Scene<'static> {
-        self.ngp.surroundings().scene
+        self.ngp.context().scene
     }
 
     /// The cameras of its training views.
     #[must_use]
     pub fn views(&self) -> &[Camera] {
-        &self.ngp.surroundings().views
+        &self.ngp.context().views
     }
 }
 

@@ -1,4 +1,4 @@
-//! The paper's networks as other programs save them.
+//! Vanilla NeRFs as other programs save them.
 //!
 //! [`Nerf::read`] knows the programs by the names of their tensors:
 //!
@@ -9,8 +9,8 @@
 //! | krrish94/nerf-pytorch | `layer1.weight`, `layers_xyz.0.weight` | three models; ReLU and skip connections are elsewhere |
 //! | kwea123/nerf_pl | `xyz_encoding_1.0.weight` | |
 //!
-//! and takes depth, widths, skip connections and octaves from the shapes. What no file
-//! says is what the programs agree on: octaves 2^k without π, sine before cosine, the
+//! and takes depth, widths, skip connections and octaves from the shapes. No file states
+//! the rest, on which the programs agree: octaves 2^k without π, sine before cosine, the
 //! input first; density by ReLU, colour by the logistic function; positions in scene
 //! units.
 
@@ -35,7 +35,7 @@ const PREFIXES: [[&str; 2]; 4] = [
     ["nerf_coarse.", "nerf_fine."],
 ];
 
-/// The paper's networks, in f32 and in memory of their own.
+/// The networks of a vanilla NeRF, in f32 and in memory of their own.
 #[derive(Clone, Debug)]
 pub struct Nerf {
     program: &'static str,

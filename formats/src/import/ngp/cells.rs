@@ -1,4 +1,4 @@
-//! Which cells a program looks at: cubes around one another, each of as many cells.
+//! The occupancy grids of other programs: nested cubes with equal numbers of cells.
 
 use core::ops::Range;
 use std::vec;
@@ -17,8 +17,8 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// `is_occupied` is asked for a cube and a cell's number; where the order is Morton's,
-    /// `side` is a power of two.
+    /// `is_occupied` takes a cube and a cell's number; in Morton order, `side` is a power of
+    /// two.
     pub(super) fn new(
         side: usize,
         order: Order,

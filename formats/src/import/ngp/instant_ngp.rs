@@ -12,7 +12,7 @@ use super::cells::{Cells, Order};
 use super::grid::Grid;
 use super::settings::{Settings, setting};
 use super::tcnn::{self, Widths};
-use super::{Parts, Surroundings};
+use super::{Parts, SceneContext};
 use crate::import::tensors::values;
 use crate::import::{Checkpoint, ElementType, FieldError, Tensor};
 use crate::{MAX_PICTURE_SIDE, Scene};
@@ -84,7 +84,7 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
         density,
         color: color.layers(color_params, alignment[1], 0.0),
         sh_degree: 4,
-        surroundings: surroundings(settings, aabb_scale)?,
+        context: context(settings, aabb_scale)?,
     })
 }
 
@@ -146,7 +146,7 @@ fn harmonics(settings: Settings<'_, '_>) -> Result<usize, FieldError> {
     Ok(HARMONICS)
 }
 
-fn surroundings(settings: Settings<'_, '_>, aabb_scale: u32) -> Result<Surroundings, FieldError> {
+fn context(settings: Settings<'_, '_>, aabb_scale: u32) -> Result<SceneContext, FieldError> {
     let half = 0.5 * aabb_scale as f32;
     let bounds = [[0.5 - half; 3], [0.5 + half; 3]];
     if let Some(found) = corners(settings, "snapshot.aabb")
@@ -159,7 +159,7 @@ fn surroundings(settings: Settings<'_, '_>, aabb_scale: u32) -> Result<Surroundi
         (0..3).any(inside) && (0..3).all(|a| min[a] < max[a])
     });
     let background = settings.vector::<4>("snapshot.background_color");
-    Ok(Surroundings {
+    Ok(SceneContext {
         bounds,
         crop,
         scene: scene(settings)?,

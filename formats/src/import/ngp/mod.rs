@@ -40,8 +40,8 @@ use super::{Checkpoint, FieldError};
 use crate::Scene;
 use grid::Grid;
 
-/// A hash grid with its networks, in f32 and in memory of its own, and what the
-/// checkpoint says of its pictures.
+/// A hash grid with its networks, in f32 and in memory of its own, and the scene that the
+/// checkpoint describes.
 #[derive(Clone, Debug)]
 pub struct Ngp {
     program: &'static str,
@@ -50,30 +50,29 @@ pub struct Ngp {
     color: Vec<Stored>,
     n_features: u32,
     sh_degree: u32,
-    surroundings: Surroundings,
+    context: SceneContext,
 }
 
-/// What a checkpoint says beside the field, in the coordinates that the field was learnt
-/// in.
+/// The scene around a checkpoint's field, in the coordinates of its training.
 #[derive(Clone, Debug)]
-pub struct Surroundings {
+pub struct SceneContext {
     /// The box that is encoded, a cube: smallest and largest corner.
     pub bounds: [[f32; 3]; 2],
-    /// What is shown of it, where that is less.
+    /// The part of it that the program renders, if that is less.
     pub crop: Option<[[f32; 3]; 2]>,
-    /// From these coordinates to those of the dataset.
+    /// The map to the dataset's coordinates.
     pub scene: Scene<'static>,
     /// Distance between the program's samples.
     pub step: f32,
     /// Distance from the camera to the program's first sample.
     pub near: f32,
-    /// A ray ends when no more than this passes.
+    /// A ray ends when its transmittance falls to this.
     pub min_transmittance: f32,
-    /// Colour behind the scene, where the checkpoint has one.
+    /// Colour behind the scene, if the checkpoint has one.
     pub background: Option<[f32; 3]>,
-    /// Which cells the program looks at, where the checkpoint has them.
+    /// The occupied cells, if the checkpoint has them.
     pub cells: Option<Cells>,
-    /// The cameras that it was trained from, where the checkpoint has them. Without lenses.
+    /// The training cameras, if the checkpoint has them. Without lenses.
     pub views: Vec<Camera>,
 }
 
@@ -86,10 +85,10 @@ struct Parts {
     /// Its first layer reads the features, then the harmonics of the direction.
     color: Vec<Layer>,
     sh_degree: u32,
-    surroundings: Surroundings,
+    context: SceneContext,
 }
 
-/// Whether a checkpoint is a program's, and what reads it then.
+/// Recognises a program's checkpoint, and reads it.
 type Program = (fn(&Checkpoint<'_>) -> bool, fn(&Checkpoint<'_>) -> Result<Parts, FieldError>);
 
 const PROGRAMS: [Program; 4] = [
@@ -100,7 +99,7 @@ const PROGRAMS: [Program; 4] = [
 ];
 
 impl Ngp {
-    /// Whether the names are those of such a program. If so, [`Self::read`] tells what is
+    /// Whether the names are those of such a program. If so, [`Self::read`] reports what is
     /// wrong with the rest.
     #[must_use]
     pub fn recognises(checkpoint: &Checkpoint<'_>) -> bool {
@@ -119,7 +118,7 @@ impl Ngp {
     }
 
     fn new(parts: Parts) -> Result<Self, FieldError> {
-        let Parts { program, grid, density, color, sh_degree, surroundings } = parts;
+        let Parts { program, grid, density, color, sh_degree, context } = parts;
         let most = density.len().max(color.len());
         if most > MAX_LAYERS {
             return Err(FieldError::Layers(most));
@@ -127,7 +126,7 @@ impl Ngp {
         let n_features = density.last().map_or(0, |layer| layer.n_out.saturating_sub(1)) as u32;
         let [density, color] =
             [density, color].map(|layers| layers.iter().map(Layer::stored).collect());
-        Ok(Self { program, grid, density, color, n_features, sh_degree, surroundings })
+        Ok(Self { program, grid, density, color, n_features, sh_degree, context })
     }
 
     /// The program that it comes from.
@@ -138,16 +137,16 @@ impl Ngp {
 
     /// What the checkpoint says beside the field.
     #[must_use]
-    pub const fn surroundings(&self) -> &Surroundings {
-        &self.surroundings
+    pub const fn context(&self) -> &SceneContext {
+        &self.context
     }
 
     /// What the checkpoint says, to be set right by what other files say.
-    pub const fn surroundings_mut(&mut self) -> &mut Surroundings {
-        &mut self.surroundings
+    pub const fn context_mut(&mut self) -> &mut SceneContext {
+        &mut self.context
     }
 
-    /// The field, over the box of [`Surroundings::bounds`].
+    /// The field, over the box of [`SceneContext::bounds`].
     ///
     /// # Errors
     /// What core refuses: layers that are wider than it has room for.

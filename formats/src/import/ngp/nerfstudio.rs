@@ -1,8 +1,8 @@
 //! nerfstudio's instant-ngp in a box: by tiny-cuda-nn or in torch, which are two fields.
 //!
 //! In torch every level is hashed, positions have no shift, layers have biases, and the
-//! harmonics are asked for (d + 1) / 2 as if it were a direction. What that gives are
-//! polynomials of degree three of d, hence sums of its harmonics: another first layer.
+//! harmonics are evaluated at (d + 1) / 2. The result is a polynomial of degree three in d,
+//! hence a sum of its harmonics, which the first layer absorbs.
 
 use std::format;
 use std::string::ToString;
@@ -15,7 +15,7 @@ use super::grid::{Grid, Shape};
 use super::harmonics::{HARMONICS, of_half_directions};
 use super::settings::setting;
 use super::tcnn::{Hashed, Widths, levels};
-use super::{Parts, Surroundings};
+use super::{Parts, SceneContext};
 use crate::Scene;
 use crate::import::layer::Layer;
 use crate::import::tensors::{Tensors, values};
@@ -32,9 +32,9 @@ const COARSEST: u32 = 16;
 const FEATURES: u32 = 2;
 /// What fully fused networks are padded to.
 const ALIGNMENT: usize = 16;
-/// Steps along the diagonal of the box, unless told.
+/// Default number of steps along the diagonal of the box.
 const STEPS: f32 = 1000.0;
-/// Where its rays begin, unless told, and end.
+/// Where its rays begin by default, and where they end.
 const NEAR: f32 = 0.01;
 const MIN_TRANSMITTANCE: f32 = 1e-4;
 
@@ -68,7 +68,7 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
         density,
         color,
         sh_degree: 4,
-        surroundings: Surroundings {
+        context: SceneContext {
             bounds,
             crop: None,
             scene: Scene::default(),

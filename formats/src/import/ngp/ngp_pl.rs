@@ -12,7 +12,7 @@ use super::cells::{Cells, Order};
 use super::grid::{Grid, Shape};
 use super::settings::setting;
 use super::tcnn::{Hashed, Widths, levels};
-use super::{Parts, Surroundings};
+use super::{Parts, SceneContext};
 use crate::Scene;
 use crate::import::tensors::{Tensors, values};
 use crate::import::{Checkpoint, FieldError};
@@ -95,7 +95,7 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
         density,
         color,
         sh_degree: 4,
-        surroundings: Surroundings {
+        context: SceneContext {
             bounds: [[-half; 3], [half; 3]],
             crop: None,
             scene: Scene::default(),

@@ -6,7 +6,7 @@ use std::string::{String, ToString};
 
 use crate::import::{Checkpoint, FieldError, Tensor};
 
-/// A checkpoint whose values are asked for.
+/// A checkpoint and the path of the values to read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Settings<'c, 'a>(pub(super) &'c Checkpoint<'a>);
 

@@ -13,7 +13,7 @@ use pocketnerf_core::encoding::CornerLevel;
 use super::cells::{Cells, Order};
 use super::grid::{Grid, Shape};
 use super::settings::setting;
-use super::{Parts, Surroundings};
+use super::{Parts, SceneContext};
 use crate::Scene;
 use crate::import::tensors::Tensors;
 use crate::import::{Checkpoint, FieldError};
@@ -24,7 +24,7 @@ const COARSEST: u32 = 16;
 const FINEST: u32 = 2048;
 /// Steps along the diagonal of a box from -1 to 1.
 const STEPS: f32 = 1024.0;
-/// Its options `--min_near` and `T_thresh` where nobody gives them.
+/// Defaults of its options `--min_near` and `T_thresh`.
 const NEAR: f32 = 0.2;
 const MIN_TRANSMITTANCE: f32 = 1e-4;
 /// Harmonics of the direction: degree 4.
@@ -75,7 +75,7 @@ pub(super) fn read(checkpoint: &Checkpoint<'_>) -> Result<Parts, FieldError> {
         density,
         color,
         sh_degree: 4,
-        surroundings: Surroundings {
+        context: SceneContext {
             bounds: [[-bound; 3], [bound; 3]],
             crop: None,
             scene: Scene::default(),

@@ -105,7 +105,7 @@ impl<'a> Pickle<'a> {
         }
     }
 
-    /// What a value is to the outside; `None` where it is nothing that can be asked for.
+    /// The leaf that a value becomes; `None` if it has no counterpart.
     fn leaf(
         &self,
         value: Value<'a>,

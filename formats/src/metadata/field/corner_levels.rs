@@ -9,7 +9,7 @@ use crate::metadata::{Fields, append};
 /// Code of this index of grid entries.
 pub(crate) const CODE: u8 = 1;
 
-/// A level. Before the first one stands their shift (`f32`).
+/// A level. Their common shift (`f32`) precedes the first one.
 #[derive(Serialize, Deserialize)]
 struct CornerLevelV1 {
     scale: f32,

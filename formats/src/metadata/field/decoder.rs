@@ -23,7 +23,7 @@ pub(crate) const NAMES: [Known; 4] = [
     Known::layers(COLOR[0], "colour weight"),
     Known::layers(COLOR[1], "colour bias"),
 ];
-/// The most tensors that there are.
+/// The most tensors that a decoder has.
 pub(crate) const MAX_TENSORS: usize = 4 * MAX_LAYERS;
 
 /// Codes of [`Shading`].

@@ -15,7 +15,7 @@ pub(crate) struct Widths {
 }
 
 impl Widths {
-    /// Adds a width; `false` where there is no room.
+    /// Adds a width; `false` if there is no room.
     pub(crate) fn push(&mut self, width: u32) -> bool {
         let Some(free) = self.values.get_mut(self.len) else { return false };
         *free = width;

@@ -124,7 +124,7 @@ fn boxes() {
         let [low, high] = found(keys).unwrap();
         assert!(near(low, min) && near(high, max), "{keys}: {low:?} {high:?}");
     };
-    // (0.5 ± aabb_scale / 2 - offset) / scale, with 0.33 and 0.5 unless told.
+    // (0.5 ± aabb_scale / 2 - offset) / scale, by default with 0.33 and 0.5.
     is(r#", "aabb_scale": 4"#, [-2.0 / 0.33; 3], [2.0 / 0.33; 3]);
     is(
         r#", "aabb_scale": 1, "scale": 0.5, "offset": [0.5, 0.5, 0.2]"#,

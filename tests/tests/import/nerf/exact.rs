@@ -83,7 +83,7 @@ fn agree(nerf: &Nerf, program: &str, expected: &str) {
     };
     let [by_even, by_both] = [model(nerf, [32, 0]), model(nerf, [12, 16])];
     for simd in [SimdLevel::Portable, SimdLevel::detect()] {
-        // Both networks, asked at places that no rounding moves.
+        // Both networks, evaluated at points that no rounding moves.
         for (model, expected) in [(&by_even, even), (&of_the_coarse(&by_even), coarse)] {
             let most = apart(&show(model, simd), expected)[999];
             assert!(most < TOLERANCE, "{program} {simd}: {most}");

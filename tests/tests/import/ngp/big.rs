@@ -135,6 +135,6 @@ fn eight_levels_of_four_features() {
 #[test]
 fn sixteen_levels_of_two_features() {
     let ngp: Ngp = ngp(&snapshot("big16")).unwrap();
-    assert_eq!(ngp.surroundings().views.len(), 3);
+    assert_eq!(ngp.context().views.len(), 3);
     agree(ngp, "instant-ngp", "big16");
 }

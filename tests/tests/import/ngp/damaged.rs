@@ -67,7 +67,7 @@ fn use_everything(packed: &[u8]) -> bool {
         Ok(ngp) => {
             // Whatever it says: a field that core has checked.
             let _ = ngp.field();
-            if let Some(cells) = &ngp.surroundings().cells {
+            if let Some(cells) = &ngp.context().cells {
                 let _ = cells.on_grid(64).count();
             }
             true

@@ -79,7 +79,7 @@ fn a_crop_leaves_cells_out() {
     assert_eq!(cropped, expected);
 }
 
-/// Without a density grid, the field is asked which cells hold something.
+/// Without a density grid, the occupied cells are computed from the field.
 #[test]
 fn cells_that_are_baked() {
     let mut bytes = bytes("old.msgpack");
@@ -87,7 +87,7 @@ fn cells_that_are_baked() {
     let at = (0..bytes.len()).find(|at| bytes[*at..].starts_with(key)).unwrap();
     bytes[at] = b'D';
     let source = ngp(&bytes).unwrap();
-    assert!(source.surroundings().cells.is_none());
+    assert!(source.context().cells.is_none());
     let black = Settings { background: Some([0.0; 3]), ..Settings::default() };
     let conversion = converted(source, black, None);
     let model = conversion.model().unwrap();

@@ -30,7 +30,7 @@ pub fn complete(ngp: &mut Ngp, checkpoint: &Path) -> Result<Settings, ConvertErr
     let refuse = |problem| ConvertError::Config { file: file.clone(), problem };
     let values = text(&file).and_then(|text| Values::of_yaml(&text)).map_err(refuse)?;
     let (settings, step) = of_config(&values).map_err(refuse)?;
-    let around = ngp.surroundings_mut();
+    let around = ngp.context_mut();
     around.step = step.unwrap_or(around.step);
     let file = folder.join(TRANSFORMS);
     if file.is_file() {

@@ -56,7 +56,7 @@ struct NetworkV1 {
     color: Widths,
 }
 
-/// What stands between trunk and colour network in [`NetworkV1`]: how wide it is.
+/// The layer between trunk and colour network in [`NetworkV1`], with its width.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum FeatureV1 {
     Nothing,
@@ -66,7 +66,7 @@ enum FeatureV1 {
 }
 
 impl FeatureV1 {
-    /// Its width, where there is one.
+    /// Its width, if there is one.
     const fn width(self) -> Option<u32> {
         match self {
             Self::Nothing => None,

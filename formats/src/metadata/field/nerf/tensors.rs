@@ -45,7 +45,7 @@ pub(super) const NAMES: &[Known] = &[
 /// Frequencies; weights and biases of two networks of trunk, density, feature and colour.
 pub(super) const MAX_TENSORS: usize = 2 + 2 * 2 * (2 * MAX_LAYERS + 2);
 
-/// The weight or the bias of a layer that there is one of.
+/// The weight or the bias of a layer that is not numbered.
 const fn single(code: u8, text: &'static str) -> Known {
     Known { several: false, ..Known::layers(code, text) }
 }

@@ -1,4 +1,4 @@
-//! The paper's sampling: the renderer against the oracle, and what holds of its pictures.
+//! Hierarchical sampling: the renderer against the oracle, and invariants of its pictures.
 
 use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::reference::{self, RayResult};
@@ -24,7 +24,7 @@ fn expected(model: &Model<'_>, camera: &Camera, h: &Hierarchical) -> Vec<RayResu
     (0..n).map(|i| reference::render_ray_hierarchically(model, &ray(i), axis, h).unwrap()).collect()
 }
 
-/// Every third of the other kinds, and all of the paper's.
+/// Every third recipe of the other kinds, and all of vanilla NeRF.
 fn models() -> impl Iterator<Item = (String, Model<'static>)> {
     let others = Recipe::all().filter(|r| !matches!(r.encoding, Encoding::Nerf(_))).step_by(7);
     others.chain(Recipe::nerfs()).map(|recipe| (format!("{recipe:?}"), recipe.build()))
@@ -40,7 +40,7 @@ const SAMPLINGS: [Hierarchical; 4] = [
 #[test]
 fn every_kind_of_model_at_every_level() {
     let camera = camera(13, 9);
-    let [mut empty, mut seen, mut asked] = [0; 3];
+    let [mut empty, mut seen, mut evaluated] = [0; 3];
     for (what, model) in models() {
         for h in SAMPLINGS {
             let expected = expected(&model, &camera, &h);
@@ -53,15 +53,15 @@ fn every_kind_of_model_at_every_level() {
             }
             empty += expected.iter().filter(|p| p.opacity == 0.0).count();
             seen += expected.iter().filter(|p| p.opacity > 0.5).count();
-            asked += expected.iter().filter(|p| p.samples > 0).count();
+            evaluated += expected.iter().filter(|p| p.samples > 0).count();
         }
     }
-    assert!(empty > 500 && seen > 500 && asked > 1000, "{empty} {seen} {asked}");
+    assert!(empty > 500 && seen > 500 && evaluated > 1000, "{empty} {seen} {evaluated}");
 }
 
-/// The paper's own network, eight layers of 256, in both samplings.
+/// The original network, eight layers of 256, with both kinds of sampling.
 #[test]
-fn the_papers_own_network() {
+fn the_original_network() {
     let camera = camera(4, 3);
     let h = Hierarchical { n_coarse: 8, n_fine: 12, reach: Reach::Distance };
     for dtype in [DType::F32, DType::F16] {
@@ -86,7 +86,7 @@ fn the_papers_own_network() {
 }
 
 #[test]
-fn every_sample_of_every_ray_is_asked_for() {
+fn every_sample_of_every_ray_is_evaluated() {
     let camera = camera(11, 7);
     let h = Hierarchical { n_coarse: 16, n_fine: 20, reach: Reach::Distance };
     for recipe in Recipe::nerfs() {
