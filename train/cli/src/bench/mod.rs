@@ -1,7 +1,7 @@
-//! How near every stage of rendering and training comes to what bounds it.
+//! How close every stage of rendering and training comes to what bounds it.
 //!
 //! [`machine`](crate::machine) measures what the machine can do at best; [`work`] counts
-//! what a field takes; [`training`] and [`rendering`] time the stages. Everything is
+//! what a field computes and reads; [`training`] and [`rendering`] time the stages. Everything is
 //! measured in one run, because only ratios within one run mean anything.
 
 pub mod networks;

@@ -12,63 +12,62 @@ pub struct Report {
     pub simd: &'static str,
     /// Threads.
     pub threads: usize,
-    /// The clock that one core runs at.
+    /// The clock of one core.
     pub clock_ghz: f64,
-    /// The same when everything was done: as far below, fractions are too low.
+    /// The same at the end; if it is lower, fractions are too low by as much.
     pub clock_ghz_at_end: f64,
-    /// Multiplications and additions of `f32` values in registers, 10^9 a second,
+    /// Multiplications and additions of `f32` values in registers, 10^9 per second,
     /// all threads.
     pub peak_gflops: f64,
     /// The same on one thread.
     pub peak_gflops_one_thread: f64,
-    /// What one thread reaches of two fused multiply-adds a cycle.
+    /// The share of two fused multiply-adds per cycle that one thread reaches.
     pub fma_fraction: f64,
-    /// Memory that no cache holds, read from its beginning to its end, 10^9 bytes a
-    /// second, all threads.
+    /// Sequential reading beyond all caches, 10^9 bytes per second, all threads.
     pub peak_gb_per_s: f64,
     /// The same on one thread.
     pub peak_gb_per_s_one_thread: f64,
-    /// Buffers of several sizes, read from their beginning to their end.
+    /// Sequential reading of buffers of several sizes.
     pub streams: Vec<Stream>,
-    /// Tables of several sizes, eight bytes read at random places.
+    /// Random reads of eight bytes from tables of several sizes.
     pub gathers: Vec<Gather>,
-    /// What the paper's network costs.
+    /// The cost of vanilla NeRF's network.
     pub networks: Vec<StageCost>,
     /// Dataset that training was timed on.
     pub dataset: String,
-    /// What a training step costs.
+    /// The cost of a training step.
     pub training: Training,
     /// Model that was rendered.
     pub model: String,
-    /// What a picture costs.
+    /// The cost of a picture.
     pub rendering: Rendering,
 }
 
-/// Reading from the beginning to the end.
+/// Sequential reading.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Stream {
     /// Size of the buffer.
     pub bytes: usize,
-    /// 10^9 bytes a second.
+    /// 10^9 bytes per second.
     pub gb_per_s_one_thread: f64,
     /// All threads together, each with its part of the buffer.
     pub gb_per_s_all: f64,
 }
 
-/// Reading at random places.
+/// Random reads.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Gather {
     /// Size of the table.
     pub bytes: usize,
-    /// Reads a second.
+    /// Reads per second.
     pub per_second_one_thread: f64,
     /// All threads together, in one table.
     pub per_second_all: f64,
 }
 
 impl Report {
-    /// Puts the parts together; `dataset` and `model` are what people call them,
-    /// `clock_at_end` is in cycles a second.
+    /// Puts the parts together; `dataset` and `model` come with their names, `clock_at_end` is
+    /// in cycles per second.
     #[must_use]
     pub fn new(
         machine: &Machine,

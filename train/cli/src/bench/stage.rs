@@ -5,14 +5,14 @@ use serde::Serialize;
 use super::work::LevelReads;
 use crate::machine::{Machine, Rate};
 
-/// What a unit of a stage's work takes at least.
+/// The least that a unit of a stage's work takes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Demand {
     /// Floating-point operations.
     pub(super) flops: Option<f64>,
     /// Bytes read and written.
     pub(super) bytes: Option<f64>,
-    /// Table entries read at random places.
+    /// Table entries read at random.
     pub(super) reads: Vec<LevelReads>,
     pub(super) bound: Bound,
 }
@@ -20,14 +20,14 @@ pub(super) struct Demand {
 /// Which of the machine's limits applies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Bound {
-    /// None that was measured.
+    /// None of those measured.
     #[default]
     None,
     /// Multiplications and additions.
     Fma,
-    /// Reads at random places.
+    /// Random reads.
     Gather,
-    /// Reading one after the other, from so many bytes of memory.
+    /// Sequential reading from so many bytes of memory.
     Bandwidth(f64),
 }
 
@@ -48,8 +48,8 @@ impl Demand {
         Self { flops: Some(flops), bound: Bound::Fma, ..Self::default() }
     }
 
-    /// Reading tables at random places, and computing with what is read. Where there
-    /// are no tables, nothing is known.
+    /// Random reads of tables, and computing with what is read. Unknown if there are no
+    /// tables.
     pub(super) fn gather(reads: Vec<LevelReads>, flops: Option<f64>) -> Self {
         if reads.is_empty() {
             return Self::default();
@@ -82,16 +82,16 @@ impl Demand {
     }
 }
 
-/// Who shares the machine.
+/// How many threads share the machine.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Crowd {
-    /// One thread has it alone.
+    /// One thread alone.
     OneThread,
     /// All threads are at work.
     All,
 }
 
-/// Time of one stage, and how near it comes to what bounds it.
+/// Time of one stage, and how close it comes to what bounds it.
 #[derive(Clone, Debug, Serialize)]
 pub struct StageCost {
     /// Its name.
@@ -104,17 +104,17 @@ pub struct StageCost {
     pub ns_per_sample: f64,
     /// Thread time by units, nanoseconds.
     pub ns_per_unit: Option<f64>,
-    /// Floating-point operations, 10^9 a second of thread time.
+    /// Floating-point operations, 10^9 per second of thread time.
     pub gflops: Option<f64>,
-    /// Bytes, 10^9 a second of thread time.
+    /// Bytes, 10^9 per second of thread time.
     pub gb_per_s: Option<f64>,
-    /// Table entries read at random places, a second of thread time.
+    /// Table entries read at random, per second of thread time.
     pub gathers_per_second: Option<f64>,
     /// What bounds it: `fma`, `gather`, `bandwidth` or `none`.
     pub bound: &'static str,
-    /// Time that it would take at that bound, by the time that it takes.
+    /// The time at that bound, divided by the measured time.
     pub fraction_of_peak: Option<f64>,
-    /// Its part of all thread time.
+    /// Its share of all thread time.
     pub share: f64,
 }
 
@@ -129,7 +129,7 @@ pub(super) struct Measured {
     pub(super) demand: Demand,
 }
 
-/// The stages, and what is left of `seconds` of thread time as the last of them.
+/// The stages, and the rest of `seconds` of thread time as the last of them.
 pub(super) fn stages(
     measured: &[Measured],
     seconds: f64,
@@ -165,8 +165,8 @@ pub(super) fn stages(
     measured.iter().chain([&rest]).map(stage).collect()
 }
 
-/// The part of all thread time that would remain if every stage with a bound
-/// reached it and the others took none.
+/// The share of all thread time that would remain if every stage with a bound reached it
+/// and the others took no time.
 pub(super) fn fraction_of_bounds(stages: &[StageCost]) -> f64 {
     stages.iter().filter_map(|stage| Some(stage.share * stage.fraction_of_peak?)).sum()
 }

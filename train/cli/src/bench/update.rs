@@ -6,12 +6,12 @@ use pocketnerf_train::trainer::Trainer;
 
 use super::stage::Demand;
 
-/// Bytes of a grid's parameter that a step leaves alone: its gradient is read.
-const LOOKED_AT: f64 = 4.0;
-/// And of one that it changes: gradient, parameter and second moment are read and
+/// Bytes per grid parameter that a step does not change: its gradient is read.
+const UNCHANGED: f64 = 4.0;
+/// Bytes per grid parameter that a step changes: gradient, parameter and second moment are read and
 /// written, the rounded parameter is written.
 const CHANGED: f64 = 6.0 * 4.0 + 1.0;
-/// A network's has a first moment too.
+/// Bytes per network parameter, which has a first moment too.
 const NETWORK: f64 = 8.0 * 4.0 + 2.0;
 
 /// Parameters of a field.
@@ -34,17 +34,17 @@ impl Sizes {
         sizes
     }
 
-    /// What a step's update goes through where this part of the grid changes.
+    /// The memory that a step's update reads and writes if this share of the grid changes.
     pub(super) fn adam(&self, changed: f64) -> Demand {
-        let grid = self.grid * (LOOKED_AT + changed * (CHANGED - LOOKED_AT));
+        let grid = self.grid * (UNCHANGED + changed * (CHANGED - UNCHANGED));
         // Parameters, second moments and what they are rounded to lie in memory from
         // step to step; of gradients there is a level's at a time.
         let memory = (4.0 + 4.0) * (self.grid + self.networks) + self.grid + 2.0 * self.networks;
         Demand::bandwidth(grid + self.networks * NETWORK, memory)
     }
 
-    /// What adding up the networks' gradients goes through: each group's and the
-    /// sum are read, the sum is written.
+    /// The memory that adding up the networks' gradients reads and writes: each group's and
+    /// the sum are read, the sum is written.
     pub(super) fn reduction(&self, groups: usize) -> Demand {
         let bytes = 3.0 * 4.0 * self.networks * groups as f64;
         Demand::bandwidth(bytes, 4.0 * self.networks * (1 + groups) as f64)
@@ -58,7 +58,7 @@ pub(super) fn tables(trainer: &Trainer) -> Vec<u8> {
     tables.flat_map(|(_, table)| table.bytes().iter().copied()).collect()
 }
 
-/// The part of the tables that lies in registers with a value that has changed.
+/// The share of the tables in registers with a value that has changed.
 pub(super) fn changed(old: &[u8], trainer: &Trainer, lanes: usize) -> f64 {
     let new = tables(trainer);
     let registers = old.chunks(4 * lanes).zip(new.chunks(4 * lanes));

@@ -1,10 +1,10 @@
-//! What a field has to compute and to read, counted.
+//! Counts what a field computes and reads.
 
 use pocketnerf_core::AnyField;
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::network::{Dense, Mlp};
 
-/// Corners of a cell: entries that a point reads of a grid level.
+/// Corners of a cell: the entries that a point reads per grid level.
 const CORNERS: f64 = 8.0;
 
 /// Multiplications and additions of a network for one point, forwards. Biases

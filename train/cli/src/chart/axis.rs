@@ -1,4 +1,4 @@
-//! What a chart can show along an axis.
+//! The quantities that a chart can show.
 
 use super::Point;
 
@@ -24,24 +24,24 @@ pub enum Axis {
     Lpips,
     /// Mean error of the depth, scene units
     DepthError,
-    /// Milliseconds a picture
+    /// Milliseconds per picture
     MsPerFrame,
-    /// Rays, or pixels, a second
+    /// Rays, or pixels, per second
     RaysPerSecond,
     /// Seconds of training
     TrainSeconds,
     /// Size of the model file
     Bytes,
-    /// Evaluations of the field, a pixel
+    /// Evaluations of the field per pixel
     SamplesPerRay,
-    /// Memory that rendering needs beside file and picture, bytes
+    /// Memory for rendering beside file and picture, bytes
     RenderMemory,
-    /// Most memory held in training, bytes
+    /// Peak memory of training, bytes
     TrainMemory,
 }
 
 impl Axis {
-    /// Every axis: how good pictures are, then what they cost.
+    /// Every axis: accuracy first, then costs.
     pub const ALL: [Self; 12] = [
         Self::Psnr,
         Self::Ssim,
@@ -76,7 +76,7 @@ impl Axis {
         }
     }
 
-    /// What is written beside the axis.
+    /// The label of the axis.
     #[must_use]
     pub const fn label(self) -> &'static str {
         match self {
@@ -104,13 +104,13 @@ impl Axis {
         }
     }
 
-    /// Whether it says how good pictures are; else what they cost.
+    /// Whether it is a measure of accuracy, not a cost.
     #[must_use]
     pub const fn is_accuracy(self) -> bool {
         matches!(self, Self::Psnr | Self::Ssim | Self::MsSsim | Self::Lpips | Self::DepthError)
     }
 
-    /// The point's figure, where it is known and finite. Equal pictures, whose PSNR is
+    /// The point's figure, if it is known and finite. Equal pictures, whose PSNR is
     /// infinite, have none.
     #[must_use]
     pub fn value(self, point: &Point) -> Option<f64> {

@@ -1,14 +1,14 @@
-//! Two methods by one number: Bjøntegaard's differences (VCEG-M33, 2001), with the
+//! Compares two methods by one number: Bjøntegaard's differences (VCEG-M33, 2001), with the
 //! piecewise cubic interpolation of JCTVC-B055 that does not overshoot.
 //!
-//! Here the rate is whatever a picture costs: milliseconds, bytes.
+//! Here the rate is the cost of a picture: milliseconds or bytes.
 
 use super::{Axis, Better, Point, frontier};
 
-/// Points that a curve needs at least.
+/// The fewest points of a curve.
 pub const LEAST: usize = 4;
 
-/// How two methods differ on average, where their curves reach over the same range.
+/// How two methods differ on average over the range that their curves share.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Comparison {
     /// Scene and picture size.
@@ -17,7 +17,7 @@ pub struct Comparison {
     pub anchor: String,
     /// The method that is compared.
     pub method: String,
-    /// What a picture costs: an axis' key.
+    /// The cost: an axis' key.
     pub cost: &'static str,
     /// How much more the method costs at equal PSNR, per cent; `None`: too few points on
     /// the frontier, or no common range.
@@ -86,9 +86,9 @@ fn curve(points: &[Point], cost: Axis) -> Vec<[f64; 2]> {
     curve
 }
 
-/// By how many per cent `method` costs more than `anchor` at equal PSNR, on average.
+/// How much more `method` costs than `anchor` at equal PSNR on average, per cent.
 ///
-/// Both are curves of cost (above 0) and PSNR, dB, both strictly rising. `None` where one
+/// Both are curves of cost (above 0) and PSNR, dB, both strictly rising. `None` if one
 /// has fewer than [`LEAST`] points or they share no range.
 #[must_use]
 pub fn bd_rate(anchor: &[[f64; 2]], method: &[[f64; 2]]) -> Option<f64> {
@@ -248,7 +248,7 @@ mod tests {
             .into_iter()
             .flat_map(|(ms, psnr)| [point("a", ms, psnr), point("b", 2.0 * ms, psnr)])
             .collect();
-        // Beaten points count for nothing.
+        // Dominated points are ignored.
         points.push(point("a", 100.0, 10.0));
         let found = compare(&points, Axis::MsPerFrame);
         let [only] = &found[..] else { panic!("{found:?}") };

@@ -1,6 +1,6 @@
 //! The chart as a picture: `chart.svg` and `chart.png`, drawn by the same code.
 //!
-//! A row for each scene and picture size, a column for each kind of cost.
+//! One row per scene and picture size, one column per kind of cost.
 
 use std::sync::Once;
 
@@ -16,7 +16,7 @@ use super::{Axis, Group, Point, frontier, groups};
 const PANEL: [u32; 2] = [460, 330];
 /// Height of the line that explains the marks.
 const LEGEND: u32 = 34;
-/// Colours of series that people with any sight tell apart (Okabe and Ito 2008).
+/// Colours of series, distinguishable by colour-blind readers too (Okabe and Ito 2008).
 const COLORS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -25,7 +25,7 @@ const COLORS: [RGBColor; 6] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
 ];
-/// Of points that others beat.
+/// The colour of dominated points.
 const BEATEN: RGBColor = RGBColor(190, 190, 190);
 const FONT: &str = "sans-serif";
 
@@ -88,7 +88,7 @@ fn draw<B: DrawingBackend>(backend: B, points: &[Point], accuracy: Axis, costs: 
     area.present().map_err(failed)
 }
 
-/// The program brings its own font: no picture depends on what a machine has.
+/// The program has its own font, so no picture depends on the machine's.
 fn load_font() {
     static LOADED: Once = Once::new();
     LOADED.call_once(|| {
@@ -97,7 +97,7 @@ fn load_font() {
     });
 }
 
-/// Every series and whether it is another program's.
+/// Every series, and whether it is another program's.
 fn series(points: &[Point]) -> Vec<(&str, bool)> {
     let mut found: Vec<(&str, bool)> = Vec::new();
     for point in points {
@@ -202,7 +202,7 @@ fn panel_of<B: DrawingBackend>(
         .collect();
     best.sort_by(|a, b| a.0.total_cmp(&b.0));
     chart.draw_series(LineSeries::new(best, BLACK.mix(0.5).stroke_width(1))).map_err(failed)?;
-    // Those that nobody beats lie above the others.
+    // Points on the frontier lie above the others.
     for wanted in [false, true] {
         for ((point, place), on) in points.iter().zip(&places).zip(&on) {
             let (Some(place), true) = (place, *on == wanted) else { continue };
@@ -249,8 +249,8 @@ mod tests {
         let points = points();
         let costs = [Axis::MsPerFrame, Axis::Bytes];
         let svg = svg(&points, Axis::Psnr, &costs).unwrap();
-        // Four of ours, of which one is beaten, and one explained for each of two series
-        // and for what is beaten.
+        // Four of ours, one of them dominated, and one in the legend for each of two series
+        // and for dominated points.
         assert_eq!(svg.matches("<circle").count(), 4 + 1 + 3, "{svg}");
         assert_eq!(svg.matches("<polygon").count(), 1 + 1, "{svg}");
         for text in

@@ -1,11 +1,11 @@
-//! Which points no other point beats: the Pareto frontier.
+//! The Pareto frontier: the points that no other point dominates.
 
 use super::{Axis, Better, Point};
 
 /// For each point whether it lies on the frontier of these axes: no other point of its
 /// [group](Point::group) and program is at least as good on both and better on one.
-/// Programs do not compete: nobody knows what else differs between machines. A point
-/// without a figure on an axis is on no frontier and beats nobody.
+/// Programs have frontiers of their own, because their machines may differ. A point without
+/// a figure on an axis is ignored.
 #[must_use]
 pub fn frontier(points: &[Point], x: Axis, y: Axis) -> Vec<bool> {
     let place = |point: &Point| Some([cost(x, point)?, cost(y, point)?]);
@@ -24,7 +24,7 @@ pub fn frontier(points: &[Point], x: Axis, y: Axis) -> Vec<bool> {
         .collect()
 }
 
-/// A figure as something of which less is better.
+/// A figure of which less is better.
 fn cost(axis: Axis, point: &Point) -> Option<f64> {
     let value = axis.value(point)?;
     Some(match axis.better() {
@@ -50,9 +50,9 @@ mod tests {
     fn dominated_points_are_found() {
         let mut all = points(&[(1.0, 20.0), (2.0, 30.0), (3.0, 29.0), (4.0, 30.0), (2.0, 30.0)]);
         let on = |points: &[Point]| frontier(points, Axis::MsPerFrame, Axis::Psnr);
-        // Slower and worse, as good but slower: beaten. Equal points stay both.
+        // Slower and worse, or as good but slower: dominated. Of equal points both stay.
         assert_eq!(on(&all), [true, true, false, false, true]);
-        // Another scene, another competition.
+        // Another scene has its own frontier.
         all[3].scene = "another".to_owned();
         assert_eq!(on(&all), [true, true, false, true, true]);
         all[1].psnr = None;

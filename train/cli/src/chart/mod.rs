@@ -1,7 +1,7 @@
-//! Accuracy against speed: what every setting costs and gives, measured in one run.
+//! Accuracy against speed of many settings, measured in one run.
 //!
-//! A [`Point`] is one model rendered one way. [`plan`] says what is trained, [`rounds`]
-//! times pictures in turns, [`statistics`] sums the times up; [`frontier()`] and
+//! A [`Point`] is one model rendered one way. [`plan`] lists what is trained, [`rounds`]
+//! times pictures in turns, [`statistics`] summarises the times; [`frontier()`] and
 //! [`bjontegaard`] compare, [`recommend`] chooses. [`peers`] reads points of other
 //! programs. [`table`], [`drawing`] and [`page`] show them all.
 
@@ -39,7 +39,7 @@ pub struct Chart {
     pub machine: MachineFacts,
     /// How it was measured.
     pub protocol: Protocol,
-    /// Every two methods by one number.
+    /// Every two methods compared by one number.
     pub comparisons: Vec<Comparison>,
     /// The points.
     pub points: Vec<Point>,

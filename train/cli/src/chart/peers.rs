@@ -1,11 +1,11 @@
 //! Points of other programs, from a CSV file.
 //!
-//! A header line, then a line a point. `program`, `scene`, `width`, `height`, `psnr` and
+//! A header line, then one line per point. `program`, `scene`, `width`, `height`, `psnr` and
 //! `source` must be there; every other column may be missing or its fields empty:
 //! `setting`, `split`, `views`, `background`, `ssim`, `ms_ssim`, `lpips`, `depth_error`,
 //! `ms_per_frame`, `train_seconds`, `train_memory_bytes`, `bytes`, `samples_per_ray`,
-//! `render_memory_bytes`, `machine`. Units are those of `points.csv`; `source` says who
-//! measured: an address, a paper, a command.
+//! `render_memory_bytes`, `machine`. Units are those of `points.csv`; `source` says where a
+//! point comes from: an address, a paper, a command.
 
 use std::path::{Path, PathBuf};
 
@@ -40,7 +40,7 @@ pub enum PeersError {
         /// Its size.
         bytes: u64,
     },
-    /// A column or a field is not as it should be.
+    /// A column or a field is wrong.
     #[error("{}:{line}: {problem}", one_line(.file))]
     Contents {
         /// The file.
@@ -205,7 +205,7 @@ fn parse(bytes: &[u8], file: &Path) -> Result<Vec<Point>, PeersError> {
     Ok(points)
 }
 
-/// The reader's message without its place, which is said once, by us.
+/// The reader's message without its position, which is reported once.
 fn reason(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
@@ -216,7 +216,7 @@ fn reason(error: &csv::Error) -> String {
     }
 }
 
-/// The same of a field: its column is named.
+/// The same for a field, with the name of its column.
 fn column(error: &csv::Error, header: &csv::StringRecord) -> String {
     let csv::ErrorKind::Deserialize { err, .. } = error.kind() else { return reason(error) };
     let problem = err.kind().to_string();

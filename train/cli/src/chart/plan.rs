@@ -5,21 +5,21 @@ use pocketnerf_formats::Precision;
 /// A model to train.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recipe {
-    /// Names it among the chart's models.
+    /// Its name in the chart.
     pub name: String,
     /// Options of `pocketnerf train`.
     pub options: Vec<String>,
-    /// How it is written down; each is a model file.
+    /// The formats of its weights, one model file each.
     pub precisions: Vec<Precision>,
 }
 
 impl Recipe {
-    /// From the options as one writes them on a command line, which name it too.
+    /// From the options as on a command line, which name it too.
     #[must_use]
     pub fn of(options: &str) -> Self {
         let options: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
         let is_nerf = options.iter().any(|option| option == "nerf");
-        // A field without tables has nothing to hold in eight bits.
+        // A field without tables has no weights of eight bits.
         let precision = if is_nerf { Precision::F16 } else { Precision::I8 };
         Self { name: name(&options), options, precisions: vec![precision] }
     }
@@ -29,7 +29,7 @@ impl Recipe {
     }
 }
 
-/// The options, as short as a file name should be: `--method nerf --seconds 60` becomes
+/// The options, shortened for a file name: `--method nerf --seconds 60` becomes
 /// `nerf-60s`, `--log2-hashmap-size 15` becomes `T15`.
 fn name(options: &[String]) -> String {
     let mut parts = Vec::new();
@@ -51,8 +51,7 @@ fn name(options: &[String]) -> String {
     if name.is_empty() { "default".to_owned() } else { name }
 }
 
-/// A chart in less than five minutes, on a machine half of which is busy too: the first
-/// picture of what a scene needs.
+/// A first chart in less than five minutes, even on a half-busy machine.
 #[must_use]
 pub fn quick() -> Vec<Recipe> {
     vec![
@@ -66,7 +65,7 @@ pub fn quick() -> Vec<Recipe> {
 }
 
 /// The whole sweep: time, table size, levels, width and precision of the hash grid, its
-/// two profiles, and the paper's network in three sizes.
+/// two profiles, and vanilla NeRF in three sizes.
 #[must_use]
 pub fn full() -> Vec<Recipe> {
     use Precision::{F16, F32, I8};

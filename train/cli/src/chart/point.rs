@@ -5,22 +5,22 @@ use serde::{Deserialize, Serialize};
 /// Name of this program among points.
 pub const OURS: &str = "pocketnerf";
 
-/// One model of one scene, rendered one way, and all that is known of it: a row of
-/// `points.csv`, an object of `points.json`. What is not known is left empty.
+/// One model of one scene, rendered one way: a row of `points.csv`, an object of
+/// `points.json`. What is unknown is empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Point {
-    /// Names the point among all; pictures are called so.
+    /// Its name, also that of its pictures.
     pub id: String,
     /// `pocketnerf`, or the other program.
     pub program: String,
     /// Name of the scene.
     pub scene: String,
-    /// What was trained: `hash-grid`, `nerf`; of another program what it says.
+    /// What was trained: `hash-grid`, `nerf`; or the name that another program gives.
     pub method: String,
     /// Name of the model, or of another program's setting.
     pub model: String,
-    /// How the file holds tables: `i8`, `f16`, `f32`.
+    /// The format of tables: `i8`, `f16`, `f32`.
     pub precision: Option<String>,
     /// `--quality`.
     pub quality: Option<f32>,
@@ -34,9 +34,9 @@ pub struct Point {
     pub width: u32,
     /// Picture height.
     pub height: u32,
-    /// What pictures and truth were composited on: R,G,B from 0 to 1.
+    /// The background of pictures and truth: R,G,B from 0 to 1.
     pub background: String,
-    /// Where random numbers began.
+    /// Random seed of training.
     pub seed: Option<u64>,
     /// The commit of the program that trained it, which may be older than the chart.
     pub train_commit: Option<String>,
@@ -44,7 +44,7 @@ pub struct Point {
     pub train_seconds: Option<f64>,
     /// Steps of training.
     pub train_steps: Option<u64>,
-    /// Most memory held in training.
+    /// Peak memory of training.
     pub train_memory_bytes: Option<u64>,
     /// Size of the model file.
     pub bytes: Option<u64>,
@@ -69,25 +69,24 @@ pub struct Point {
     pub spread: Option<f64>,
     /// Whether the spread exceeds [`UNSTEADY`](Self::UNSTEADY): do not trust the time.
     pub unsteady: Option<bool>,
-    /// The median by the clock, whatever disturbed the machine.
+    /// The median as measured, on the machine as it was.
     pub wall_ms_per_frame: Option<f64>,
-    /// Pictures a second, undisturbed.
+    /// Pictures per second, undisturbed.
     pub frames_per_second: Option<f64>,
-    /// Pixels a second, undisturbed, interpolated ones too.
+    /// Pixels per second, undisturbed, interpolated ones included.
     pub rays_per_second: Option<f64>,
-    /// Evaluations of the field, a pixel.
+    /// Evaluations of the field per pixel.
     pub samples_per_ray: Option<f64>,
     /// What rendering needs beside the file and the picture: tables and every thread's
     /// scratch.
     pub render_memory_bytes: Option<u64>,
     /// Threads that rendered.
     pub threads: Option<usize>,
-    /// Whether no other point of the scene and size is at once as accurate (PSNR) and as
-    /// fast (time of a picture).
+    /// Whether it lies on the frontier of PSNR and time per picture.
     pub frontier: bool,
-    /// Makes the model.
+    /// The command that trains the model.
     pub train_command: Option<String>,
-    /// Measures it.
+    /// The command that measures it.
     pub eval_command: Option<String>,
     /// Where another program's figures come from.
     pub source: Option<String>,
@@ -99,7 +98,7 @@ impl Point {
     /// A spread above this share of the median is flagged.
     pub const UNSTEADY: f64 = 0.10;
 
-    /// What is compared with what: pictures of one scene and size.
+    /// The points that it is compared with: pictures of one scene and size.
     #[must_use]
     pub fn group(&self) -> Group<'_> {
         Group { scene: &self.scene, width: self.width, height: self.height }
@@ -111,7 +110,7 @@ impl Point {
         self.program == OURS
     }
 
-    /// The series that it belongs to: the method, or the other program.
+    /// Its series: the method, or the other program.
     #[must_use]
     pub fn series(&self) -> &str {
         if self.is_ours() { &self.method } else { &self.program }
@@ -135,7 +134,7 @@ impl std::fmt::Display for Group<'_> {
     }
 }
 
-/// The groups of points, each once, in their order.
+/// The groups of points, each once, in order.
 #[must_use]
 pub fn groups(points: &[Point]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group<'_>> = Vec::new();

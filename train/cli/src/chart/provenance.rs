@@ -9,8 +9,8 @@ use crate::machine::Machine;
 pub struct Program {
     /// Its version.
     pub version: String,
-    /// The commit that it was built of, `-dirty` where files had changed; `None`: built
-    /// outside a repository.
+    /// The commit that it was built from, `-dirty` if files had changed; `None` outside a
+    /// repository.
     pub commit: Option<String>,
 }
 
@@ -24,10 +24,10 @@ impl Program {
     }
 }
 
-/// The machine, and what it could do at best in the minutes of the measurement.
+/// The machine, and its best rates at the time of the measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct MachineFacts {
-    /// What the processor calls itself.
+    /// The name of the processor.
     pub cpu: Option<String>,
     /// Operating system and architecture.
     pub system: String,
@@ -35,11 +35,11 @@ pub struct MachineFacts {
     pub threads: usize,
     /// Vector instructions.
     pub simd: &'static str,
-    /// Cycles a second of one core, 10^9.
+    /// Clock of one core, GHz.
     pub clock_ghz: f64,
-    /// Multiplications and additions of `f32` in registers, 10^9 a second, all threads.
+    /// Multiplications and additions of `f32` in registers, 10^9 per second, all threads.
     pub peak_gflops: f64,
-    /// Memory that no cache holds, 10^9 bytes a second, all threads.
+    /// Reading memory beyond all caches, 10^9 bytes per second, all threads.
     pub peak_gb_per_s: Option<f64>,
 }
 
@@ -59,7 +59,7 @@ impl MachineFacts {
     }
 }
 
-/// The processor's name, where the system tells.
+/// The processor's name, if the system reports it.
 fn cpu() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
@@ -71,16 +71,15 @@ fn cpu() -> Option<String> {
 pub struct Protocol {
     /// Interleaved rounds.
     pub rounds: usize,
-    /// Median of how much slower the machine was than at its best, which times are divided
-    /// by turn by turn.
+    /// Median slowdown of the machine; the time of each turn is divided by its own.
     pub slowdown: f64,
-    /// Share of the median that the quartiles may lie apart.
+    /// Spread of the quartiles, as a share of the median, above which a time is flagged.
     pub unsteady_above: f64,
-    /// The network of LPIPS, where weights were given.
+    /// The network of LPIPS, if weights were given.
     pub lpips: Option<String>,
     /// The command.
     pub command: String,
-    /// What decided what is measured: whoever asks for just this again need not measure.
+    /// Everything that decided what was measured: the same again needs no measurement.
     pub asked: String,
     /// Seconds since 1970 when the rounds began.
     pub measured_at: u64,

@@ -1,11 +1,11 @@
-//! Which setting suits a device and a scene.
+//! Chooses the setting that suits a device and a scene.
 
 use std::fmt;
 use std::str::FromStr;
 
 use super::Point;
 
-/// What somebody asks of a setting.
+/// What a setting should achieve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wish {
     /// The fastest pictures with at least so many dB.
@@ -13,9 +13,9 @@ pub enum Wish {
         /// PSNR, dB.
         psnr: f64,
     },
-    /// The most accurate pictures with at least so many a second.
+    /// The most accurate pictures with at least so many per second.
     Accurate {
-        /// Pictures a second.
+        /// Pictures per second.
         frames_per_second: f64,
     },
     /// The smallest file with at least so many dB.
@@ -26,11 +26,11 @@ pub enum Wish {
 }
 
 impl Wish {
-    /// The best of the points measured here that grants it; of equal ones the first.
+    /// The best point measured here that achieves it; of equal ones the first.
     #[must_use]
     pub fn choose<'p>(&self, points: impl IntoIterator<Item = &'p Point>) -> Option<&'p Point> {
         let ours = points.into_iter().filter(|point| point.is_ours());
-        // What has to be enough, and what is to be as small as can be.
+        // What must be reached, and what is minimised.
         let granted = ours.filter_map(|point| {
             let (psnr, ms) = (point.psnr?, point.ms_per_frame?);
             let (enough, cost) = match *self {

@@ -1,7 +1,7 @@
-//! Times of pictures, measured in rounds: each model has its turn in every round, so
-//! that whatever disturbs the machine for a while disturbs all of them. Before and after
-//! each turn a piece of work that is always the same tells how fast the machine is just
-//! then: on machines that are shared, that changes by a fifth from minute to minute.
+//! Times of pictures, measured in rounds. Each model has a turn in every round, so that a
+//! disturbance of the machine affects all of them. Before and after each turn, a constant
+//! piece of work measures the speed of the machine, which changes by a fifth from minute to
+//! minute on shared machines.
 
 use std::time::Instant;
 
@@ -11,11 +11,11 @@ use pocketnerf_train::picture::{Renderer, Settings};
 
 use crate::machine::Pace;
 
-/// A turn takes about so long, seconds, where one picture does not take longer.
+/// Seconds of a turn, if one picture takes less.
 const TURN: f64 = 0.25;
 /// Pictures of a turn at most.
 const PICTURES: usize = 4;
-/// Where a picture takes longer, seconds, none is needed to warm the caches up.
+/// Seconds of a picture above which none is needed to warm up the caches.
 const LONG: f64 = 0.5;
 
 /// A model that is rendered one way.
@@ -25,9 +25,9 @@ pub struct Contestant<'m> {
     pub model: &'m Model<'m>,
     /// How it is rendered.
     pub settings: Settings,
-    /// From where; the first ones are taken.
+    /// Cameras, of which the first ones are used.
     pub cameras: &'m [(Camera, Lens)],
-    /// About how long a picture takes, seconds: how many make a turn.
+    /// Expected seconds of a picture, which decide how many make a turn.
     pub expected: f64,
 }
 
@@ -45,7 +45,7 @@ impl Contestant<'_> {
         (self.pictures() + warm_up) as f64 * self.expected
     }
 
-    /// Milliseconds a picture, the mean of a turn.
+    /// Milliseconds per picture, the mean of a turn.
     fn take_turn(&self) -> Result<f64, Error> {
         let mut renderer = Renderer::new(self.model, &self.settings);
         let cameras = &self.cameras[..self.pictures().min(self.cameras.len())];
@@ -63,24 +63,23 @@ impl Contestant<'_> {
 /// A contestant's turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
-    /// Milliseconds a picture by the clock.
+    /// Milliseconds per picture by the clock.
     pub wall_ms: f64,
-    /// How many times longer the same work took around this turn than at its best in all
-    /// rounds.
+    /// How many times longer the constant work took around this turn than at its fastest in
+    /// all rounds.
     pub slowdown: f64,
 }
 
 impl Turn {
-    /// Milliseconds a picture of an undisturbed machine.
+    /// Milliseconds per picture of an undisturbed machine.
     #[must_use]
     pub fn ms(&self) -> f64 {
         self.wall_ms / self.slowdown
     }
 }
 
-/// The turns of every contestant, round after round. Every second round goes
-/// backwards. `done` is told how many turns have been taken; where it says no, that was
-/// the last.
+/// The turns of every contestant, round after round; every second round in reverse. `done`
+/// gets the number of turns so far and returns whether to continue.
 ///
 /// # Errors
 /// What rendering reports.

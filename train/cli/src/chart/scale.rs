@@ -7,7 +7,7 @@ pub(super) fn logarithmic(values: Vec<f64>) -> [f64; 2] {
     [low / room, high * room]
 }
 
-/// Round numbers on a logarithmic scale: as many to a decade as there is room for.
+/// Round numbers on a logarithmic scale, as many per decade as fit.
 pub(super) fn ticks(left: f64, right: f64) -> Vec<f64> {
     let steps: &[f64] = match right / left {
         ..3.0 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
@@ -32,7 +32,7 @@ fn ends(values: &[f64]) -> [f64; 2] {
     values.iter().fold([f64::INFINITY, 0.0], |[low, high], &v| [low.min(v), f64::max(high, v)])
 }
 
-/// A number as short as it can be on an axis.
+/// A number in its shortest form.
 pub(super) fn short(value: f64) -> String {
     let size = value.abs();
     let (scaled, unit) = match size {

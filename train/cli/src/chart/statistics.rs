@@ -1,13 +1,13 @@
-//! What repeated timings say: their median, how sure it is, and how far they spread.
+//! Statistics of repeated timings: median, confidence interval and spread.
 
 use pocketnerf_train::random::Random;
 
 /// Resamples of the bootstrap.
 const RESAMPLES: usize = 2000;
-/// Where its random numbers begin: the same timings give the same interval.
+/// Its random seed: the same timings give the same interval.
 const SEED: u64 = 0x0b00_75e7;
 
-/// Timings of one thing, summed up.
+/// The summary of repeated timings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
     /// The median.
@@ -38,7 +38,7 @@ fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
     Some(low + (high - low) * place.fract())
 }
 
-/// Between what 95 % of the medians of resampled timings lie.
+/// The interval that holds 95 % of the medians of resampled timings.
 fn bootstrap(timings: &[f64]) -> [f64; 2] {
     let mut random = Random::new(SEED, [timings.len() as u64, 0, 0]);
     let mut medians: Vec<f64> = (0..RESAMPLES)

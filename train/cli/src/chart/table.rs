@@ -1,4 +1,4 @@
-//! `points.csv`: a row a point.
+//! `points.csv`: one row per point.
 
 use super::Point;
 

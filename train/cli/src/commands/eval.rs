@@ -117,7 +117,7 @@ impl Eval {
     }
 }
 
-/// The other scores, as far as there are any.
+/// The other scores that there are.
 fn others(result: &Evaluation, metrics: &Metrics) -> String {
     let network = metrics.lpips.as_ref().map_or("", Lpips::network);
     let named = [
@@ -129,7 +129,7 @@ fn others(result: &Evaluation, metrics: &Metrics) -> String {
     known.collect()
 }
 
-/// Sends every pixel's ray through there.
+/// Moves the camera's rays to where the model expects them in pixels.
 pub(super) fn shift(camera: &mut Camera, origin: PixelOrigin) {
     if origin == PixelOrigin::Corner {
         camera.center = camera.center.map(|c| c + 0.5);

@@ -1,4 +1,4 @@
-//! The command line: a thin layer over the library. One file a command.
+//! The command line, a thin layer over the library: one file per command.
 
 mod bench;
 mod chart;
@@ -20,7 +20,7 @@ use std::time::Instant;
 use clap::{Args, Parser, Subcommand};
 use reading::Reading;
 
-/// Whatever stops a command: its text is one line.
+/// Why a command stopped: its text is one line.
 type Failure = Box<dyn std::error::Error>;
 
 /// The heading of options that most commands have.

@@ -10,7 +10,7 @@ use super::Common;
 /// Names the built-in scene, in place of a folder.
 pub(super) const BUILT_IN: &str = "builtin";
 
-/// What the files of a dataset do not say.
+/// How to read a dataset.
 #[derive(Clone, Copy, Debug, clap::Args)]
 #[command(next_help_heading = "Dataset")]
 pub(super) struct Reading {

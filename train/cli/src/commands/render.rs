@@ -143,7 +143,7 @@ impl Render {
     }
 }
 
-/// A picture as fine as it can be made within a time.
+/// The finest picture that a deadline allows.
 fn in_time(
     model: &Model<'_>,
     camera: &Camera,

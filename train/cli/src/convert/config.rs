@@ -1,4 +1,4 @@
-//! The config that a program leaves beside its checkpoints.
+//! The config that a program writes beside its checkpoints.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,12 +7,12 @@ use yaml_rust2::parser::{Event, Parser};
 
 use pocketnerf_train::convert::{ConvertError, Settings};
 
-/// Names to look for, the most telling first.
+/// File names, the most informative first.
 const NAMES: [&str; 3] = ["config.yml", "args.txt", "config.txt"];
-/// Bytes of a config at most.
+/// Most bytes of a config.
 const MOST: u64 = 1 << 16;
 
-/// What the config in the checkpoint's folder says, and which file that is.
+/// The config in the checkpoint's folder: its file and its settings.
 ///
 /// # Errors
 /// [`ConvertError::Config`] for a file that cannot be read, and for choices that a model
@@ -29,7 +29,7 @@ pub fn beside(checkpoint: &Path) -> Result<Option<(PathBuf, Settings)>, ConvertE
     settings.map(|settings| Some((file.clone(), settings))).map_err(refuse)
 }
 
-/// A short file.
+/// The text of a short file.
 pub(super) fn text(file: &Path) -> Result<String, String> {
     let length = std::fs::metadata(file).map_err(|error| error.to_string())?.len();
     if length > MOST {
@@ -38,7 +38,7 @@ pub(super) fn text(file: &Path) -> Result<String, String> {
     std::fs::read_to_string(file).map_err(|error| error.to_string())
 }
 
-/// `key = value`, a line each; `#` begins a remark.
+/// Lines of `key = value`; `#` starts a comment.
 fn lines(text: &str) -> BTreeMap<String, String> {
     let pairs = text.lines().filter_map(|line| {
         let line = line.split('#').next().unwrap_or(line);
@@ -53,11 +53,11 @@ fn of_yaml(text: &str) -> Result<Settings, String> {
 }
 
 impl Values {
-    /// Those of a tree, by keys that dots join.
+    /// The values of a YAML tree, by their keys joined with dots.
     pub(super) fn of_yaml(text: &str) -> Result<Self, String> {
         let mut scalars = Scalars::default();
         let mut parser = Parser::new_from_str(text);
-        // One by one: the parser's own loop calls itself for every level of nesting.
+        // One by one: the parser's own loop recurses for every level of nesting.
         loop {
             let (event, _) = parser.next_token().map_err(|error| error.to_string())?;
             if event == Event::StreamEnd {
@@ -68,8 +68,8 @@ impl Values {
     }
 }
 
-/// Values by their keys, those of nested mappings joined by dots. Lists are left out, and
-/// aliases are not followed: a text cannot grow.
+/// Values by their keys, those of nested mappings joined with dots. Lists are ignored and
+/// aliases are not followed, so a text cannot grow.
 #[derive(Default)]
 struct Scalars {
     /// Of each mapping that is open, the key whose value comes next; `None` in a list.
@@ -119,7 +119,7 @@ impl Scalars {
     }
 }
 
-/// What a config says, by its keys.
+/// The values of a config, by their keys.
 pub(super) struct Values(BTreeMap<String, String>);
 
 impl Values {
@@ -163,8 +163,8 @@ impl Values {
         })
     }
 
-    /// bmild/nerf and yenchenlin/nerf-pytorch: the options of their command line. What
-    /// depends on the kind of dataset they have in their programs.
+    /// bmild/nerf and yenchenlin/nerf-pytorch: the options of their command line. Defaults by
+    /// kind of dataset are those of these programs.
     fn of_arguments(&self) -> Result<Settings, String> {
         self.refuse("lindisp", true)?;
         let (blender, llff) = (Some("blender"), Some("llff"));
@@ -188,7 +188,7 @@ impl Values {
         })
     }
 
-    /// A choice that no model can express.
+    /// Refuses a choice that no model can express.
     fn refuse(&self, key: &str, value: bool) -> Result<(), String> {
         match self.truth(key)? {
             Some(found) if found == value => Err(format!(

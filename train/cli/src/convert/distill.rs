@@ -1,4 +1,4 @@
-//! Views of a model, to train another one from: no photographs needed.
+//! Renderings of a model, to train another one on.
 
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::{Camera, ColorSpace, Display, Error, Model, Space, math, pixel};
@@ -7,21 +7,21 @@ use pocketnerf_train::field::{EncodingConfig, Layout};
 use pocketnerf_train::picture::{Renderer, Sampling, Settings};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
-/// Bytes of the cells and of what surrounds tables and networks, at most.
+/// Most bytes of cells and metadata beside tables and networks.
 const CELLS: usize = 400_000;
-/// Base-two logarithm of the entries that a level has at least.
+/// log2 of the fewest entries per grid level.
 const LEAST_TABLE: u32 = 10;
-/// Views that are learnt from where no cameras are given.
+/// Views to train on if no cameras are given.
 pub const VIEWS: usize = 100;
 /// Their width and height.
 const SIDE: u32 = 256;
-/// Their horizontal field of view, radians, where the scene is looked at from outside.
+/// Their horizontal field of view, radians, for views from outside.
 const FOV_X: f32 = 0.7;
 /// Azimuth between one view and the next: the golden angle spreads them evenly.
 const TURN: f32 = 2.399_963_2;
 
-/// So many cameras evenly all around a box, as far as `distance` from its middle, or as
-/// far as it takes to see all of it; `None` for other spaces: their cameras are known.
+/// `count` cameras evenly all around a box, at `distance` from its middle, or farther if
+/// needed to see all of it; `None` for other spaces, whose cameras are known.
 #[must_use]
 pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Camera>> {
     let [min, max] = space.scene_box()?;
@@ -30,9 +30,8 @@ pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Came
     Some(around(space.center(), distance, FOV_X, count))
 }
 
-/// So many cameras evenly all around a box, as far from its middle and with as wide a view
-/// as some others have on average, and these; `None` where there are no others, and for
-/// other spaces.
+/// `others` and `count` cameras evenly all around a box, with the mean distance and field of
+/// view of `others`; `None` if there are none, and for other spaces.
 #[must_use]
 pub fn all_around_like(space: &Space, others: &[Camera], count: usize) -> Option<Vec<Camera>> {
     space.scene_box()?;
@@ -64,7 +63,7 @@ fn around(center: [f32; 3], distance: f32, fov_x: f32, count: usize) -> Vec<Came
     (0..count).map(camera).collect()
 }
 
-/// Every eighth camera is held out; none is wider or higher than a view from around.
+/// Cameras to train on, and every eighth, held out; downscaled to the size of our own views.
 #[must_use]
 pub fn held_out(cameras: &[Camera]) -> [Vec<Camera>; 2] {
     let small =
@@ -76,8 +75,8 @@ pub fn held_out(cameras: &[Camera]) -> [Vec<Camera>; 2] {
     [of(false), of(true)]
 }
 
-/// What the model shows these cameras in occupied cells, to be learnt from. Transparent
-/// where the space is a box; over the model's background elsewhere. In
+/// Renders the model for these cameras in occupied cells, to train on: transparent if the
+/// space is a box, else over the model's background. In
 /// sRGB, as images are.
 ///
 /// # Errors
@@ -105,8 +104,8 @@ pub fn views(
     Ok(Dataset { background: Some(model.display.srgb_background()), ..dataset })
 }
 
-/// Settings to learn a hash grid from such views, whose file has at most so many bytes;
-/// `None` where that is not to be had.
+/// Settings to train a hash grid on such views whose file has at most `bytes`; `None` if no
+/// grid is that small.
 #[must_use]
 pub fn config(
     model: &Model<'_>,

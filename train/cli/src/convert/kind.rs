@@ -1,4 +1,4 @@
-//! Kinds of model that are not converted, recognised to say so and what to do instead.
+//! Recognises kinds of model that are not converted, to suggest what to do instead.
 
 use pocketnerf_formats::import::{FieldError, ImportError};
 
@@ -6,7 +6,7 @@ use pocketnerf_train::convert::ConvertError;
 
 const SAFETENSORS: &str = "save the weights as .safetensors with the names of nerf-pytorch";
 
-/// How files begin, what such files are, and a hint.
+/// The first bytes of files, what such files are, and a hint.
 const OTHERS: [(&[u8], &str, &str); 7] = [
     (
         b"ply\n",
@@ -41,8 +41,7 @@ pub fn refuse_others(bytes: &[u8]) -> Result<(), ConvertError> {
     }
 }
 
-/// What stands near the beginning or the end of files of some kinds: names of tensors or of
-/// an archive's entries.
+/// Names of tensors or archive entries near the beginning or the end of files of some kinds.
 const CONTAINED: [(&[u8], &str, &str); 6] = [
     (b"density_plane", "TensoRF's models", ON_PHOTOGRAPHS),
     (b"density_data.npy", "Plenoxels' models", ON_PHOTOGRAPHS),
@@ -52,14 +51,13 @@ const CONTAINED: [(&[u8], &str, &str); 6] = [
     (b"_model.field.", "nerfstudio's other methods", ON_PHOTOGRAPHS),
 ];
 const ON_PHOTOGRAPHS: &str = "train on the photographs it was made from: pocketnerf train DATA";
-/// Bytes that are looked through at both ends.
+/// Bytes to search at both ends.
 const ENDS: usize = 1 << 16;
 
-/// What to say of a file that cannot be used: what it is, where it is recognised, else the
-/// error.
+/// The error for a file that cannot be used: what it is, if it is recognised, else `error`.
 #[must_use]
 pub fn instead(bytes: &[u8], error: ConvertError) -> ConvertError {
-    // A known program's file, with something wrong in it.
+    // A damaged file of a known program.
     let known = match &error {
         ConvertError::Field(error) => !matches!(error, FieldError::Unknown { .. }),
         ConvertError::Checkpoint(error) => !matches!(error, ImportError::MissingEntry(_)),

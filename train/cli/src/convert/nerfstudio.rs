@@ -1,5 +1,5 @@
-//! What nerfstudio keeps beside its checkpoints: `config.yml` and
-//! `dataparser_transforms.json`, a folder above.
+//! The files of nerfstudio in the folder above its checkpoints: `config.yml` and
+//! `dataparser_transforms.json`.
 
 use std::path::Path;
 
@@ -12,11 +12,11 @@ use pocketnerf_train::convert::{ConvertError, Settings};
 const CONFIG: &str = "config.yml";
 const TRANSFORMS: &str = "dataparser_transforms.json";
 
-/// Completes a field by what lies beside its checkpoint, and gives what the config says of
-/// pictures. Other programs' fields are left as they are.
+/// Completes a field by the files beside its checkpoint, and returns the config's settings.
+/// Fields of other programs are left unchanged.
 ///
 /// # Errors
-/// [`ConvertError::Beside`] where there is no config, [`ConvertError::Config`] for files that
+/// [`ConvertError::Beside`] if there is no config, [`ConvertError::Config`] for files that
 /// cannot be read and for what a model cannot express: a contracted space.
 pub fn complete(ngp: &mut Ngp, checkpoint: &Path) -> Result<Settings, ConvertError> {
     if ngp.program() != "nerfstudio" {

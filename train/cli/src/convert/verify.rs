@@ -1,17 +1,17 @@
-//! Source and result on the same rays.
+//! Compares source and result on the same rays.
 
 use pocketnerf_core::{Camera, ColorSpace, Error, Model};
 use pocketnerf_train::picture::{Picture, Renderer, Sampling, Settings};
 use serde::Serialize;
 
-/// How far the pictures of two models are apart.
+/// How the pictures of two models differ.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Difference {
     /// dB, over all pixels; `null` for equal pictures.
     pub psnr: f64,
     /// The largest difference of a channel, 0 to 1.
     pub max_error: f32,
-    /// Evaluations a pixel of the first and of the second.
+    /// Evaluations per pixel of the first and of the second model.
     pub evaluations: [f64; 2],
 }
 

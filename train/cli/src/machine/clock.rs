@@ -1,4 +1,4 @@
-//! The clock that a core really runs at.
+//! The actual clock of a core.
 
 use std::hint::black_box;
 
@@ -7,8 +7,8 @@ pub(super) const CYCLES: f64 = (2 * PAIRS) as f64;
 
 const PAIRS: u64 = 1 << 16;
 
-/// Additions and exclusive ors by turns, which no compiler can join: each takes
-/// one cycle.
+/// Alternating additions and exclusive ors, which no compiler can merge: each takes one
+/// cycle.
 pub(super) fn chain() {
     let (mut x, a, b) = (black_box(1u64), black_box(3u64), black_box(5u64));
     for _ in 0..PAIRS / 8 {

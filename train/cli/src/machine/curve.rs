@@ -13,12 +13,12 @@ pub struct Curve(pub Vec<Point>);
 pub struct Point {
     /// Size of the buffer.
     pub bytes: usize,
-    /// Bytes or reads a second.
+    /// Bytes or reads per second.
     pub rate: Rate,
 }
 
 impl Curve {
-    /// The better of two looks at the same buffers.
+    /// The better of two measurements of the same buffers.
     pub(super) fn best(mut self, other: &Self) -> Self {
         for (point, other) in self.0.iter_mut().zip(&other.0) {
             point.rate = point.rate.best(other.rate);
@@ -26,8 +26,8 @@ impl Curve {
         self
     }
 
-    /// The rate of a buffer of this size: between two measured ones on a straight
-    /// line over the logarithm of the size, beyond them that of the nearest.
+    /// The rate of a buffer of this size: interpolated linearly over the logarithm of the
+    /// size, and beyond the measured sizes that of the nearest.
     #[must_use]
     pub fn at(&self, bytes: f64) -> Rate {
         let [first, .., last] = &self.0[..] else {

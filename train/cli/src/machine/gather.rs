@@ -1,5 +1,4 @@
-//! Reading eight bytes at random places: an entry of four features in half
-//! precision.
+//! Random reads of eight bytes: an entry of four features in half precision.
 
 use std::hint::black_box;
 

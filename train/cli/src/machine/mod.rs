@@ -21,11 +21,11 @@ pub use rate::Rate;
 
 use rate::Span;
 
-/// Buffers that are streamed: one that stays in a second-level cache, one that
-/// stays in a third-level cache, one that no cache holds.
+/// Buffers that are streamed: within the second-level cache, within the third-level cache,
+/// and beyond all caches.
 const STREAMS: [usize; 3] = [1 << 20, 16 << 20, LARGEST_STREAM];
 const LARGEST_STREAM: usize = 256 << 20;
-/// What a thread streams at least.
+/// The least that a thread streams.
 const LEAST_PART: usize = 1 << 20;
 /// Tables that are read at random places.
 const TABLES: [usize; 5] = [256 << 10, 1 << 20, 4 << 20, 16 << 20, 64 << 20];
@@ -35,20 +35,20 @@ const TABLES: [usize; 5] = [256 << 10, 1 << 20, 4 << 20, 16 << 20, 64 << 20];
 pub struct Machine {
     /// Vector instructions that were measured with.
     pub simd: SimdLevel,
-    /// Threads of the rates of all.
+    /// Number of threads.
     pub threads: usize,
     /// `f32` values of a register.
     pub lanes: usize,
-    /// Cycles a second of one core.
+    /// Cycles per second of one core.
     pub clock: f64,
-    /// Floating-point operations a second, `f32`, in registers.
+    /// Floating-point operations per second, `f32`, in registers.
     pub flops: Rate,
-    /// What one core reaches of two fused multiply-adds a cycle.
+    /// The share of two fused multiply-adds per cycle that one core reaches.
     pub fma_fraction: f64,
-    /// Bytes a second, read one after the other. A thread has its own part of the
+    /// Bytes per second of sequential reading. A thread has its own part of the
     /// buffer, but at least a megabyte.
     pub streams: Curve,
-    /// Reads of eight bytes a second, at random places of one table.
+    /// Random reads of eight bytes per second, from one table.
     pub gathers: Curve,
 }
 
@@ -57,13 +57,12 @@ impl Machine {
     /// and rougher if `quick`.
     ///
     /// # Errors
-    /// When the SIMD level is not there.
+    /// If the machine lacks the SIMD level.
     pub fn measure(simd: SimdLevel, quick: bool) -> Result<Self, Error> {
         let level = simd.token()?;
         let (span, looks) = effort(quick);
         let (values, entries) = (values(), filled(TABLES[TABLES.len() - 1] / 8, 1));
-        // Round after round: what disturbs for a while does not hit every look at one
-        // thing.
+        // In rounds, so that a disturbance does not hit all measurements of one rate.
         let look = || Look::take(level, span, &values, &entries);
         let mut best = look();
         for _ in 1..looks {
@@ -77,13 +76,13 @@ impl Machine {
     }
 }
 
-/// How long a look takes, and how many there are.
+/// How long one measurement takes, and how many there are.
 const fn effort(quick: bool) -> (Span, usize) {
     let (span, looks) = if quick { (2, 2) } else { (15, 7) };
     (Span(Duration::from_millis(span)), looks)
 }
 
-/// Cycles a second of one core, now: neighbours and heat slow it down.
+/// Current cycles per second of one core: other load and heat slow it down.
 #[must_use]
 pub fn clock_now(quick: bool) -> f64 {
     let (span, looks) = effort(quick);
@@ -95,19 +94,19 @@ fn lanes<S: Simd>(_: S) -> usize {
     S::f32s::LEN
 }
 
-/// What is streamed.
+/// The buffer that is streamed.
 fn values() -> Aligned<f32> {
     filled(LARGEST_STREAM.max(rayon::current_num_threads() * LEAST_PART) / 4, 1.0)
 }
 
-/// Not zeros: the system would give the same page again and again.
+/// Not zeros: the system would map one page again and again.
 fn filled<T: Copy + Default + Send + Sync>(len: usize, value: T) -> Aligned<T> {
     let mut memory = Aligned::new(len);
     memory.par_chunks_mut(1 << 16).for_each(|part| part.fill(value));
     memory
 }
 
-/// One look at everything.
+/// One measurement of everything.
 struct Look {
     clock: f64,
     flops: Rate,
@@ -145,7 +144,7 @@ fn streams(level: Level, span: Span, values: &[f32]) -> Curve {
     Curve(STREAMS.map(point).to_vec())
 }
 
-/// The lone thread reads all of it, each of many its part.
+/// One thread reads all of it; each of many reads its part.
 fn stream(level: Level, span: Span, values: &[f32], bytes: usize) -> Rate {
     let part = (bytes / rayon::current_num_threads()).max(LEAST_PART) / 1024 * 1024;
     let sum = |thread: usize, bytes: usize| {
@@ -167,7 +166,7 @@ fn gathers(level: Level, span: Span, entries: &[u64]) -> Curve {
     Curve(points.to_vec())
 }
 
-/// Looks at the machine again while something else is measured.
+/// Measures the machine again while something else is measured.
 pub(crate) struct Probe {
     level: Level,
     span: Span,
@@ -179,8 +178,8 @@ impl Probe {
         Ok(Self { level: simd.token()?, span: effort(quick).0, values: values() })
     }
 
-    /// Floating-point operations a second in registers, and bytes a second that no
-    /// cache holds.
+    /// Floating-point operations per second in registers, and bytes per second of memory
+    /// beyond all caches.
     pub(crate) fn look(&self) -> [Rate; 2] {
         let flops = dispatch!(self.level, simd => registers(self.span, simd));
         [flops, stream(self.level, self.span, &self.values, LARGEST_STREAM)]

@@ -1,4 +1,4 @@
-//! How fast the machine is right now, for whoever times something else.
+//! The current speed of the machine, to correct other timings.
 
 use std::time::Instant;
 
@@ -7,13 +7,13 @@ use pocketnerf_core::{Error, SimdLevel};
 
 use super::{fma, gather};
 
-/// What is read at random places, bytes: as large as a model's tables.
+/// Bytes that are read at random, about a model's tables.
 const TABLE: usize = 1 << 20;
-/// Calls of a look, each thread.
+/// Calls of one measurement, per thread.
 const CALLS: usize = 60;
 
-/// A piece of work that is always the same: multiply-adds and reads at random places, on
-/// all threads at once, as pictures are.
+/// A constant piece of work: multiply-adds and random reads on all threads at once, like
+/// rendering.
 #[derive(Debug)]
 pub struct Pace {
     level: Level,
@@ -24,13 +24,12 @@ impl Pace {
     /// For these vector instructions.
     ///
     /// # Errors
-    /// When the SIMD level is not there.
+    /// If the machine lacks the SIMD level.
     pub fn new(simd: SimdLevel) -> Result<Self, Error> {
         Ok(Self { level: simd.token()?, table: vec![1; TABLE / 8] })
     }
 
-    /// Seconds that the work takes now, some twenty milliseconds: until the last thread has
-    /// finished.
+    /// Seconds that the work takes now, about 0.02, until the last thread has finished.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         let begun = Instant::now();

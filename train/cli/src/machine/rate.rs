@@ -1,26 +1,26 @@
-//! Work a second, of one thread and of all.
+//! Work per second, of one thread and of all.
 
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-/// Work a second, of whatever kind.
+/// Work per second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rate {
-    /// Of one thread while the others rest.
+    /// Of one thread while the others are idle.
     pub one_thread: f64,
     /// Of all threads together.
     pub all: f64,
 }
 
 impl Rate {
-    /// The better of two looks at the same: whatever disturbs makes slower.
+    /// The better of two measurements: disturbances only slow down.
     pub(super) const fn best(self, other: Self) -> Self {
         Self { one_thread: self.one_thread.max(other.one_thread), all: self.all.max(other.all) }
     }
 }
 
-/// How long one look takes.
+/// How long one measurement takes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span(pub(super) Duration);
 
@@ -43,7 +43,7 @@ impl Span {
         calls.iter().sum::<f64>() * work / begun.elapsed().as_secs_f64()
     }
 
-    /// Calls `run` until the time is over; gives the number of calls.
+    /// Calls `run` until the time is over and returns the number of calls.
     fn calls(self, run: impl Fn()) -> f64 {
         let begun = Instant::now();
         let mut calls = 0.0;

@@ -1,4 +1,4 @@
-//! Reading memory from its beginning to its end.
+//! Reading memory sequentially.
 
 use std::hint::black_box;
 

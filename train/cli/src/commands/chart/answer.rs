@@ -1,4 +1,4 @@
-//! Which setting suits: answered from the points.
+//! Recommends settings, from the points.
 
 use std::path::{Path, PathBuf};
 
@@ -10,8 +10,8 @@ use crate::chart::{Point, Wish, groups};
 use crate::commands::{Common, Failure, open, print_line, read_model};
 
 impl Chart {
-    /// Answers every wish for every scene and picture size, and stores the choice where
-    /// that was asked for.
+    /// Answers every wish for every scene and picture size, and stores the choice with
+    /// `--store`.
     pub(super) fn answer(&self, points: &[Point], common: &Common) -> Result<(), Failure> {
         let mut answers = Vec::new();
         let ours: Vec<Point> = points.iter().filter(|point| point.is_ours()).cloned().collect();

@@ -1,4 +1,4 @@
-//! From models to points: how good their pictures are, then how long they take.
+//! From models to points: first their scores, then their times.
 
 use std::path::PathBuf;
 
@@ -37,7 +37,7 @@ pub(super) struct Measured {
     /// Files of pictures by their points' ids.
     pub(super) pictures: Vec<(String, PathBuf)>,
     pub(super) rounds: usize,
-    /// How much slower than at its best the machine was.
+    /// Slowdown of the machine, compared with its best.
     pub(super) slowdown: f64,
 }
 
@@ -52,7 +52,7 @@ pub(super) fn measure(
 ) -> Result<Measured, Failure> {
     let folders =
         [make_folder(&chart.out.join("scores"))?, make_folder(&chart.out.join("pictures"))?];
-    // A table for each model, which is its files' memory as long as anything is rendered.
+    // An empty-space skip table for each model, for as long as anything is rendered.
     let mut tables = vec![Vec::new(); models.all.len()];
     let files: Vec<_> = models
         .all
@@ -69,7 +69,7 @@ pub(super) fn measure(
             let own: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
             let of_scene = models.all.iter().zip(&files).filter(|(model, _)| model.scene == i);
             for (model, file) in of_scene {
-                // Poses are the dataset's.
+                // Poses are in the dataset's coordinates.
                 for (view, own) in dataset.views.iter_mut().zip(&own) {
                     view.camera = file.about.scene.camera_to_model(own);
                     crate::commands::eval::shift(&mut view.camera, file.about.pixel_origin);
@@ -107,7 +107,7 @@ pub(super) fn measure(
     Ok(Measured { points, pictures, rounds, slowdown })
 }
 
-/// Times all in turns; how much slower than at its best the machine was, typically.
+/// Times all in turns, and returns the median slowdown of the machine.
 fn time(
     contestants: &[Contestant<'_>],
     points: &mut [Point],

@@ -1,4 +1,4 @@
-//! The models of a chart: trained by this program as anybody would call it, or taken.
+//! The models of a chart: trained by running this program, or given.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -102,7 +102,7 @@ impl Models {
         Ok(Self { folder: make_folder(&out.join("models"))?, all: taken })
     }
 
-    /// Trains what is not there yet.
+    /// Trains the missing models.
     pub(super) fn train(
         &mut self,
         scenes: &[Scene],
@@ -146,7 +146,7 @@ struct Job<'a> {
     /// The model as trained, in f32.
     path: PathBuf,
     record: Record,
-    /// How long that takes, about.
+    /// Expected seconds of training.
     seconds: f64,
 }
 
@@ -181,8 +181,8 @@ impl<'a> Job<'a> {
         self.path.with_extension("json")
     }
 
-    /// What was recorded of a model with these options. Whichever version trained it: what
-    /// it took is kept, and which it was is said in the chart.
+    /// The record of a model with these options, whichever version trained it: the chart names
+    /// that version.
     fn recorded(&self) -> Option<Record> {
         let bytes = std::fs::read(self.record_path()).ok()?;
         let found: Record = serde_json::from_slice(&bytes).ok()?;
@@ -194,7 +194,7 @@ impl<'a> Job<'a> {
         (found == expected).then_some(found)
     }
 
-    /// What training took, where it is done.
+    /// The cost of training, if it is done.
     fn finished(&self) -> Option<Trained> {
         self.recorded()?.trained.filter(|_| self.path.is_file())
     }
@@ -204,13 +204,13 @@ impl<'a> Job<'a> {
         Ok(output::write_atomic(&self.record_path(), &serde_json::to_vec_pretty(&record)?)?)
     }
 
-    /// Calls `pocketnerf train`, as its users do: time and memory are those of the whole
+    /// Runs `pocketnerf train` as users do, so that time and memory are those of the whole
     /// program.
     fn train(&self, simd: Option<SimdLevel>, common: &Common, stop: &Stop) -> Result<(), Failure> {
         let checkpoint = checkpoint_path(&self.path);
         let resumes = checkpoint.is_file() && self.recorded().is_some();
         if !resumes && checkpoint.is_file() {
-            // Of other options: nobody shall go on from it.
+            // Of other options: it must not be resumed.
             std::fs::remove_file(&checkpoint)?;
         }
         self.write_record(None)?;
@@ -252,7 +252,7 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    /// Options that a checkpoint does not know.
+    /// Options that a checkpoint does not store.
     fn given_again(&self) -> &[String] {
         let options = &self.recipe.options;
         match options.iter().position(|option| option == "--views") {

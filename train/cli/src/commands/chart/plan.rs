@@ -1,4 +1,4 @@
-//! What is trained, checked before anything is.
+//! What is trained, checked before training starts.
 
 use clap::Parser;
 use pocketnerf_train::trainer::Length;
@@ -7,7 +7,7 @@ use super::Chart;
 use crate::chart::{Recipe, plan};
 use crate::commands::{Common, Failure, train::Train};
 
-/// What a recipe's options may not say, because the chart does.
+/// Options that a recipe may not have, because the chart sets them.
 const OURS: [&str; 8] = [
     "--out",
     "--resume",
@@ -30,7 +30,7 @@ struct Line {
 }
 
 impl Chart {
-    /// What is to be trained: what was given, nothing where models were, or the sweep.
+    /// What is trained: what was given, nothing if models were given, or the sweep.
     pub(super) fn recipes(&self) -> Result<Vec<Recipe>, Failure> {
         let mut recipes: Vec<Recipe> = match (&self.train[..], &self.models[..], self.quick) {
             ([], [], true) => plan::quick(),
@@ -52,7 +52,7 @@ impl Chart {
     }
 }
 
-/// How long the recipe trains; refuses what `pocketnerf train` would.
+/// The length of a recipe's run; refuses what `pocketnerf train` would.
 pub(super) fn length(recipe: &Recipe) -> Result<Length, Failure> {
     let text = recipe.options.join(" ");
     let refused = |why: &str| format!("--train {text:?}: {why}");

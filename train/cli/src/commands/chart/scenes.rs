@@ -10,7 +10,7 @@ use crate::commands::{Common, Failure, Reading};
 
 /// A dataset, how it is read, and what of it is compared.
 pub(super) struct Scene {
-    /// What charts call it.
+    /// Its name in the chart.
     pub(super) name: String,
     /// As on a command line.
     pub(super) data: PathBuf,

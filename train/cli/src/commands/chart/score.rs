@@ -1,4 +1,4 @@
-//! How good a way's pictures are: kept in a file, with what it is the score of.
+//! Scores of pictures, kept in files with what they depend on.
 
 use std::path::{Path, PathBuf};
 
@@ -15,12 +15,12 @@ use super::measure::Way;
 use crate::chart::Program;
 use crate::commands::Failure;
 
-/// Pictures of points have at most so many pixels a side: what is larger is cropped.
+/// Most pixels along a side of a point's picture: larger ones are cropped.
 const PICTURE: u32 = 400;
-/// The difference is shown so many times brighter.
+/// Brightness of the difference.
 const GAIN: u8 = 4;
 
-/// What does not change from run to run.
+/// The scores, which do not change from run to run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Scored {
     of: String,
@@ -35,7 +35,7 @@ pub(super) struct Scored {
     pub(super) depth_error: Option<f64>,
     pub(super) samples_per_ray: f64,
     pub(super) seconds_per_frame: f64,
-    /// Every view, for whoever looks into the file.
+    /// Scores of every view, for readers of the file.
     per_view: serde_json::Value,
 }
 
@@ -48,7 +48,7 @@ pub(super) struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// The way's score and picture, those that are there or new ones.
+    /// The way's score and picture, kept or new.
     pub(super) fn score(
         &self,
         way: &Way<'_>,
@@ -106,7 +106,7 @@ impl Judge<'_> {
     }
 }
 
-/// Model, truth and difference side by side, of what is in the middle.
+/// Model, truth and difference side by side, cropped to the middle.
 fn write_picture(
     path: &Path,
     camera: &Camera,

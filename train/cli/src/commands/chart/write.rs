@@ -108,7 +108,7 @@ struct Written {
     points: Vec<Point>,
 }
 
-/// The points of the chart that the folder holds, where just this was asked.
+/// The points of the chart in the folder, if it is that of the same command.
 pub(super) fn measured(out: &Path, asked: &str) -> Option<Vec<Point>> {
     let bytes = std::fs::read(out.join(POINTS)).ok()?;
     let written: Written = serde_json::from_slice(&bytes).ok()?;

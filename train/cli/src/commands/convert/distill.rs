@@ -18,11 +18,11 @@ use crate::convert::{compare, distill};
 
 /// Views from which a distilled model and its source are compared.
 const OTHERS: usize = 7;
-/// So many cameras of the source's own see all of a scene: one is held out of every eight.
+/// Cameras of the source that are enough to see all of a scene; every eighth is held out.
 const ENOUGH: usize = 24;
 
 impl Convert {
-    /// Trains a hash grid from what the source shows, and compares both from elsewhere.
+    /// Trains a hash grid on renderings of the source, and compares both on held-out views.
     pub(super) fn distill(
         &self,
         (source, about): (&Model<'_>, &About<'_>),
@@ -38,7 +38,7 @@ impl Convert {
             None => source.field.decoder().map_or(Shading::PerRay, |decoder| decoder.shading),
         };
         let config = distill::config(source, shading, most, length).ok_or_else(|| {
-            format!("--distill-to {bytes}: no model is so small, give at least 600000")
+            format!("--distill-to {bytes}: no model is that small, expected at least 600000")
         })?;
         let [cameras, others] = self.cameras(&source.space, about, own, distance)?;
         let settings = self.rendering.settings(None);
@@ -83,8 +83,8 @@ impl Convert {
         Ok(self.report(program, written.len(), fraction, [Value::Null, difference]))
     }
 
-    /// Cameras to learn from, and others to compare from: those of a dataset, the source's
-    /// own, or some all around.
+    /// Cameras to train and to compare on: those of a dataset, the source's own, or some all
+    /// around.
     fn cameras(
         &self,
         space: &Space,
@@ -96,7 +96,7 @@ impl Convert {
             if own.len() >= ENOUGH {
                 return Ok(distill::held_out(own));
             }
-            // A few are not all of the scene: more like them.
+            // A few do not see all of the scene: add more like them.
             if let Some(cameras) = distill::all_around_like(space, own, distill::VIEWS) {
                 return Ok([cameras, own.to_vec()]);
             }

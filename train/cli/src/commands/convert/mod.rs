@@ -158,7 +158,7 @@ impl Convert {
         Ok(())
     }
 
-    /// A model of ours in another precision.
+    /// Writes one of our models in another precision.
     fn own(&self, bytes_of: &[u8], common: &Common) -> Result<Value, Failure> {
         let file = super::open(&self.input, bytes_of)?;
         if let Some(bytes) = self.distill_to {
@@ -292,7 +292,7 @@ impl Convert {
     }
 }
 
-/// Views all around, from as far away as the source's where that is known.
+/// Views all around, from the distance of the source's cameras if that is known.
 fn orbit(model: &Model<'_>, distance: f32, up: [f32; 3]) -> Vec<Camera> {
     let around = Orbit::around(&model.space, None, VIEWS, FRAC_PI_4);
     let radius = if distance > 0.0 { distance } else { around.radius };

@@ -1,4 +1,4 @@
-//! From a checkpoint and what lies beside it to a field and its surroundings.
+//! Reads a checkpoint and the files beside it.
 
 use std::path::{Path, PathBuf};
 
@@ -15,11 +15,11 @@ use super::Convert;
 use crate::commands::{Common, Failure, read_model};
 use crate::convert::{config, instead, nerfstudio};
 
-/// The near plane of normalised device coordinates: every program has it there.
+/// The near plane of normalised device coordinates, the same in all programs.
 const NDC_NEAR: f32 = 1.0;
 
 impl Convert {
-    /// The field of a checkpoint, with what is known of its pictures.
+    /// The field of a checkpoint, and how it is rendered.
     pub(super) fn conversion(
         &self,
         bytes: &[u8],
@@ -54,7 +54,7 @@ impl Convert {
         Ok(Conversion::Nerf(nerf.map_err(named)?))
     }
 
-    /// Options that would change nothing are no help: it is better to say so.
+    /// Refuses options that would change nothing.
     fn refuse_options_of_networks(&self) -> Result<(), Failure> {
         let given = [
             ("--far", self.far.is_some()),
