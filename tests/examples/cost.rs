@@ -11,7 +11,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use pocketnerf_core::{Camera, Model, Occupancy};
-use pocketnerf_train::cameras::Orbit;
+use pocketnerf_train::cameras::Circle;
 use pocketnerf_train::picture::{self, Settings};
 use pocketnerf_train::trainer::{dilated, pack};
 
@@ -34,8 +34,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let bytes = std::fs::read(&path).map_err(|e| format!("{path}: {e}"))?;
     let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{path}: {e}"))?;
     let own = file.about.camera.map(|camera| camera.camera());
-    let orbit = Orbit::around(&file.model.space, own.as_ref(), VIEWS, 0.7);
-    let cameras = Orbit { size: [800, 800], ..orbit }.cameras();
+    let circle = Circle::around(&file.model.space, own.as_ref(), VIEWS, 0.7);
+    let cameras = Circle { size: [800, 800], ..circle }.cameras();
     let mut grids: Vec<(Vec<u8>, Vec<u8>)> = Vec::new();
     if let Some(occupancy) = file.model.occupancy {
         let mut grown = (occupancy.coarse_bytes().to_vec(), occupancy.fine_bytes().to_vec());

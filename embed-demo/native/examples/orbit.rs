@@ -9,8 +9,9 @@ use std::error::Error;
 use std::f32::consts::TAU;
 use std::path::Path;
 
+use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::render::Tiles;
-use pocketnerf_core::{Camera, Model, RenderOptions, SimdLevel, Tile, Tuning, math, render_tile};
+use pocketnerf_core::{Camera, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use rayon::prelude::*;
 
 /// What `pocketnerf demo --log2-hashmap-size 12` made of the built-in scene.
@@ -47,10 +48,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// A camera on a circle around the scene, z up.
 fn orbit(model: &Model<'_>, view: u32) -> Camera {
     let target = model.space.center();
-    let radius = 1.6 / model.space.unit_map().scale;
-    let (sin, cos) = math::sin_cos(TAU * view as f32 / VIEWS as f32);
-    let eye = [target[0] + radius * cos, target[1] + radius * sin, target[2] + 0.5 * radius];
-    Camera::from_fov_x(SIDE, SIDE, 0.7, Camera::look_at(eye, target, [0.0, 0.0, 1.0]))
+    let radius = 1.8 / model.space.unit_map().scale;
+    let (azimuth, up) = (TAU * view as f32 / VIEWS as f32, [0.0, 0.0, 1.0]);
+    let orbit = Orbit { target, radius, azimuth, elevation: 0.46, axis: up, up };
+    Camera::from_fov_x(SIDE, SIDE, 0.7, orbit.pose())
 }
 
 /// Red, green and blue of every pixel: a tile a task, on all cores.

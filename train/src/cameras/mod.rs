@@ -1,4 +1,4 @@
-//! Cameras to render from: orbits, single poses and camera paths.
+//! Cameras to render from: circles, single poses and camera paths.
 
 mod path;
 mod subject;
@@ -6,9 +6,9 @@ mod subject;
 use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use glam::Vec3;
+use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::space::Ndc;
-use pocketnerf_core::{Camera, Space, math};
+use pocketnerf_core::{Camera, Space};
 
 pub use path::camera_path;
 pub(crate) use subject::{cube, distances, nearest_to_axes, object_box};
@@ -72,28 +72,20 @@ pub enum CameraError {
     },
 }
 
-/// Cameras on a circle, all looking at its axis.
+/// Cameras on a circle, all looking at one point of its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Orbit {
+pub struct Circle {
     /// How many cameras, evenly spaced.
     pub views: usize,
-    /// What they look at, scene units.
-    pub target: [f32; 3],
-    /// Distance from the target, scene units.
-    pub radius: f32,
-    /// Angle above the plane through the target, radians.
-    pub elevation: f32,
-    /// The direction that they stand around; any length but 0.
-    pub axis: [f32; 3],
-    /// The direction that is up in the pictures; any length but 0.
-    pub up: [f32; 3],
+    /// Where the first camera is; the others are further around.
+    pub first: Orbit,
     /// Horizontal field of view, radians.
     pub fov_x: f32,
     /// Picture width and height in pixels.
     pub size: [u32; 2],
 }
 
-impl Orbit {
+impl Circle {
     /// Around the middle of a space, as far from it as the model's own camera, or
     /// at twice the longest side.
     ///
@@ -108,16 +100,15 @@ impl Orbit {
         let target = space.center();
         let distance =
             |c: &Camera| (0..3).map(|a| (c.position()[a] - target[a]).powi(2)).sum::<f32>().sqrt();
-        Self {
-            views,
+        let first = Orbit {
             target,
             radius: own.map_or(2.0 / space.unit_map().scale, distance),
+            azimuth: 0.0,
             elevation: 0.5,
             axis: [0.0, 0.0, 1.0],
             up: [0.0, 0.0, 1.0],
-            fov_x,
-            size,
-        }
+        };
+        Self { views, first, fov_x, size }
     }
 
     /// A circle in the plane z = 0. The box is wider than what one camera at the origin sees by how
@@ -128,16 +119,15 @@ impl Orbit {
         let distance = 4.0 * ndc.near;
         let aside = (0.5 * (ndc.max[0] - ndc.min[0]) - 1.0) * ndc.near / ndc.slope[0];
         let aside = (0.5 * aside).clamp(0.05 * ndc.near, 0.25 * ndc.near);
-        Self {
-            views: 1,
+        let first = Orbit {
             target: [x, y, -distance],
             radius: distance.hypot(aside),
+            azimuth: 0.0,
             elevation: distance.atan2(aside),
             axis: [0.0, 0.0, 1.0],
             up: [0.0, 1.0, 0.0],
-            fov_x: 2.0 * (1.0 / ndc.slope[0]).atan(),
-            size: [400; 2],
-        }
+        };
+        Self { views: 1, first, fov_x: 2.0 * (1.0 / ndc.slope[0]).atan(), size: [400; 2] }
     }
 
     /// The horizontal field of view of a model's own camera, radians.
@@ -146,20 +136,12 @@ impl Orbit {
         own.map_or(0.7, |c| 2.0 * (0.5 * c.width as f32 / c.focal[0]).atan())
     }
 
-    /// The cameras, counter-clockwise seen from where the axis points. The first stands
-    /// where the x axis points (the y axis if x is what they stand around).
+    /// The cameras, counter-clockwise seen from where the axis points.
     #[must_use]
     pub fn cameras(&self) -> Vec<Camera> {
-        let axis = Vec3::from(self.axis).normalize_or(Vec3::Z);
-        let start = if axis.x.abs() < 0.999 { Vec3::X } else { Vec3::Y };
-        let first = start.reject_from_normalized(axis).normalize();
-        let second = axis.cross(first);
-        let (rise, reach) = math::sin_cos(self.elevation);
         let camera = |view: usize| {
-            let (sin, cos) = math::sin_cos(TAU * view as f32 / self.views as f32);
-            let direction = (first * cos + second * sin) * reach + axis * rise;
-            let eye = Vec3::from(self.target) + direction * self.radius;
-            let pose = Camera::look_at(eye.to_array(), self.target, self.up);
+            let azimuth = self.first.azimuth + TAU * view as f32 / self.views as f32;
+            let pose = Orbit { azimuth, ..self.first }.pose();
             Camera::from_fov_x(self.size[0], self.size[1], self.fov_x, pose)
         };
         (0..self.views).map(camera).collect()
@@ -195,17 +177,16 @@ mod tests {
 
     #[test]
     fn an_orbit_of_four() {
-        let orbit = Orbit {
-            views: 4,
+        let first = Orbit {
             target: [1.0, 2.0, 3.0],
             radius: 2.0,
+            azimuth: 0.0,
             elevation: std::f32::consts::FRAC_PI_6,
             axis: [0.0, 0.0, 2.0],
             up: [0.0, 0.0, 5.0],
-            fov_x: std::f32::consts::FRAC_PI_2,
-            size: [8, 6],
         };
-        let cameras = orbit.cameras();
+        let fov_x = std::f32::consts::FRAC_PI_2;
+        let cameras = Circle { views: 4, first, fov_x, size: [8, 6] }.cameras();
         // 30° up at distance 2: 1 above, √3 aside.
         let side = 3.0f32.sqrt();
         let expected = [[1.0 + side, 2.0], [1.0, 2.0 + side], [1.0 - side, 2.0], [1.0, 2.0 - side]];
@@ -214,7 +195,7 @@ mod tests {
             let ray = camera.ray(4.0, 3.0);
             let end: Vec<f32> =
                 ray.origin.iter().zip(ray.direction).map(|(o, d)| o + 2.0 * d).collect();
-            assert!(near(&end, &orbit.target), "{end:?}");
+            assert!(near(&end, &first.target), "{end:?}");
             // 90° wide, 8 pixels: focal 4.
             assert!(near(&camera.focal, &[4.0, 4.0]));
         }
@@ -230,7 +211,7 @@ mod tests {
         // is as wide as 2 and 0.4 times 2 * 1.5 / 2, around 0.1 * 1.5 / 2.
         let (min, max) = ([0.075 - 1.3, -1.0, -1.0], [0.075 + 1.3, 1.0, 1.0]);
         let space = Space::Ndc(Ndc { near: 2.0, slope: [1.5, 2.0], min, max });
-        let cameras = Orbit::around(&space, None, 4, 0.7).cameras();
+        let cameras = Circle::around(&space, None, 4, 0.7).cameras();
         for (camera, [x, y]) in
             cameras.iter().zip([[0.3, 0.0], [0.1, 0.2], [-0.1, 0.0], [0.1, -0.2]])
         {

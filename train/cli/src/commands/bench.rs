@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pocketnerf_formats::{About, DefaultCamera, Precision};
 use pocketnerf_train::builtin;
-use pocketnerf_train::cameras::Orbit;
+use pocketnerf_train::cameras::Circle;
 use pocketnerf_train::dataset::{self, Dataset, Split};
 use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::trainer::{TrainConfig, ndc_of};
@@ -75,11 +75,11 @@ impl Bench {
         let mut table = Vec::new();
         let file = open_to_render(&path, &bytes, &mut table)?;
         let own = file.about.camera.map(|c| c.camera());
-        let orbit =
-            Orbit::around(&file.model.space, own.as_ref(), VIEWS, Orbit::fov_x(own.as_ref()));
-        let [width, height] = if self.quick { [48; 2] } else { orbit.size };
+        let fov_x = Circle::fov_x(own.as_ref());
+        let circle = Circle::around(&file.model.space, own.as_ref(), VIEWS, fov_x);
+        let [width, height] = if self.quick { [48; 2] } else { circle.size };
         let size = [self.width.unwrap_or(width), self.height.unwrap_or(height)];
-        let cameras = Orbit { size, ..orbit }.cameras();
+        let cameras = Circle { size, ..circle }.cameras();
         let options = self.rendering.settings(file.about.quality).options(&file.model);
         let rendering = rendering::measure(&file.model, &cameras, &options, &machine, self.quick)?;
         let model = path.display().to_string();

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::{Camera, Display, Model};
 use pocketnerf_formats::ModelFile;
-use pocketnerf_train::cameras::{self, Orbit};
+use pocketnerf_train::cameras::{self, Circle};
 use pocketnerf_train::output;
 use pocketnerf_train::picture::{self, Picture, Progressive, image_file};
 
@@ -111,7 +112,7 @@ impl Render {
         if size.iter().any(|side| !(1..=16_384).contains(side)) {
             return Err(format!("picture size {size:?}: expected 1 to 16384 a side").into());
         }
-        let fov_x = self.fov.map_or_else(|| Orbit::fov_x(own.as_ref()), f32::to_radians);
+        let fov_x = self.fov.map_or_else(|| Circle::fov_x(own.as_ref()), f32::to_radians);
         if !(0.01..3.1).contains(&fov_x) {
             return Err(format!(
                 "field of view {:.1}: expected 1 to 177 degrees",
@@ -137,9 +138,10 @@ impl Render {
         if !(1..=10_000).contains(&views) {
             return Err(format!("--orbit {views}: expected 1 to 10000 views").into());
         }
-        let orbit = Orbit::around(&file.model.space, own.as_ref(), views, fov_x);
-        let turned = [orbit.axis, orbit.up].map(|d| scene.to_model_direction(d));
-        Ok(Orbit { size, axis: turned[0], up: turned[1], ..orbit }.cameras())
+        let mut circle = Circle::around(&file.model.space, own.as_ref(), views, fov_x);
+        let [axis, up] = [circle.first.axis, circle.first.up].map(|d| scene.to_model_direction(d));
+        circle.first = Orbit { axis, up, ..circle.first };
+        Ok(Circle { size, ..circle }.cameras())
     }
 }
 

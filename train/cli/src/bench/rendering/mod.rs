@@ -211,14 +211,14 @@ mod tests {
     use pocketnerf_core::{SimdLevel, Tuning};
 
     use super::*;
-    use pocketnerf_train::cameras::Orbit;
+    use pocketnerf_train::cameras::Circle;
 
     #[test]
     fn watched_pictures_are_the_renderers() {
         let bytes = include_bytes!("../../../../../embed-demo/still-life.pnerf");
         let file = pocketnerf_formats::open_verified(bytes).unwrap();
-        let orbit = Orbit { size: [60, 50], ..Orbit::around(&file.model.space, None, 2, 0.7) };
-        let (model, cameras) = (&file.model, orbit.cameras());
+        let circle = Circle { size: [60, 50], ..Circle::around(&file.model.space, None, 2, 0.7) };
+        let (model, cameras) = (&file.model, circle.cameras());
         let options = RenderOptions::new(model, SimdLevel::detect(), Tuning::FAST);
         let alone = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let probe = Probe::new(options.simd, true).unwrap();

@@ -6,9 +6,10 @@ mod source;
 use std::f32::consts::FRAC_PI_4;
 use std::path::PathBuf;
 
+use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::{Camera, Model};
 use pocketnerf_formats::{About, DefaultCamera, PixelOrigin, Precision, Provenance};
-use pocketnerf_train::cameras::Orbit;
+use pocketnerf_train::cameras::Circle;
 use pocketnerf_train::convert::{Conversion, ConvertError};
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
@@ -166,7 +167,7 @@ impl Convert {
             let file = super::open_to_render(&self.input, bytes_of, &mut table)?;
             let own = file.about.camera.map(|camera| camera.camera());
             let distance = own.map_or(0.0, |camera| {
-                Orbit::around(&file.model.space, Some(&camera), 1, 1.0).radius
+                Circle::around(&file.model.space, Some(&camera), 1, 1.0).first.radius
             });
             return self.distill((&file.model, &file.about), bytes, (&[], distance), common);
         }
@@ -260,8 +261,8 @@ impl Convert {
         let file = super::open_to_render(&self.out, written, &mut table)?;
         let own;
         let views = if views.is_empty() {
-            let fov_x = Orbit::fov_x(None);
-            own = Orbit { size: SIZE, ..Orbit::around(&source.space, None, VIEWS, fov_x) };
+            let fov_x = Circle::fov_x(None);
+            own = Circle { size: SIZE, ..Circle::around(&source.space, None, VIEWS, fov_x) };
             &own.cameras()[..]
         } else {
             views
@@ -294,9 +295,10 @@ impl Convert {
 
 /// Views all around, from the distance of the source's cameras if that is known.
 fn orbit(model: &Model<'_>, distance: f32, up: [f32; 3]) -> Vec<Camera> {
-    let around = Orbit::around(&model.space, None, VIEWS, FRAC_PI_4);
-    let radius = if distance > 0.0 { distance } else { around.radius };
-    Orbit { size: SIZE, radius, axis: up, up, ..around }.cameras()
+    let around = Circle::around(&model.space, None, VIEWS, FRAC_PI_4);
+    let radius = if distance > 0.0 { distance } else { around.first.radius };
+    let first = Orbit { radius, axis: up, up, ..around.first };
+    Circle { size: SIZE, first, ..around }.cameras()
 }
 
 fn parse_samples(text: &str) -> Result<[u32; 2], String> {

@@ -3,8 +3,12 @@
 //! Camera axes are OpenGL's and Blender's: x right, y up, looking along −z.
 //! The centre of pixel (0, 0) is at (0.5, 0.5).
 
+mod orbit;
+
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use glam::Vec3;
+
+pub use orbit::Orbit;
 
 use crate::Error;
 use crate::query::is_rotation;
