@@ -1,35 +1,24 @@
-//! A window on a `.pnerf` file, rendered on the CPU, and what the program `pocketnerf-view`
-//! is made of.
+//! The parts of `pocketnerf-view`: a window on a `.pnerf` file, rendered on the CPU.
 //!
-//! [`view`] (the camera that goes around) and [`painter`] (tiles on all threads) know no
-//! window; neither does [`show`], which decides what is painted next: a small picture while
-//! things move, of the size that [`pace`] chooses, and the whole one when they rest.
-//! [`app`] is the window: events to [`input`], pictures and [`overlay`] to the screen.
-//! [`headless`] needs none.
+//! * [`view`]: the camera that turns around the scene.
+//! * [`paint`]: pictures of a model, tiles on all threads.
+//! * [`show`]: chooses what is painted next: a small picture while something moves, of a size
+//!   that [`show::pace`] chooses, and the complete one at rest.
+//! * [`window`]: passes events to `show`, and pictures to the screen. The only part that knows
+//!   a window system.
+//! * [`output`]: pictures without a window.
 #![forbid(unsafe_code)]
 
-pub mod app;
-pub mod cells;
-pub mod figures;
-pub mod headless;
-pub mod input;
-pub mod modes;
-pub mod normals;
-pub mod overlay;
-pub mod pace;
-pub mod painter;
-pub mod picture;
-pub mod screenshot;
-pub mod script;
+pub mod output;
+pub mod paint;
 pub mod show;
-pub mod status;
-pub mod terminal;
 pub mod view;
+pub mod window;
 
-/// Why something did not work: one line.
+/// Why something failed: one line.
 pub type Failure = Box<dyn std::error::Error>;
 
-/// A line on standard output. Who reads it may have gone: that is no fault.
+/// Prints a line on standard output. It is no error if nobody reads it.
 pub fn say(text: &str) {
     use std::io::Write;
     let mut out = std::io::stdout();

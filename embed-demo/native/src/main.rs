@@ -5,62 +5,81 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Parser;
-use pocketnerf_view::app::{self, Settings};
-use pocketnerf_view::headless::Request;
-use pocketnerf_view::modes::Mode;
-use pocketnerf_view::painter::Painter;
+use clap::{Args, Parser};
+use pocketnerf_view::output::Request;
+use pocketnerf_view::paint::Painter;
+use pocketnerf_view::paint::modes::Mode;
 use pocketnerf_view::show::Show;
 use pocketnerf_view::view::View;
-use pocketnerf_view::{Failure, input, say, script};
+use pocketnerf_view::window::{self, Settings, input, script};
+use pocketnerf_view::{Failure, say};
 
-/// What `pocketnerf demo --log2-hashmap-size 12` made of the built-in scene.
+/// The model that `pocketnerf demo --log2-hashmap-size 12` makes of the built-in scene.
 const STILL_LIFE: &[u8] = include_bytes!("../../still-life.pnerf");
 
-/// A window on a .pnerf file, rendered on the CPU.
+/// Shows a .pnerf file in a window, rendered on the CPU
 #[derive(Debug, Parser)]
 #[command(version, after_help = input::HELP)]
 struct Arguments {
-    /// Model file; without one, the still life that is part of this program.
+    /// Model file [default: a still life that is part of this program]
     model: Option<PathBuf>,
-    /// Width and height in pixels; the model's own unless told.
+    /// What to show
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
+    mode: Mode,
+    /// Width and height in pixels [default: as the model file says]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// What to show.
-    #[arg(long, value_enum, value_name = "WHAT", default_value = "colour")]
-    mode: Mode,
-    /// Speed against accuracy of whole pictures, from 0 to 1; what the model file says unless
-    /// told, or 0.5.
-    #[arg(long, value_name = "Q", value_parser = parse_quality)]
+    #[command(flatten)]
+    window: WindowOptions,
+    #[command(flatten)]
+    output: OutputOptions,
+    /// From 0 (fastest) to 1 (every pixel is rendered) for the picture at rest [default: as
+    /// the model file says, or 0.5]
+    #[arg(long, value_name = "Q", value_parser = parse_quality, help_heading = "Rendering")]
     quality: Option<f32>,
-    /// Threads that render; the machine's cores unless told.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    /// Number of worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024),
+        help_heading = "Common options")]
     threads: Option<u16>,
-    /// Pictures a second while things move; they become smaller until it is held.
+}
+
+/// How the window behaves.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Window")]
+struct WindowOptions {
+    /// Pictures per second while something moves; their size is chosen to hold it
     #[arg(long, value_name = "F", default_value = "30", value_parser = parse_fps)]
     fps: f64,
-    /// Begin without figures (h).
+    /// Start without the overlay (key h)
     #[arg(long)]
     no_overlay: bool,
-    /// Folder of screenshots (s).
+    /// Folder for screenshots (key s)
     #[arg(long, value_name = "DIR", default_value = ".")]
     screenshots: PathBuf,
-    #[arg(long, value_name = "FILE", help = script::HELP, conflicts_with = "headless")]
+    #[arg(long, value_name = "FILE", help = script::HELP.0, long_help = script::HELP.1,
+        conflicts_with = "headless")]
     script: Option<PathBuf>,
-    /// No window: write a picture (view.png unless --out), or those of --orbit (orbit).
+}
+
+/// What is made in place of a window.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Without a window")]
+struct OutputOptions {
+    /// Write a picture
     #[arg(long)]
     headless: bool,
-    /// The picture without a window, or the folder of an orbit; implies --headless.
+    /// File for one picture, folder for several; implies --headless [default: view.png or
+    /// orbit]
     #[arg(long, value_name = "FILE|DIR", conflicts_with_all = ["script", "terminal"])]
     out: Option<PathBuf>,
-    /// So many views in a circle; implies --headless.
+    /// Render N views on a circle around the scene; implies --headless
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000),
         conflicts_with_all = ["script", "terminal"])]
     orbit: Option<u32>,
-    /// The picture as text in 24-bit colours; implies --headless.
+    /// Print the picture as text in 24-bit colours; implies --headless
     #[arg(long, conflicts_with = "script")]
     terminal: bool,
-    /// Columns of --terminal; those of the terminal unless told.
+    /// Columns of --terminal [default: those of the terminal]
     #[arg(long, value_name = "COLUMNS", requires = "terminal",
         value_parser = clap::value_parser!(u32).range(1..=4096))]
     width: Option<u32>,
@@ -83,43 +102,41 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let file = pocketnerf_formats::open_verified(&bytes)
         .map_err(|e| format!("{name}: {e}; give a model that `pocketnerf info` can read"))?;
-    // Where there is memory to spare: the same pictures in less time.
+    // The same pictures in less time, for some memory.
     let mut table = vec![0; file.model.table_len()];
     let model = file.model.with_table(&mut table)?;
     let view = View::new(&file);
     let quality = arguments.quality.or(file.about.quality).unwrap_or(0.5);
     let painter = Painter::new(&model, arguments.threads.unwrap_or(0).into())?;
-    if arguments.headless
-        || arguments.out.is_some()
-        || arguments.orbit.is_some()
-        || arguments.terminal
-    {
-        let (default, terminal) = match arguments.orbit {
+    let output = &arguments.output;
+    if output.headless || output.out.is_some() || output.orbit.is_some() || output.terminal {
+        let (default, terminal) = match output.orbit {
             Some(_) => ("orbit", None),
-            None => ("view.png", arguments.terminal.then(|| arguments.width.unwrap_or(0))),
+            None => ("view.png", output.terminal.then(|| output.width.unwrap_or(0))),
         };
         let request = Request {
             mode: arguments.mode,
             quality,
             size: arguments.size,
-            orbit: arguments.orbit,
+            orbit: output.orbit,
             terminal,
-            out: arguments.out.clone().unwrap_or_else(|| default.into()),
+            out: output.out.clone().unwrap_or_else(|| default.into()),
         };
         say(request.run(&painter, &view)?.trim_end_matches('\n'));
         return Ok(());
     }
-    let script = arguments.script.as_deref().map(read_script).transpose()?;
+    let options = &arguments.window;
+    let script = options.script.as_deref().map(read_script).transpose()?;
     let stem = arguments.model.as_deref().and_then(Path::file_stem);
     let settings = Settings {
         stem: stem.map_or_else(|| "still-life".to_owned(), |stem| stem.to_string_lossy().into()),
         name: stem.map_or(name, |stem| stem.to_string_lossy().into()),
         size: arguments.size,
-        overlay: !arguments.no_overlay,
-        screenshots: arguments.screenshots.clone(),
+        overlay: !options.no_overlay,
+        screenshots: options.screenshots.clone(),
         script,
     };
-    app::run(Show::new(painter, view, arguments.mode, quality, arguments.fps), settings)
+    window::run(Show::new(painter, view, arguments.mode, quality, options.fps), settings)
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {

@@ -1,4 +1,7 @@
-//! A camera that goes around something, and keeps what is up up.
+//! A camera that turns around the scene and keeps its up direction.
+//!
+//! Unlike [`Orbit`](pocketnerf_core::camera::Orbit), which places a camera by two angles, it
+//! starts at any pose and turns from there.
 
 use std::f32::consts::{PI, TAU};
 
@@ -6,17 +9,18 @@ use glam::{Quat, Vec3};
 use pocketnerf_core::{Camera, Space};
 use pocketnerf_formats::ModelFile;
 
-/// Farthest from the horizon that a camera rises or sinks, radians.
+/// Largest angle above or below the horizon, radians.
 const STEEPEST: f32 = 1.55;
-/// Nearest and farthest, as parts of the distance at the beginning.
+/// Smallest and largest distance, as fractions of the first.
 const DISTANCES: [f32; 2] = [1.0 / 64.0, 16.0];
 
-/// Where one looks from. It begins as the model's own camera and remembers how it was
-/// turned since, so that nothing adds up, and an untouched view is that camera exactly.
+/// A view of a scene. It starts as the model's own camera and keeps the turns since then, so
+/// rounding errors do not add up and an untouched view is exactly that camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     start: Camera,
-    /// What it goes around: on the first camera's axis, as far away as the scene's middle.
+    /// The point to turn around: on the first camera's axis, as far away as the scene's
+    /// centre.
     target: Vec3,
     up: Vec3,
     is_around: bool,
@@ -37,8 +41,8 @@ impl View {
         Self::around(start, space, z)
     }
 
-    /// The view of `start`. What is up in the scene is `up`, or, where the camera lies on
-    /// its side to it, what is up in its picture.
+    /// The view of `start`. Turns are about `up`, or about the camera's own up direction if
+    /// the camera lies on its side.
     #[must_use]
     pub fn around(start: Camera, space: &Space, up: Vec3) -> Self {
         let [eye, ahead] = [start.position(), start.axis()].map(Vec3::from);
@@ -48,7 +52,7 @@ impl View {
             Space::Ndc(ndc) => 4.0 * ndc.near,
             _ => along,
         };
-        // A camera with its back to the scene turns around what is before it.
+        // A camera that looks away from the scene turns around a point in front of it.
         let least = 0.1 / space.unit_map().scale;
         let target = eye + ahead * far.max(least);
         let own_up = column(&start, 1);
@@ -56,19 +60,19 @@ impl View {
         Self { start, target, up, is_around, yaw: 0.0, rise: 0.0, distance: 1.0, pan: Vec3::ZERO }
     }
 
-    /// Picture size that the model suggests.
+    /// The picture size of the model's own camera.
     #[must_use]
     pub const fn size(&self) -> [u32; 2] {
         [self.start.width, self.start.height]
     }
 
-    /// As it was in the beginning.
+    /// Returns to the first camera.
     pub const fn reset(&mut self) {
         (self.yaw, self.rise, self.distance) = (0.0, 0.0, 1.0);
         self.pan = Vec3::ZERO;
     }
 
-    /// Goes around: so many radians to the right, and so many up.
+    /// Turns around the target, radians to the right and up.
     pub fn turn(&mut self, right: f32, up: f32) {
         let back = column(&self.start, 2);
         let begun = back.dot(self.up).clamp(-1.0, 1.0).asin();
@@ -77,34 +81,34 @@ impl View {
         self.rise = (self.rise + up).clamp(low, high);
     }
 
-    /// Goes aside, in parts of the distance to what it goes around.
+    /// Moves sideways, in fractions of the distance to the target.
     pub fn shift(&mut self, right: f32, up: f32) {
         let (turned, length) = (self.rotation(), self.length());
         let aside = turned * (column(&self.start, 0) * right + column(&self.start, 1) * up);
         self.pan += aside * length;
     }
 
-    /// Goes nearer: `factor` times the distance.
+    /// Multiplies the distance by `factor`.
     pub fn approach(&mut self, factor: f32) {
         self.distance = (self.distance * factor).clamp(DISTANCES[0], DISTANCES[1]);
     }
 
-    /// Goes around as a drag over so many pixels of a picture of this height does: the
-    /// scene follows the hand, half a turn for the picture's height.
+    /// Turns by a drag in pixels of a picture of this height: the scene follows the hand, half
+    /// a turn for the height of the picture.
     pub fn drag(&mut self, [x, y]: [f32; 2], height: u32) {
         let radians = PI / height.max(1) as f32;
         self.turn(-x * radians, y * radians);
     }
 
-    /// Goes aside as a drag over so many pixels of a picture of this size does: what is
-    /// in the middle stays under the hand.
+    /// Moves sideways by a drag in pixels of a picture of this size: the target stays under
+    /// the hand.
     pub fn pull(&mut self, [x, y]: [f32; 2], [width, height]: [u32; 2]) {
         let focal = self.camera(width, height).focal[0];
         self.shift(-x / focal, y / focal);
     }
 
-    /// The camera for a picture of this size: all that the model's own picture shows is
-    /// in it, and as wide as that wherever possible.
+    /// The camera for a picture of this size: it shows all that the model's own picture
+    /// shows, and as little more as possible.
     #[must_use]
     pub fn camera(&self, width: u32, height: u32) -> Camera {
         let own = &self.start;
@@ -118,8 +122,8 @@ impl View {
         camera
     }
 
-    /// Cameras for `views` pictures: a circle around what is seen, from here on; before a
-    /// forward-facing capture, which has no back, a small circle in front of it.
+    /// Views on a circle around the target, from this one on; for a forward-facing capture,
+    /// which has no back, a small circle in front of it.
     #[must_use]
     pub fn orbit(&self, views: u32) -> Vec<Self> {
         let place = |view: u32| {
@@ -139,7 +143,7 @@ impl View {
         Quat::from_axis_angle(self.up, self.yaw) * Quat::from_axis_angle(right, -self.rise)
     }
 
-    /// How far it is to what it goes around.
+    /// The distance to the target.
     fn length(&self) -> f32 {
         (self.target - Vec3::from(self.start.position())).length() * self.distance
     }

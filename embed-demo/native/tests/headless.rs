@@ -134,7 +134,7 @@ fn misuse_is_told_in_a_line() {
     std::fs::write(&script, "wait 1\njump").unwrap();
     let script = script.to_str().unwrap();
     let begin = error(&format!("{script}: line 2: \"jump\", expected wait, "));
-    refuses(&["--script", script], 1, &begin, "as --help has them");
+    refuses(&["--script", script], 1, &begin, "as in --help");
     for (arguments, begin) in [
         (&["--quality", "1.5"][..], "error: invalid value '1.5' for '--quality <Q>'"),
         (&["--size", "0x5"], "error: invalid value '0x5' for '--size <WxH>'"),

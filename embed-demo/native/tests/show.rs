@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use common::{STILL_LIFE, picture};
 use pocketnerf_core::{Camera, ColorSpace};
 use pocketnerf_formats::ModelFile;
-use pocketnerf_view::modes::Mode;
-use pocketnerf_view::painter::{Painter, Shot};
+use pocketnerf_view::paint::modes::Mode;
+use pocketnerf_view::paint::{Painter, Shot};
 use pocketnerf_view::show::{Next, Show};
 use pocketnerf_view::view::View;
 

@@ -64,7 +64,7 @@ fn shows_the_picture_of_the_rust_api() {
     view.turn(std::f32::consts::PI / 36.0, 0.0);
     shows("a turn", &expected(&view.camera(width, height)));
     display.key(u32::from(b'='));
-    view.approach(pocketnerf_view::input::nearer(1.0));
+    view.approach(pocketnerf_view::window::input::nearer(1.0));
     let near = expected(&view.camera(width, height));
     shows("a step nearer", &near);
 

@@ -1,80 +1,84 @@
-//! What a window shows: a small picture at once while things move, and the whole one, tile
-//! by tile, when they rest. Knows no window.
+//! What a window shows: a small picture at once while something moves, and the complete
+//! one, tile by tile, at rest. Independent of any window system.
+
+mod figures;
+pub mod pace;
 
 use std::time::{Duration, Instant};
 
 use pocketnerf_core::Error;
 use pocketnerf_core::render::{RenderStats, Tiles};
 
-use crate::figures::Figures;
-use crate::modes::Mode;
-use crate::pace::Pace;
-use crate::painter::{Painter, Shot};
-use crate::picture::Picture;
+use crate::paint::modes::Mode;
+use crate::paint::picture::Picture;
+use crate::paint::{Painter, Shot};
 use crate::view::View;
 
-/// Stillness after which the whole picture is begun: longer than between two events of a
-/// hand that moves.
+pub use figures::Figures;
+use pace::Pace;
+
+/// Rest after which the complete picture starts: longer than the time between two events of
+/// a moving hand.
 const SETTLES: Duration = Duration::from_millis(60);
-/// How long tiles are rendered before events are looked for.
+/// How long tiles are rendered before events are handled.
 const BATCH: Duration = Duration::from_millis(15);
-/// Quality of moving pictures: at equal time, more pixels in less quality come nearer to the
-/// whole picture (docs/window.md).
+/// Quality of moving pictures: in the same time, more pixels of lower quality are closer to
+/// the complete picture (docs/window.md).
 const MOVING_QUALITY: f32 = 0.0;
 
-/// What is to be done next.
+/// The next thing to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
-    /// Work, as soon as no event waits.
+    /// Work, as soon as no event is pending.
     Now,
     /// Nothing before this time.
     At(Instant),
-    /// Nothing: the picture is whole.
+    /// Nothing: the picture is complete.
     Rest,
 }
 
-/// Where the work stands.
+/// Progress of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Work {
-    /// Something has changed: a new picture, small enough to be there in time.
+    /// Something has changed: render a picture small enough to be in time.
     Move,
-    /// Such a picture is there; the whole one may begin.
+    /// The small picture is shown; the complete one starts then.
     Settle(Instant),
-    /// So many tiles of the whole one are there.
+    /// This many tiles of the complete picture are rendered.
     Refine(u32),
-    /// The picture is whole.
+    /// The picture is complete.
     Rest,
 }
 
-/// What is shown, how, and how far it is.
+/// The state of what is shown.
 #[derive(Debug)]
 pub struct Show<'m> {
     painter: Painter<'m>,
-    /// From where.
+    /// The view.
     pub view: View,
-    /// What of.
+    /// What is shown.
     pub mode: Mode,
     /// Quality at rest.
     pub quality: f32,
     /// Chooses the size of moving pictures.
     pub pace: Pace,
-    /// What it takes.
+    /// Timings.
     pub figures: Figures,
     work: Work,
     changed: Instant,
-    /// When the last moving picture was begun, and how long it was painted.
+    /// When the last moving picture was started, and how long it took to paint.
     frame: (Instant, Duration),
     /// The picture that is shown, as large as the window.
     shown: Picture,
     small: Picture,
-    /// The moving picture of the same camera, to compare the whole one with.
+    /// The moving picture of the same camera, to compare with the complete one.
     moving: Picture,
-    /// Seconds that a tile takes, all threads at work.
+    /// Seconds for a tile, with all threads at work.
     tile: f64,
 }
 
 impl<'m> Show<'m> {
-    /// Nothing yet: [`resize`](Self::resize) begins.
+    /// Shows nothing until [`resize`](Self::resize).
     #[must_use]
     pub fn new(painter: Painter<'m>, view: View, mode: Mode, quality: f32, fps: f64) -> Self {
         let now = Instant::now();
@@ -95,7 +99,7 @@ impl<'m> Show<'m> {
         }
     }
 
-    /// Who paints.
+    /// The painter.
     #[must_use]
     pub const fn painter(&self) -> &Painter<'m> {
         &self.painter
@@ -107,13 +111,13 @@ impl<'m> Show<'m> {
         &self.shown
     }
 
-    /// Whether the picture is whole.
+    /// Whether the picture is complete.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.work == Work::Rest
     }
 
-    /// The window has another size.
+    /// Sets the size of the window.
     pub fn resize(&mut self, [width, height]: [u32; 2]) {
         if [self.shown.width, self.shown.height] != [width, height] {
             self.shown = Picture::new(width, height);
@@ -121,20 +125,20 @@ impl<'m> Show<'m> {
         }
     }
 
-    /// Something that the picture shows has changed.
+    /// Starts a new picture, because something has changed.
     pub fn change(&mut self) {
         self.changed = Instant::now();
         self.work = Work::Move;
     }
 
-    /// What the picture of this moment is, in full.
+    /// The complete picture as it is now.
     #[must_use]
     pub fn shot(&self) -> Shot {
         let camera = self.view.camera(self.shown.width, self.shown.height);
         Shot { camera, mode: self.mode, quality: self.quality }
     }
 
-    /// The whole picture: the one that is shown, where it is whole.
+    /// The complete picture: the one that is shown, if it is complete.
     ///
     /// # Errors
     /// Those of [`Painter::paint`].
@@ -145,11 +149,11 @@ impl<'m> Show<'m> {
         }
     }
 
-    /// What is to be done next.
+    /// The next thing to do.
     #[must_use]
     pub fn next(&self) -> Next {
         match self.work {
-            // A minimised window: until it has a size again there is nothing to do.
+            // A minimised window.
             _ if self.shown.pixels.is_empty() => Next::Rest,
             Work::Settle(until) if until > Instant::now() => Next::At(until),
             Work::Rest => Next::Rest,
@@ -157,8 +161,8 @@ impl<'m> Show<'m> {
         }
     }
 
-    /// Does a piece of work, short enough for a frame, if there is any now; says whether
-    /// it is a moving picture.
+    /// Does a piece of work, short enough for a frame, if there is any now; returns whether
+    /// it was a moving picture.
     ///
     /// # Errors
     /// Those of [`Painter::paint`].
@@ -172,7 +176,7 @@ impl<'m> Show<'m> {
         Ok(false)
     }
 
-    /// A moving picture is on the screen.
+    /// To be called when a moving picture is on the screen.
     pub fn presented(&mut self) {
         let (begun, painting) = self.frame;
         let all = begun.elapsed();
@@ -180,7 +184,7 @@ impl<'m> Show<'m> {
         self.figures.shown(all);
     }
 
-    /// A picture that is there in time.
+    /// Renders a picture that is in time.
     fn paint_moving(&mut self) -> Result<(), Error> {
         let begun = Instant::now();
         let window = [self.shown.width, self.shown.height];
@@ -215,7 +219,7 @@ impl<'m> Show<'m> {
         Ok(())
     }
 
-    /// Some more tiles of the whole picture.
+    /// Renders more tiles of the complete picture.
     fn refine(&mut self, mut done: u32) -> Result<(), Error> {
         if done == 0 {
             self.moving.clone_from(&self.shown);
@@ -225,7 +229,7 @@ impl<'m> Show<'m> {
         let (begun, shot) = (Instant::now(), self.shot());
         let tiles = Tiles::new(self.shown.width, self.shown.height);
         let threads = self.painter.threads();
-        // Of the first tiles nothing is known; each thread should have one.
+        // The cost of the first tiles is unknown; each thread renders one.
         let fit = (BATCH.as_secs_f64() / self.tile.max(1e-6)) as usize;
         let batch = if done == 0 { threads } else { fit.next_multiple_of(threads).max(threads) };
         let some = tiles.clone().skip(done as usize).take(batch);

@@ -1,16 +1,16 @@
-//! Pictures as files.
+//! Pictures as PNG files.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use image::{ColorType, ImageFormat};
 
-use crate::picture::Picture;
+use crate::paint::picture::Picture;
 
-/// Writes a picture as PNG, whole or not at all.
+/// Writes a picture as PNG, completely or not at all.
 ///
 /// # Errors
-/// One line: which file, and what the system says.
+/// One line: the file, and the system's error.
 pub fn write(path: &Path, picture: &Picture) -> Result<(), String> {
     let failed = |e: &dyn std::fmt::Display| {
         format!("{}: cannot be written: {e}; give another place", path.display())
@@ -30,7 +30,7 @@ pub fn write(path: &Path, picture: &Picture) -> Result<(), String> {
     pocketnerf_formats::write_atomically(path, png.get_ref()).map_err(|e| failed(&e))
 }
 
-/// The first name in `folder` that no file has yet: `stem-001.png` and so on.
+/// The first unused name in `folder`: `stem-001.png` and so on.
 #[must_use]
 pub fn free_name(folder: &Path, stem: &str) -> PathBuf {
     let name = |n: u32| folder.join(format!("{stem}-{n:03}.png"));

@@ -1,16 +1,16 @@
-//! What the overlay says.
+//! The text of the overlay.
 
 use std::fmt::Write;
 
-use crate::modes::Mode;
+use crate::paint::modes::Mode;
 use crate::show::Show;
 
-/// Enough to find the others.
+/// The keys to start with.
 const KEYS: &str = "drag, wheel, 1 2 3 4, q t r s; h hides this";
 
-/// The figures of what is shown, a few lines of plain text.
+/// Figures of the picture, a few lines of plain text.
 #[must_use]
-pub fn status(show: &Show<'_>, name: &str, note: &str) -> String {
+pub(super) fn status(show: &Show<'_>, name: &str, note: &str) -> String {
     let (figures, picture) = (&show.figures, show.shown());
     let mut text = format!("{name}, {}, {}x{}", show.mode.name(), picture.width, picture.height);
     let mut line = |line: std::fmt::Arguments<'_>| {

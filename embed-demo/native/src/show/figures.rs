@@ -1,36 +1,36 @@
-//! What pictures take: for the overlay, and for whoever measures.
+//! Timings of pictures, for the overlay and for scripts.
 
 use std::time::{Duration, Instant};
 
 use pocketnerf_core::render::RenderStats;
 
-/// What pictures take.
+/// Timings of pictures.
 #[derive(Clone, Debug, Default)]
 pub struct Figures {
-    /// Milliseconds that the last moving picture took, on the screen and all.
+    /// Milliseconds for the last moving picture, until it was on the screen.
     pub frame_ms: f64,
-    /// Moving pictures a second: those shown, about the last ten.
+    /// Moving pictures shown per second, over about the last ten.
     pub fps: f64,
-    /// Part of the window's width that the picture was rendered in.
+    /// Width of the rendered picture, as a fraction of the window's.
     pub scale: f64,
     /// Quality of the picture.
     pub quality: f32,
     /// Rays and samples of the picture.
     pub stats: RenderStats,
-    /// Milliseconds from the last change to the whole picture.
+    /// Milliseconds from the last change to the complete picture.
     pub rest_ms: f64,
-    /// Of the last moving picture, against the whole one from the same place, dB.
+    /// PSNR of the last moving picture against the complete one of the same camera, dB.
     pub moving_psnr: Option<f32>,
     /// When a moving picture was last shown.
     last: Option<Instant>,
-    /// Everything so far, for whoever measures.
+    /// Everything so far, if a script plays.
     log: Option<Log>,
 }
 
 /// Everything so far.
 #[derive(Clone, Debug, Default)]
 struct Log {
-    /// From a moving picture to the next, ms.
+    /// Time from a moving picture to the next, ms.
     frames: Vec<f64>,
     scales: Vec<f64>,
     rests: Vec<f64>,
@@ -38,7 +38,7 @@ struct Log {
 }
 
 impl Figures {
-    /// Keeps all figures from now on.
+    /// Keeps all timings from now on.
     pub fn keep(&mut self) {
         self.log = Some(Log::default());
     }
@@ -53,7 +53,7 @@ impl Figures {
         self.stats += stats;
     }
 
-    /// A moving picture is on the screen, so long after it was begun.
+    /// A moving picture is on the screen; `took` since it was started.
     pub(crate) fn shown(&mut self, took: Duration) {
         self.frame_ms = 1e3 * took.as_secs_f64();
         let now = Instant::now();
@@ -72,7 +72,7 @@ impl Figures {
         self.last = None;
     }
 
-    /// The whole picture is there, so long after the last change.
+    /// The picture is complete; `after` since the last change.
     pub(crate) fn rested(&mut self, after: Duration, psnr: Option<f32>) {
         self.rest_ms = 1e3 * after.as_secs_f64();
         self.moving_psnr = psnr;
@@ -82,7 +82,7 @@ impl Figures {
         }
     }
 
-    /// All that was kept, as one line of JSON.
+    /// All timings that were kept, as one line of JSON.
     #[must_use]
     pub fn json(&self) -> String {
         let log = self.log.clone().unwrap_or_default();
@@ -106,7 +106,7 @@ impl Figures {
     }
 }
 
-/// The value that this part of the values is not above.
+/// The quantile of `values` at `part`, from 0 to 1.
 fn quantile(values: &[f64], part: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,31 +1,34 @@
 //! Pictures without a window: files, and text for a terminal.
 
+pub mod screenshot;
+pub mod terminal;
+
 use std::path::{Path, PathBuf};
 
-use crate::modes::Mode;
-use crate::painter::{Painter, Shot};
+use crate::Failure;
+use crate::paint::modes::Mode;
+use crate::paint::{Painter, Shot};
 use crate::view::View;
-use crate::{Failure, screenshot, terminal};
 
-/// Which pictures, and where to.
+/// The pictures to make.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// What of.
+    /// What they show.
     pub mode: Mode,
-    /// How fine.
+    /// From 0, the fastest, to 1, the finest.
     pub quality: f32,
-    /// Width and height; the model's own, or what fits in the terminal.
+    /// Width and height; `None`: the model's own, or the terminal's.
     pub size: Option<[u32; 2]>,
-    /// So many views in a circle, into a folder.
+    /// Number of views on a circle, written into a folder.
     pub orbit: Option<u32>,
-    /// As text on standard output, in so many columns; 0: as many as there are.
+    /// Columns of text on standard output; 0: those of the terminal.
     pub terminal: Option<u32>,
     /// A file, or a folder for an orbit.
     pub out: PathBuf,
 }
 
 impl Request {
-    /// Makes the pictures; what is said about them.
+    /// Makes the pictures, and returns the text to print.
     ///
     /// # Errors
     /// One line: what could not be rendered or written.
@@ -64,7 +67,7 @@ impl Request {
         let size = self.size.unwrap_or(view.size());
         let room = match width {
             0 => terminal::room(),
-            // As high as it likes to be.
+            // Of any height.
             columns => [columns, u32::MAX / 2],
         };
         let picture = painter.picture(&self.shot(view, terminal::fit(size, room)))?.0;

@@ -1,5 +1,10 @@
 //! The window: events in, pictures out.
 
+pub mod input;
+pub mod overlay;
+pub mod script;
+mod status;
+
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -11,32 +16,34 @@ use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, OwnedDisplayHandle};
 use winit::window::{Window, WindowId};
 
-use crate::input::{self, Command, Input};
-use crate::script::{self, Line};
+use crate::Failure;
+use crate::output::screenshot;
 use crate::show::{Next, Show};
-use crate::status::status;
-use crate::{Failure, overlay, screenshot};
 
-/// Qualities and frame rates that keys go through.
+use input::{Command, Input};
+use script::Line;
+use status::status;
+
+/// Qualities and frame rates that keys cycle through.
 const QUALITIES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const RATES: [f64; 3] = [15.0, 30.0, 60.0];
 /// Pixels of a smooth wheel that count as one step.
 const WHEEL_PIXELS: f64 = 40.0;
 
-/// How the window begins.
+/// The window at its start.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// What people call the model.
+    /// The model's name in the title.
     pub name: String,
-    /// Width and height, pixels of the screen; the model's own unless told.
+    /// Width and height, pixels of the screen; the model's own if `None`.
     pub size: Option<[u32; 2]>,
     /// Whether figures are shown.
     pub overlay: bool,
     /// Folder of screenshots.
     pub screenshots: PathBuf,
-    /// What screenshots' names begin with.
+    /// Start of the names of screenshots.
     pub stem: String,
-    /// Input to be played.
+    /// Input to play.
     pub script: Option<Vec<Line>>,
 }
 
@@ -53,7 +60,7 @@ struct App<'m> {
     /// The button that drags.
     held: Option<MouseButton>,
     shift: bool,
-    /// What was said last.
+    /// The last message.
     note: String,
     at_rest: Vec<std::sync::mpsc::Sender<()>>,
     failure: Option<Failure>,
@@ -66,7 +73,7 @@ struct App<'m> {
 pub fn run(mut show: Show<'_>, settings: Settings) -> Result<(), Failure> {
     let no_display = |e: &dyn std::fmt::Display| {
         let text = e.to_string().replace('\n', " ");
-        // What comes before are lines of winit's source.
+        // Before the reason are lines of winit's source.
         let reason = text.rsplit(": ").next().unwrap_or_default().trim_end_matches('.');
         format!(
             "no window: {reason}; a display is needed, or without one --headless --out FILE.png, \
@@ -103,7 +110,7 @@ pub fn run(mut show: Show<'_>, settings: Settings) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The model's own size, or as much of it as fits on the screen with a frame around it.
+/// The model's own size, reduced where it and a frame around it do not fit on the screen.
 fn fitting(size: [u32; 2], events: &ActiveEventLoop) -> LogicalSize<f64> {
     const ROOM: f64 = 0.9;
     let [width, height] = size.map(f64::from);
@@ -112,7 +119,7 @@ fn fitting(size: [u32; 2], events: &ActiveEventLoop) -> LogicalSize<f64> {
         let room: LogicalSize<f64> = monitor.size().to_logical(monitor.scale_factor());
         (ROOM * room.width / width).min(ROOM * room.height / height)
     });
-    // A screen that says nothing of its size says 0.
+    // 0 where the size of the screen is unknown.
     let part = if part > 0.0 { part.min(1.0) } else { 1.0 };
     LogicalSize::new((width * part).round(), (height * part).round())
 }
@@ -140,7 +147,7 @@ impl App<'_> {
         }
     }
 
-    /// Says something: in the window, and to whoever started the program.
+    /// Shows a message in the window, and prints it.
     fn say(&mut self, note: String) {
         crate::say(&note);
         self.note = note;
@@ -150,7 +157,7 @@ impl App<'_> {
         }
     }
 
-    /// Works for as long as a frame, and shows what there is.
+    /// Renders for as long as a frame, and shows the picture.
     fn draw(&mut self) -> Result<(), Failure> {
         let Some((window, surface)) = &mut self.window else { return Ok(()) };
         let painted = self.show.work()?;
@@ -187,8 +194,8 @@ impl App<'_> {
                     None => Ok(()),
                 };
             }
-            Input::TellAtRest(tell) => {
-                self.at_rest.push(tell);
+            Input::NotifyAtRest(sender) => {
+                self.at_rest.push(sender);
                 return Ok(());
             }
             Input::Quit => {
@@ -232,7 +239,7 @@ impl App<'_> {
             }
             Command::Screenshot => {
                 let path = screenshot::free_name(&self.settings.screenshots, &self.settings.stem);
-                // A full disk is no reason to close the window.
+                // A full disk does not close the window.
                 match screenshot::write(&path, &self.show.whole()?) {
                     Ok(()) => self.say(path.display().to_string()),
                     Err(reason) => self.say(reason),
@@ -288,7 +295,7 @@ impl App<'_> {
         Ok(())
     }
 
-    /// Remembers what went wrong, and ends.
+    /// Keeps the first error, and ends.
     fn check(&mut self, result: Result<(), Failure>, events: &ActiveEventLoop) {
         if let Err(failure) = result {
             self.failure.get_or_insert(failure);
@@ -322,11 +329,11 @@ impl ApplicationHandler<Input> for App<'_> {
             Next::Now | Next::Rest => ControlFlow::Wait,
         });
         match self.show.next() {
-            // Events that wait already come before this.
+            // Pending events come before this.
             Next::Now => window.request_redraw(),
             Next::At(_) => {}
-            // Whoever waited for it may have gone.
-            Next::Rest => self.at_rest.drain(..).for_each(|tell| _ = tell.send(())),
+            // The receiver may be gone.
+            Next::Rest => self.at_rest.drain(..).for_each(|sender| _ = sender.send(())),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Figures over a picture.
+//! Text over a picture.
 
 use std::convert::Infallible;
 
@@ -24,7 +24,7 @@ struct Screen<'p> {
 }
 
 impl Screen<'_> {
-    /// Changes the pixels of the screen that one of the font covers, as far as they are there.
+    /// Changes the pixels of the screen under a pixel of the font.
     fn each(&mut self, x: u32, y: u32, change: impl Fn(&mut u32)) {
         let [width, height] = self.size;
         let span = |at: u32, end: u32| {
@@ -62,8 +62,8 @@ impl DrawTarget for Screen<'_> {
     }
 }
 
-/// Writes lines in the upper left corner of a picture of this size, which is darkened
-/// behind them. `factor` is how many pixels of a screen make one of the font.
+/// Writes lines over a darkened panel in the upper left corner of a picture of this size.
+/// A pixel of the font is `factor` pixels of the screen wide and high.
 pub fn draw(pixels: &mut [u32], size: [u32; 2], factor: u32, text: &str) {
     let mut screen = Screen { pixels, size, factor: factor.max(1) };
     let columns = text.lines().map(|line| line.chars().count()).max().unwrap_or(0) as u32;

@@ -9,11 +9,11 @@ pub enum Mode {
     #[default]
     #[value(alias = "color")]
     Colour,
-    /// How far things are: near red, far blue.
+    /// Depth: near is red, far is blue.
     Depth,
-    /// Where surfaces face: x, y and z as red, green and blue.
+    /// Surface normals: x, y and z as red, green and blue.
     Normals,
-    /// Cells that are not known to be empty.
+    /// Cells of the occupancy grid.
     Occupancy,
 }
 
@@ -30,18 +30,19 @@ impl Mode {
     }
 }
 
-/// Distances between which depths have colours.
+/// Distances at the ends of the colour map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// Red, scene units.
+    /// Distance shown red, scene units.
     pub near: f32,
-    /// Blue; infinite in a forward-facing capture, where colours go by 1 / depth.
+    /// Distance shown blue; infinite in a forward-facing capture, where colours follow
+    /// 1 / depth.
     pub far: f32,
 }
 
 impl Range {
-    /// From the nearest to the farthest point of what is occupied, so that colours change
-    /// neither from tile to tile nor with the size of a picture.
+    /// From the nearest to the farthest point of the occupied box, so colours depend neither
+    /// on the tile nor on the size of the picture.
     #[must_use]
     pub fn seen(camera: &Camera, space: &Space, occupied: [[f32; 3]; 2]) -> Self {
         if let Space::Ndc(ndc) = space {
@@ -61,7 +62,7 @@ impl Range {
             true => (self.far - depth) / (self.far - self.near).max(f32::MIN_POSITIVE),
             false => self.near / depth,
         };
-        // The ends of the map are too dark to tell from black.
+        // The ends of the map are too dark.
         turbo(0.05 + 0.9 * nearness.clamp(0.0, 1.0))
     }
 }

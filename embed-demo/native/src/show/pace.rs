@@ -1,33 +1,32 @@
-//! How large a picture may be while things move, so that enough of them come a second.
+//! The size of moving pictures that holds a frame rate.
 
-/// Part of a frame's time that is planned for: the rest is for what cannot be foreseen.
+/// Fraction of a frame's time that is planned for; the rest absorbs variation.
 const PLANNED: f64 = 0.85;
-/// Scales are multiples of this, so that the picture does not swim.
+/// Scales are multiples of this, so the picture does not flicker between sizes.
 const STEP: f64 = 1.0 / 32.0;
-/// How much the last frame counts against those before.
+/// Weight of the last frame against those before.
 const NEWEST: f64 = 0.3;
 
-/// Chooses scales from what frames have cost. Reads no clock itself.
+/// Chooses scales from the measured cost of frames. Reads no clock itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
-    /// Wanted frames a second.
+    /// Target frames per second.
     pub fps: f64,
-    /// Seconds for a rendered pixel; `None` before there was one.
+    /// Seconds per rendered pixel; `None` before the first.
     pixel: Option<f64>,
-    /// Seconds for all else of a frame: enlarging, showing.
+    /// Seconds for the rest of a frame: enlarging, showing.
     rest: f64,
     scale: f64,
 }
 
 impl Pace {
-    /// For so many frames a second; begins with a small picture, of which nothing is
-    /// known yet.
+    /// For a frame rate; starts with a small picture, because its cost is unknown.
     #[must_use]
     pub const fn new(fps: f64) -> Self {
         Self { fps, pixel: None, rest: 0.0, scale: 0.25 }
     }
 
-    /// Part of a picture's width and height to render, at most 1.
+    /// Fraction of the window's width and height to render, at most 1.
     #[must_use]
     pub const fn scale(&self) -> f64 {
         self.scale
@@ -39,28 +38,28 @@ impl Pace {
         window.map(|side| ((f64::from(side) * self.scale).round() as u32).max(1))
     }
 
-    /// What rendering so many pixels took, for a window of so many, seconds; chooses the
-    /// next scale.
+    /// Chooses the next scale: rendering `pixels` for a window with `window` pixels took
+    /// `seconds`.
     pub fn rendered(&mut self, pixels: f64, window: f64, seconds: f64) {
         if pixels <= 0.0 || window <= 0.0 {
             return;
         }
         let now = seconds / pixels;
-        // Something costs twice as much all of a sudden: another place, not noise.
+        // Twice the cost is a different place, not noise.
         let known = self.pixel.filter(|known| now < 2.0 * known);
         let pixel = known.map_or(now, |known| known + NEWEST * (now - known));
         self.pixel = Some(pixel);
         let budget = (PLANNED / self.fps - self.rest).max(0.1 / self.fps);
         let wanted = (budget / (pixel.max(1e-12) * window)).sqrt();
         let stepped = (wanted / STEP).floor() * STEP;
-        // One step up only where it is well within reach, or it would go up and down.
+        // One step up only if it is well within reach, or the scale would oscillate.
         let is_near = stepped > self.scale && wanted < self.scale + 1.5 * STEP;
         if !is_near {
             self.scale = stepped.clamp(STEP, 1.0);
         }
     }
 
-    /// What all else of a frame took, seconds.
+    /// Adds the seconds that the rest of a frame took.
     pub fn shown(&mut self, seconds: f64) {
         self.rest += NEWEST * (seconds - self.rest);
     }

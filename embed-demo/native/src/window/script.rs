@@ -1,5 +1,4 @@
-//! Input from a file, with its times: so that a window can be driven by a test or a
-//! benchmark.
+//! Input with its times from a file, for tests and benchmarks of the window.
 
 use std::sync::mpsc::channel;
 use std::thread;
@@ -7,32 +6,37 @@ use std::time::Duration;
 
 use winit::event::MouseButton;
 
-use crate::input::{Input, command, drag};
+use super::input::{Input, command, drag};
 
-/// Between two events of a drag.
+/// Time between two events of a drag.
 const EVENT: Duration = Duration::from_millis(8);
 
-/// What is said about scripts.
-pub const HELP: &str = "\
-File of input, one thing a line: `wait MS`; `drag left|middle|right DX DY MS`, pixels and how
-long; `wheel STEPS`; `key NAME`, e.g. `key h`, `key left`, `key shift+up`, `key escape`; `rest`,
-until the picture is whole; empty lines and # are skipped. Then the window closes, and what
-pictures took is printed as one line of JSON: moving pictures (frames), how many a second (fps),
-median, 95th percentile and maximum of the milliseconds between two, median scale, and the
-milliseconds from the last change to the whole picture (rest_ms)";
+/// Help on scripts, short and long.
+pub const HELP: (&str, &str) = (
+    "Play input from a file, then close and print timings",
+    "\
+Play input from a file, then close and print timings
+
+One command a line: `wait MS`; `drag left|middle|right DX DY MS`, a distance in pixels and its
+duration; `wheel STEPS`; `key NAME`, such as `key h`, `key left`, `key shift+up` or `key escape`;
+`rest`, which waits until the picture is complete. Empty lines and lines that start with # are
+skipped. The timings are one line of JSON: the number of moving pictures (frames), pictures per
+second (fps), median, 95th percentile and maximum of the milliseconds between two, the median
+scale, and the milliseconds from the last change to the complete picture (rest_ms).",
+);
 
 /// A line of a script.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Line {
-    /// Nothing for a while.
+    /// Wait.
     Wait(Duration),
-    /// A drag over so many pixels in so long.
+    /// A drag by pixels, and its duration.
     Drag(MouseButton, [f32; 2], Duration),
-    /// Nearer by so many steps.
+    /// Steps of the wheel, towards the scene.
     Wheel(f32),
     /// A key, and whether shift is held.
     Key(String, bool),
-    /// Nothing until the picture is whole.
+    /// Wait until the picture is complete.
     Rest,
 }
 
@@ -44,7 +48,7 @@ pub fn parse(text: &str) -> Result<Vec<Line>, String> {
     let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     let lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
     let read = |(number, line): (usize, &str)| {
-        let expected = "expected wait, drag, wheel, key or rest as --help has them";
+        let expected = "expected wait, drag, wheel, key or rest as in --help";
         read(line).ok_or_else(|| format!("line {number}: \"{}\", {expected}", line.escape_debug()))
     };
     lines.map(read).collect()
@@ -79,11 +83,11 @@ fn read(line: &str) -> Option<Line> {
     })
 }
 
-/// Plays a script, then quits: `send` takes the input to the window, and says whether
-/// there still is one.
+/// Plays a script, then quits: `send` passes input to the window, and returns whether the
+/// window is still open.
 pub fn play(lines: &[Line], send: impl Fn(Input) -> bool) {
     for line in lines {
-        let is_there = match line {
+        let is_open = match line {
             Line::Wait(time) => {
                 thread::sleep(*time);
                 true
@@ -100,11 +104,11 @@ pub fn play(lines: &[Line], send: impl Fn(Input) -> bool) {
             Line::Wheel(steps) => send(Input::Approach(*steps)),
             Line::Key(name, shift) => send(Input::Key(name.clone(), *shift)),
             Line::Rest => {
-                let (tell, told) = channel();
-                send(Input::TellAtRest(tell)) && told.recv().is_ok()
+                let (sender, at_rest) = channel();
+                send(Input::NotifyAtRest(sender)) && at_rest.recv().is_ok()
             }
         };
-        if !is_there {
+        if !is_open {
             return;
         }
     }

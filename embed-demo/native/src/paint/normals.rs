@@ -1,4 +1,4 @@
-//! Where surfaces face.
+//! Surface normals.
 
 use pocketnerf_core::query::{Depth, normal};
 use pocketnerf_core::{Error, Probe, Ray};
@@ -7,20 +7,20 @@ use pocketnerf_core::{Error, Probe, Ray};
 const AROUND: [[f32; 3]; 4] =
     [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
 
-/// From the surface to these places, along each axis: in [`Probe::gradient_step`]s, of
-/// which a cell of the finest grid has 16.
+/// Distance along each axis from the surface to these corners, in [`Probe::gradient_step`]s;
+/// a cell of the finest grid has 16.
 const RADIUS: f32 = 32.0;
 
-/// The unit vector across the surface that each ray sees, towards whoever looks; `None`
-/// where half of the light or more passes.
+/// The unit normal, towards the camera, of the surface that each ray sees; `None` where half
+/// of the light or more passes.
 ///
-/// A field is rough where nothing has ever been seen of its inside: the mean of the
-/// directions at four places around the surface is much less so than the one on it. `depth`
-/// has room for one value a ray.
+/// A field is rough inside objects, where nothing was ever observed: the mean direction at
+/// four points around the surface is much smoother than the direction on it. `depth` holds
+/// one value per ray.
 ///
 /// # Errors
 /// Those of [`Probe::depths`] and [`Probe::density_gradient`].
-pub fn of(
+pub(super) fn of(
     probe: &Probe<'_>,
     rays: &[Ray],
     scratch: &mut [f32],
@@ -42,7 +42,7 @@ pub fn of(
         let slopes = t.is_finite().then(|| slopes.next()).flatten()?;
         let directions = slopes.map(normal);
         let sum = [0, 1, 2].map(|a| directions.iter().map(|d| d[a]).sum::<f32>());
-        // `normal` turns a slope around.
+        // `normal` negates a slope.
         Some(normal(sum.map(|v| -v)))
     });
     Ok(normals.collect())

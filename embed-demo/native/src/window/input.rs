@@ -1,68 +1,68 @@
-//! What people do, apart from how a window system says it.
+//! Input, independent of the window system.
 
 use std::sync::mpsc::Sender;
 
 use winit::event::MouseButton;
 use winit::keyboard::{Key, NamedKey};
 
-use crate::modes::Mode;
+use crate::paint::modes::Mode;
 
-/// Something that was done.
+/// An input event.
 #[derive(Clone, Debug)]
 pub enum Input {
-    /// A drag over so many pixels around the scene.
+    /// A drag that turns the camera around the scene, pixels.
     Turn([f32; 2]),
-    /// A drag over so many pixels that takes the scene along.
+    /// A drag that moves the scene along, pixels.
     Pull([f32; 2]),
-    /// Nearer by so many steps.
+    /// Steps towards the scene.
     Approach(f32),
     /// A key, by the letter or the name that [`key`] gives it, and whether shift was held.
     Key(String, bool),
-    /// Say so when the picture is whole.
-    TellAtRest(Sender<()>),
-    /// No more.
+    /// Notify when the picture is complete.
+    NotifyAtRest(Sender<()>),
+    /// Close the window.
     Quit,
 }
 
-/// What a key does.
+/// The command of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// Shows something else.
+    /// Change what is shown.
     Mode(Mode),
-    /// More or less quality.
+    /// Change the quality.
     Quality(f32),
-    /// The next of a few qualities.
+    /// Next quality.
     NextQuality,
-    /// The next of a few frame rates.
+    /// Next frame rate.
     NextRate,
-    /// The first view.
+    /// Back to the first view.
     Reset,
-    /// Figures on or off.
+    /// Toggle the overlay.
     Overlay,
-    /// Writes the picture.
+    /// Write a screenshot.
     Screenshot,
-    /// Goes around, radians.
+    /// Turn around the scene, radians.
     Turn([f32; 2]),
-    /// Goes aside, parts of the distance.
+    /// Move sideways, as a fraction of the distance.
     Shift([f32; 2]),
-    /// Nearer by so many steps.
+    /// Steps towards the scene.
     Approach(f32),
-    /// No more.
+    /// Close the window.
     Quit,
 }
 
-/// What is said about keys.
+/// Help on mouse and keys.
 pub const HELP: &str = "\
-drag, arrows: go around · right or middle drag, shift+arrows: go aside · wheel, + -: nearer, farther
-1 colour · 2 depth · 3 normals · 4 occupancy · q [ ] quality · t frames a second · r first view
-h figures · s or F12 screenshot · Esc quit";
+drag, arrows: turn · right or middle drag, shift+arrows: move · wheel, + -: zoom
+1 colour · 2 depth · 3 normals · 4 occupancy · q [ ] quality · t frame rate · r reset view
+h overlay · s or F12 screenshot · Esc quit";
 
 /// Radians of an arrow key.
 const TURN: f32 = std::f32::consts::PI / 36.0;
-/// Part of the distance that an arrow key shifts.
+/// Fraction of the distance that an arrow key moves by.
 const SHIFT: f32 = 1.0 / 32.0;
 
-/// The name of a key that does something here.
+/// The name of a key that has a command.
 #[must_use]
 pub fn key(key: &Key) -> Option<String> {
     let name = match key {
@@ -78,7 +78,7 @@ pub fn key(key: &Key) -> Option<String> {
     Some(name.to_owned())
 }
 
-/// What a key of this name does.
+/// The command of a key.
 #[must_use]
 pub fn command(name: &str, shift: bool) -> Option<Command> {
     let way = match name {
@@ -109,7 +109,7 @@ pub fn command(name: &str, shift: bool) -> Option<Command> {
     })
 }
 
-/// The input of a drag over so many pixels with this button.
+/// The input of a drag in pixels with this button.
 #[must_use]
 pub const fn drag(button: MouseButton, shift: bool, way: [f32; 2]) -> Option<Input> {
     match button {
@@ -119,7 +119,7 @@ pub const fn drag(button: MouseButton, shift: bool, way: [f32; 2]) -> Option<Inp
     }
 }
 
-/// The distance after so many steps nearer, as a factor.
+/// The factor of the distance after steps towards the scene.
 #[must_use]
 pub fn nearer(steps: f32) -> f32 {
     1.1f32.powf(-steps)
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_do_what_is_said_about_them() {
+    fn keys_do_what_the_help_says() {
         assert_eq!(command("3", false), Some(Command::Mode(Mode::Normals)));
         assert_eq!(command("right", false), Some(Command::Turn([TURN, 0.0])));
         assert_eq!(command("down", true), Some(Command::Shift([0.0, -SHIFT])));

@@ -1,4 +1,4 @@
-//! A picture as a screen wants it.
+//! A picture in the pixel format of the screen.
 
 use pocketnerf_core::Tile;
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ pub const fn pack([r, g, b]: [u8; 3]) -> u32 {
 }
 
 impl Picture {
-    /// A black one.
+    /// A black picture.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         Self { width, height, pixels: vec![0; width as usize * height as usize] }
@@ -33,7 +33,7 @@ impl Picture {
         self.pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1)).collect()
     }
 
-    /// Puts a tile where it belongs.
+    /// Copies a tile to its place.
     pub fn put(&mut self, tile: Tile, pixels: &[u32]) {
         let Tile { x, y, width, .. } = tile;
         let rows = self.pixels.chunks_exact_mut(self.width.max(1) as usize).skip(y as usize);
@@ -42,8 +42,8 @@ impl Picture {
         }
     }
 
-    /// Fills `to` with this picture: pixels between those that are there are mixed of
-    /// their four neighbours. One of the same size stays as it is.
+    /// Scales this picture to fill `to`, interpolating bilinearly; a picture of the same size
+    /// is copied.
     pub fn enlarge(&self, to: &mut Self) {
         if [self.width, self.height] == [to.width, to.height] {
             to.pixels.copy_from_slice(&self.pixels);
@@ -66,8 +66,7 @@ impl Picture {
         );
     }
 
-    /// Peak signal to noise ratio against another of the same size, dB; `None` where the
-    /// two are equal or not of a size.
+    /// PSNR against another picture, dB; `None` if the two are equal or differ in size.
     #[must_use]
     pub fn psnr(&self, other: &Self) -> Option<f32> {
         if [self.width, self.height] != [other.width, other.height] || self == other {
@@ -83,8 +82,8 @@ impl Picture {
     }
 }
 
-/// For each pixel of a row of `to`: the two of a row of `from` that it lies between, and
-/// how near it is to the second, in parts of 256.
+/// For each of `to` pixels in a row: the two of `from` pixels that it lies between, and the
+/// weight of the second, of 256.
 fn stops(from: u32, to: u32) -> Vec<[u32; 3]> {
     let scale = f64::from(from) / f64::from(to);
     let stop = |i: u32| {
@@ -95,7 +94,7 @@ fn stops(from: u32, to: u32) -> Vec<[u32; 3]> {
     (0..to).map(stop).collect()
 }
 
-/// `b` in so many parts of 256 and `a` in the others; two channels at a time.
+/// Mixes `b` with a weight of `parts` of 256 into `a`, two channels at a time.
 #[inline]
 const fn mix(a: u32, b: u32, parts: u32) -> u32 {
     const OUTER: u32 = 0x00ff_00ff;

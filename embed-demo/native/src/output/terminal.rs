@@ -1,13 +1,12 @@
-//! Pictures in a terminal: two pixels a character, one above the other.
+//! Pictures in a terminal: a character is two pixels, one above the other.
 
 use std::fmt::Write;
 
 use terminal_size::{Height, Width, terminal_size};
 
-use crate::picture::Picture;
+use crate::paint::picture::Picture;
 
-/// Columns and rows of the terminal, 80 by 24 where there is none; one row is left for
-/// the prompt.
+/// Columns and rows of the terminal, less a row for the prompt; of 80 by 24 if there is none.
 #[must_use]
 pub fn room() -> [u32; 2] {
     let [columns, rows] = terminal_size()
@@ -15,7 +14,7 @@ pub fn room() -> [u32; 2] {
     [columns.max(1), rows.saturating_sub(1).max(1)]
 }
 
-/// The largest picture of this shape in so many columns and rows.
+/// The largest picture of this shape that fits into columns and rows.
 #[must_use]
 pub fn fit([width, height]: [u32; 2], [columns, rows]: [u32; 2]) -> [u32; 2] {
     let [w, h, most_w, most_h] = [width, height, columns, 2 * rows].map(f64::from);
@@ -23,8 +22,8 @@ pub fn fit([width, height]: [u32; 2], [columns, rows]: [u32; 2]) -> [u32; 2] {
     [w, h].map(|side| ((side * scale).round() as u32).max(1))
 }
 
-/// The picture as text: upper half blocks in 24-bit colours, whose background is the pixel
-/// below. A last row without one leaves the terminal's own background.
+/// The picture as text: upper half blocks in 24-bit colours, with the pixel below as the
+/// background. A last row on its own keeps the terminal's background.
 #[must_use]
 pub fn text(picture: &Picture) -> String {
     let mut text = String::new();
@@ -53,7 +52,7 @@ fn color(text: &mut String, which: u32, pixel: u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::pack;
+    use crate::paint::picture::pack;
 
     #[test]
     fn two_pixels_a_character() {

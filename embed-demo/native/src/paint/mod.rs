@@ -1,4 +1,9 @@
-//! Tiles of a picture, on all threads.
+//! Pictures of a model, tiles on all threads.
+
+pub mod cells;
+pub mod modes;
+mod normals;
+pub mod picture;
 
 use std::sync::{Mutex, PoisonError};
 
@@ -10,17 +15,16 @@ use pocketnerf_core::{
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use crate::cells::{self, Cells};
-use crate::modes::{Mode, Range};
-use crate::normals;
-use crate::picture::{Picture, pack};
+use cells::Cells;
+use modes::{Mode, Range};
+use picture::{Picture, pack};
 
-/// Which picture.
+/// A picture to paint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
-    /// From where, and how large.
+    /// View and size.
     pub camera: Camera,
-    /// What of.
+    /// What it shows.
     pub mode: Mode,
     /// From 0, the fastest, to 1, the finest: see [`Model::detail`].
     pub quality: f32,
@@ -31,16 +35,16 @@ pub struct Shot {
 pub struct Painter<'m> {
     model: &'m Model<'m>,
     simd: SimdLevel,
-    /// `None` for spaces that are no box.
+    /// `None` for spaces other than boxes.
     probe: Option<Probe<'m>>,
     cells: Cells<'m>,
     occupied: [[f32; 3]; 2],
     pool: ThreadPool,
-    /// Memory of threads that have none to do.
+    /// Memory of idle threads.
     idle: Mutex<Vec<Worker>>,
 }
 
-/// What a thread needs.
+/// The memory of a thread.
 #[derive(Debug)]
 struct Worker {
     scratch: Vec<f32>,
@@ -49,10 +53,10 @@ struct Worker {
 }
 
 impl<'m> Painter<'m> {
-    /// Of `model`, on so many threads; 0: as many as the machine has cores.
+    /// Paints `model` on `threads` threads; 0: one per core.
     ///
     /// # Errors
-    /// One line, where the system gives no threads.
+    /// One line, if the system refuses the threads.
     pub fn new(model: &'m Model<'m>, threads: usize) -> Result<Self, String> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|e| format!("{threads} threads: {e}; give --threads 1"))?;
@@ -74,25 +78,25 @@ impl<'m> Painter<'m> {
         self.model
     }
 
-    /// Threads that paint.
+    /// Number of threads.
     #[must_use]
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()
     }
 
-    /// Whether the model can be shown in this way: normals need a box.
+    /// Whether the model can be shown in this mode: normals need a box.
     #[must_use]
     pub const fn shows(&self, mode: Mode) -> bool {
         self.probe.is_some() || !matches!(mode, Mode::Normals)
     }
 
-    /// The depths that have colours.
+    /// The range of depths that the colour map covers.
     #[must_use]
     pub fn range(&self, camera: &Camera) -> Range {
         Range::seen(camera, &self.model.space, self.occupied)
     }
 
-    /// All of a picture.
+    /// Paints a whole picture.
     ///
     /// # Errors
     /// Those of [`paint`](Self::paint).
@@ -102,10 +106,10 @@ impl<'m> Painter<'m> {
         Ok((picture, stats))
     }
 
-    /// Some tiles of a picture.
+    /// Paints some tiles of a picture.
     ///
     /// # Errors
-    /// Whatever [`render_tile`] and [`Probe`] report.
+    /// Those of [`render_tile`] and [`Probe`].
     pub fn paint(
         &self,
         shot: &Shot,
@@ -122,7 +126,7 @@ impl<'m> Painter<'m> {
             self.idle().push(worker);
             Ok((tile, painted?))
         };
-        // A bridge hands tiles out in their order: neighbours at the same time.
+        // A bridge keeps the order of tiles: neighbours are painted at the same time.
         let painted: Result<Vec<_>, Error> =
             self.pool.install(|| tiles.par_bridge().map(paint).collect());
         let mut all = RenderStats::default();
@@ -133,7 +137,7 @@ impl<'m> Painter<'m> {
         Ok(all)
     }
 
-    /// Runs something else on the painter's threads.
+    /// Runs other work on the painter's threads.
     pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.pool.install(work)
     }
@@ -149,7 +153,7 @@ impl<'m> Painter<'m> {
         let Worker { scratch, rgba, depth } = worker;
         let (rgba, depth) = (&mut rgba[..4 * tile.pixels()], &mut depth[..tile.pixels()]);
         let (camera, model, display) = (&shot.camera, self.model, &self.model.display);
-        // What is drawn instead of colours is sRGB.
+        // Colours of the other modes are sRGB.
         let behind = display.srgb_background();
         let finish = |rgb| pack(pixel::rgb8(rgb, ColorSpace::Srgb));
         let mut stats = RenderStats::default();
@@ -201,7 +205,7 @@ impl<'m> Painter<'m> {
     }
 
     fn idle(&self) -> std::sync::MutexGuard<'_, Vec<Worker>> {
-        // Memory that may hold anything cannot be poisoned.
+        // The memory may hold anything, so it cannot be poisoned.
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,20 +1,20 @@
-//! The cells of a model's occupancy, as one would see them if they were solid.
+//! The cells of a model's occupancy grid, drawn as if they were solid.
 
 use pocketnerf_core::occupancy::BLOCK;
 use pocketnerf_core::space::UnitMap;
 use pocketnerf_core::{Model, Occupancy, Ray};
 
-/// Cubes of cells, cells along each side.
+/// Cells along each side of a block.
 const BLOCK_CELLS: f32 = BLOCK as f32;
 
-/// Looks for the cells of a model.
+/// Intersects rays with the cells of a model.
 #[derive(Clone, Copy, Debug)]
 pub struct Cells<'m> {
     model: &'m Model<'m>,
     map: UnitMap,
     /// Cells along each axis.
     resolution: f32,
-    /// Of the model's box, in cells.
+    /// Upper corner of the model's box, in cells.
     corner: [f32; 3],
 }
 
@@ -23,14 +23,14 @@ pub struct Cells<'m> {
 pub struct Face {
     /// Distance along the ray in the space's own coordinates.
     pub t: f32,
-    /// The axis across the face.
+    /// The axis that the face is perpendicular to.
     pub axis: usize,
     /// The cell.
     pub cell: [u32; 3],
 }
 
 impl<'m> Cells<'m> {
-    /// Of a model; without occupancy, all of its box is occupied.
+    /// The cells of a model; without occupancy, all of its box is occupied.
     #[must_use]
     pub fn new(model: &'m Model<'m>) -> Self {
         let map = model.space.unit_map();
@@ -39,7 +39,7 @@ impl<'m> Cells<'m> {
         Self { model, map, resolution, corner }
     }
 
-    /// The box around all that is occupied, to the block, local coordinates.
+    /// The box around the occupied blocks, local coordinates.
     #[must_use]
     pub fn bounds(&self) -> [[f32; 3]; 2] {
         let all = self.model.space.bounds();
@@ -71,7 +71,7 @@ impl<'m> Cells<'m> {
         let from = self.map.apply(ray.origin).map(|u| u * self.resolution);
         let speed = ray.direction.map(|d| d * per_unit);
         let ([mut t, end], mut axis) = self.inside(from, speed)?;
-        // A little into the cell, so that rounding does not look at the one before.
+        // Slightly into the cell, so rounding does not select the one before.
         let nudge = 1e-3 / per_unit;
         while t < end {
             let at = [0, 1, 2].map(|a| from[a] + (t + nudge) * speed[a]);
@@ -89,13 +89,13 @@ impl<'m> Cells<'m> {
         None
     }
 
-    /// From where to where a ray is in the model's box, and across which axis it enters.
+    /// Where a ray enters and leaves the model's box, and across which axis it enters.
     fn inside(&self, from: [f32; 3], speed: [f32; 3]) -> Option<([f32; 2], usize)> {
         let ([mut enters, mut leaves], mut axis) = ([0f32, f32::INFINITY], 2);
         for a in 0..3 {
             let ends = [-from[a] / speed[a], (self.corner[a] - from[a]) / speed[a]];
             let [first, last] = if speed[a] < 0.0 { [ends[1], ends[0]] } else { ends };
-            // NaN, of a ray within a wall, is neither.
+            // NaN, for a ray within a wall, compares false.
             if first > enters {
                 (enters, axis) = (first, a);
             }
@@ -113,8 +113,7 @@ fn side(occupancy: &Occupancy<'_>, [x, y, z]: [u32; 3]) -> f32 {
     }
 }
 
-/// Where a ray leaves the cube with sides of so many cells around a cell, and across which
-/// axis.
+/// Where a ray leaves the cube with `side` cells a side around a cell, and across which axis.
 fn leave(from: [f32; 3], speed: [f32; 3], cell: [u32; 3], side: f32) -> (f32, usize) {
     let mut first = (f32::INFINITY, 0);
     for a in 0..3 {
@@ -128,8 +127,7 @@ fn leave(from: [f32; 3], speed: [f32; 3], cell: [u32; 3], side: f32) -> (f32, us
     first
 }
 
-/// Three shades, as if light came from above, and every other cell and block of cells a
-/// little darker.
+/// Three shades, as if lit from above; every other cell and block is slightly darker.
 #[must_use]
 pub fn color(face: &Face) -> [f32; 3] {
     let light = [0.5, 0.7, 1.0][face.axis];
@@ -143,7 +141,7 @@ mod tests {
 
     #[test]
     fn finds_the_cell_of_the_golden_file() {
-        let bytes = include_bytes!("../../../tests/golden/hash-grid-f16.pnerf");
+        let bytes = include_bytes!("../../../../tests/golden/hash-grid-f16.pnerf");
         let file = pocketnerf_formats::open(bytes).unwrap();
         let (model, cells) = (&file.model, Cells::new(&file.model));
         let occupancy = model.occupancy.unwrap();
@@ -175,7 +173,7 @@ mod tests {
 
     #[test]
     fn rays_that_go_nowhere_meet_nothing() {
-        let bytes = include_bytes!("../../../tests/golden/hash-grid-f16.pnerf");
+        let bytes = include_bytes!("../../../../tests/golden/hash-grid-f16.pnerf");
         let file = pocketnerf_formats::open(bytes).unwrap();
         let cells = Cells::new(&file.model);
         let aside = Ray { origin: [1e3, 0.0, 0.0], direction: [1.0, 0.0, 0.0] };
