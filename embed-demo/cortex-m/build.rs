@@ -1,5 +1,5 @@
-//! Hands the memory map to the linker, and the model to the program: the still life, or the file
-//! that `POCKETNERF_MODEL` names.
+//! Provides the memory map for the linker, and the model for the program: the still life, or the
+//! file in `POCKETNERF_MODEL`.
 
 use std::path::PathBuf;
 

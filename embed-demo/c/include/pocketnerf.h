@@ -2,14 +2,14 @@
  *
  * Made by cbindgen from embed-demo/c/src: do not edit.
  *
- * Every function that may fail returns a PnrfStatus and, where it is given a place for one, fills a
- * PnrfError: one line about what was found and what was expected. Outputs are left as they were then.
- * There is no global state, no thread is started, and nothing is printed. A model never changes once
- * it is open, so that any number of threads may use it; scratch is one thread's alone.
+ * A function that can fail returns a PnrfStatus. Given a PnrfError, it also fills in one line about
+ * what was found and what was expected; outputs are then unchanged. The library has no global state,
+ * starts no threads and prints nothing. An open model never changes, so any number of threads may use
+ * it; each thread needs its own scratch.
  *
- * Coordinates, lengths and densities are those of the photographs that a model was made from
- * (unless it was opened with PNRF_OPEN_MODEL_COORDINATES). Memory that is written to during a call
- * must not overlap any other that the call is given.
+ * Coordinates, lengths and densities are those of the photographs that a model was made from, unless
+ * it was opened with PNRF_OPEN_MODEL_COORDINATES. Memory that a call writes to must not overlap any
+ * other memory passed to it.
  */
 
 #ifndef POCKETNERF_H
@@ -18,65 +18,65 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// The version of this interface: 65536 times the major number, plus the minor. Within a major
-// number nothing that is there changes; the minor grows with what is added.
+// The version of this interface: 65536 times the major number, plus the minor. Additions
+// increase the minor number, all other changes the major one.
 #define PNRF_ABI_VERSION 65536
 
-// Pixels along a side of a picture at most.
+// The largest width and height of a picture, pixels.
 #define PNRF_MAX_SIDE 16384
 
-// [`pnrf_open_bytes`]: the bytes are not copied. They stay where they are, as they are, until
+// For `pnrf_open_bytes`: the bytes are not copied. They must stay in place, unchanged, until
 // the model is closed.
 #define PNRF_OPEN_BORROWED 1
 
-// Checksums and weights are not looked at: opens at once, whatever the size. Damaged
+// Skip the check of checksums and weights: opening takes no time, whatever the size. Damaged
 // weights then give wrong pictures, but never a crash.
 #define PNRF_OPEN_UNVERIFIED 2
 
-// Without the table of empty space: less memory (see `table_bytes` of the info), the same
-// pictures, 10 to 15 % more time.
+// Do not build the empty-space skip table: less memory (`table_bytes` of `PnrfInfo`), the
+// same pictures, 10 to 15 % more time.
 #define PNRF_OPEN_WITHOUT_TABLE 4
 
-// Cameras, points and lengths are in the model's own coordinates and units instead of
+// Use the model's own coordinates and units for cameras, points and lengths, instead of
 // those of the photographs it was made from.
 #define PNRF_OPEN_MODEL_COORDINATES 8
 
-// Bytes of an error's text, the final zero included.
+// Size of an error's text in bytes, with the final zero.
 #define PNRF_ERROR_TEXT 252
 
-// What has become of a call.
+// The outcome of a call.
 enum PnrfStatus
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // It did what it was asked to.
+    // Success.
     PNRF_STATUS_OK = 0,
-    // A pointer is null that must not be.
+    // A pointer that must not be null is null.
     PNRF_STATUS_NULL = 1,
-    // A pointer is not a multiple of its type's size. (Pixels, depths and the bytes of a
-    // model may lie anywhere.)
+    // A pointer is not aligned for its type. (Pixels, depths and the bytes of a model need no
+    // alignment.)
     PNRF_STATUS_MISALIGNED = 2,
-    // A number is outside its range, not a number, or no code of its kind.
+    // A number is out of range, NaN, or an unknown code.
     PNRF_STATUS_ARGUMENT = 3,
-    // A camera without pixels, with numbers that are not finite, or with a pose that is
-    // no rotation.
+    // The camera has no pixels, has numbers that are not finite, or a pose that is not a
+    // rotation.
     PNRF_STATUS_CAMERA = 4,
-    // A buffer is shorter than what is to be written.
+    // A buffer is too small.
     PNRF_STATUS_BUFFER = 5,
-    // A file could not be read.
+    // The file cannot be read.
     PNRF_STATUS_FILE = 6,
-    // The bytes are those of no model.
+    // The bytes are not a .pnerf model.
     PNRF_STATUS_NOT_A_MODEL = 7,
-    // The model was written in a format, or has parts, that this library does not know.
+    // The model has a format version, or parts, that this library does not support.
     PNRF_STATUS_VERSION = 8,
-    // The model's bytes are damaged.
+    // The bytes of the model are damaged.
     PNRF_STATUS_DAMAGED = 9,
-    // This model has no answer to the question.
+    // The model does not support this query.
     PNRF_STATUS_UNSUPPORTED = 10,
-    // This machine has no such vector instructions.
+    // The machine lacks these vector instructions.
     PNRF_STATUS_NO_SIMD = 11,
-    // A mistake in the library itself.
+    // A bug in the library.
     PNRF_STATUS_INTERNAL = 12,
 };
 #ifndef __cplusplus
@@ -109,20 +109,20 @@ typedef uint32_t PnrfAlpha;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What counts as the depth of a ray that sees more than one thing.
+// Definition of the depth along a ray.
 enum PnrfDepth
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // The mean over what is seen, as in a rendered depth.
+    // The expected depth, as in a rendered picture.
     PNRF_DEPTH_EXPECTED = 0,
-    // Where half of the light has been held back.
+    // Where half of the light is absorbed.
     PNRF_DEPTH_MEDIAN = 1,
-    // The first sample with a sigma above the threshold, 1 / unit: transparent things
+    // The first sample whose sigma exceeds the threshold, 1 / unit; finds transparent objects
     // too (Dex-NeRF).
     PNRF_DEPTH_FIRST_SIGMA = 2,
-    // Where a part of the light, the threshold, from 1e-6 to below 1, has been held back.
+    // Where the fraction `threshold` of the light, from 1e-6 to below 1, is absorbed.
     PNRF_DEPTH_FIRST_OPACITY = 3,
 };
 #ifndef __cplusplus
@@ -133,7 +133,7 @@ typedef uint32_t PnrfDepth;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What a depth is the distance of.
+// The kind of distance that a depth is.
 enum PnrfDepthKind
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -141,8 +141,7 @@ enum PnrfDepthKind
  {
     // From the camera's position, along the ray.
     PNRF_DEPTH_KIND_DISTANCE = 0,
-    // From the plane through the camera, along the direction it looks in: what a z-buffer is
-    // made from.
+    // From the plane through the camera, along its viewing direction, as for a z-buffer.
     PNRF_DEPTH_KIND_Z = 1,
 };
 #ifndef __cplusplus
@@ -162,7 +161,7 @@ enum PnrfFormat
  {
     // Four bytes: red, green, blue, alpha.
     PNRF_FORMAT_RGBA8 = 0,
-    // Four bytes: blue, green, red, alpha, as many window systems have it.
+    // Four bytes: blue, green, red, alpha, as in many window systems.
     PNRF_FORMAT_BGRA8 = 1,
     // Four `float` values: red, green, blue, alpha.
     PNRF_FORMAT_RGBA_F32 = 2,
@@ -175,16 +174,16 @@ typedef uint32_t PnrfFormat;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// How much memory a call works in.
+// How much scratch memory a call uses.
 enum PnrfMemory
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // Up to 1.2 MB for a grid: what a core's second-level cache holds.
+    // Up to 1.2 MB for a hash grid: the size of a core's L2 cache.
     PNRF_MEMORY_FAST = 0,
-    // A few tens of kilobytes. Tiles are smaller, so that pictures differ a little (within
-    // what the quality allows); slower.
+    // A few tens of kilobytes; slower. Tiles are smaller, so pictures differ slightly, within
+    // the tolerance of the quality.
     PNRF_MEMORY_SMALL = 1,
 };
 #ifndef __cplusplus
@@ -195,16 +194,16 @@ typedef uint32_t PnrfMemory;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Where along a ray the field is asked.
+// Where the samples of a ray lie.
 enum PnrfSampling
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // In occupied cells, until next to no light passes.
+    // At equal steps through occupied cells, until almost no light passes.
     PNRF_SAMPLING_OCCUPANCY = 0,
-    // As in the paper, or as the model says; quality changes nothing. Much slower.
-    PNRF_SAMPLING_PAPER = 1,
+    // Hierarchical sampling of vanilla NeRF, coarse then fine; ignores quality. Much slower.
+    PNRF_SAMPLING_HIERARCHICAL = 1,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -214,21 +213,21 @@ typedef uint32_t PnrfSampling;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Vector instructions. Asking for some that the machine lacks is an error.
+// Vector instructions. Those that the machine lacks are an error.
 enum PnrfSimd
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // The best that this machine has.
+    // The best available.
     PNRF_SIMD_DETECT = 0,
-    // What every machine has that the library is for.
+    // The baseline of the build target.
     PNRF_SIMD_PORTABLE = 1,
     // x86-64-v2: 4 lanes.
     PNRF_SIMD_SSE42 = 2,
     // x86-64-v3: 8 lanes.
     PNRF_SIMD_AVX2 = 3,
-    // Ice Lake and Zen 4 upwards: 16 lanes.
+    // Ice Lake, Zen 4 and later: 16 lanes.
     PNRF_SIMD_AVX512 = 4,
     // AArch64: 4 lanes.
     PNRF_SIMD_NEON = 5,
@@ -241,17 +240,17 @@ typedef uint32_t PnrfSimd;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What is known of a model, in words.
+// Facts about a model, in words.
 enum PnrfText
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    // What people call the scene.
+    // The name of the scene.
     PNRF_TEXT_NAME = 0,
-    // The kind of its field: hash-grid or nerf.
+    // The kind of its field, such as `hash-grid`.
     PNRF_TEXT_KIND = 1,
-    // How it was trained, or from what it was converted.
+    // The method of its training, or what it was converted from.
     PNRF_TEXT_METHOD = 2,
     // The program that wrote it, with its version.
     PNRF_TEXT_PROGRAM = 3,
@@ -266,8 +265,7 @@ typedef uint32_t PnrfText;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// A model that is open. Nothing in it ever changes: any number of threads may use it at
-// the same time.
+// An open model. It never changes, so any number of threads may use it at the same time.
 typedef struct PnrfModel PnrfModel;
 
 // A pinhole camera. Axes are OpenGL's: x right, y up, looking along -z. The centre of the
@@ -279,36 +277,36 @@ typedef struct PnrfCamera {
     uint32_t height;
     // Focal lengths in x and y, pixels, above 0.
     float focal[2];
-    // Principal point in x and y, pixels from the top left corner. A part of a picture is
-    // taken by moving it and making the picture smaller.
+    // Principal point in x and y, pixels from the top left corner. To render a part of a
+    // picture, move it and make the picture smaller.
     float center[2];
     // 4x4 camera-to-world matrix, row after row: columns are right, up, back (unit
-    // vectors) and the camera's position. The last row is not read.
+    // vectors) and the camera's position. The last row is ignored.
     float camera_to_world[16];
 } PnrfCamera;
 
-// A status with a line about what was found and what was expected. Every call that may
-// fail fills the one it is given; null: not wanted.
+// A status with a line about what was found and what was expected. A call that can fail fills
+// it in, unless the pointer is null.
 typedef struct PnrfError {
-    // The same as the call returns.
+    // The status that the call returns.
     PnrfStatus status;
-    // One line of UTF-8 that ends with a zero; empty where all went well.
+    // One line of UTF-8 with a final zero; empty after success.
     char text[PNRF_ERROR_TEXT];
 } PnrfError;
 
-// What is known of a model, in numbers.
+// Facts about a model, in numbers.
 typedef struct PnrfInfo {
     // Length of the file.
     uint64_t bytes;
-    // Weights.
+    // Number of weights.
     uint64_t parameters;
-    // What the open model takes beside its bytes: the table of empty space.
+    // Size of the empty-space skip table, which an open model needs beside its bytes.
     uint64_t table_bytes;
-    // Part of the model's box that may hold something; 1 where that is not known.
+    // Occupied fraction of the model's box; 1 if unknown.
     float occupancy;
-    // The middle of its box, caller's coordinates.
+    // The centre of its box, caller's coordinates.
     float center[3];
-    // Of the ball around the box, caller's units.
+    // The radius of the sphere around the box, caller's units.
     float radius;
     // Smallest corner of the box, model's coordinates.
     float box_min[3];
@@ -317,28 +315,28 @@ typedef struct PnrfInfo {
     // Caller's units per unit of the model: caller = scale * rotation * model +
     // translation.
     float scale;
-    // Rotation of that, row after row.
+    // The `rotation` above, row after row.
     float rotation[9];
-    // Translation of that.
+    // The `translation` above.
     float translation[3];
     // Distance between samples along a ray, caller's units.
     float step;
     // The model's background, 0 to 1, in its own colour space.
     float background[3];
-    // 1: colours, the background's too, are linear light, and only pictures in bytes are
-    // encoded as sRGB; 0: all colours are sRGB, like those of image files.
+    // 1: colours and background are linear light, and only pictures in bytes are encoded as
+    // sRGB; 0: all colours are sRGB, as in image files.
     uint32_t is_linear;
-    // 1: the model can be asked about points, segments and rays; 0: it has normalised
-    // device coordinates, and pictures only.
+    // 1: queries about points, segments and rays are supported; 0: the model is in normalised
+    // device coordinates, for pictures only.
     uint32_t has_queries;
-    // 1: the file has a view of its own; see `pnrf_default_camera`.
+    // 1: the file has its own view; see `pnrf_default_camera`.
     uint32_t has_camera;
-    // The quality that pictures have where nobody chooses.
+    // The default quality of pictures.
     float quality;
 } PnrfInfo;
 
-// How to render and to ask. Filled in by `pnrf_default_options`; null instead means just
-// these.
+// Options of rendering and of queries. `pnrf_default_options` fills in the defaults, which
+// a null pointer stands for too.
 typedef struct PnrfOptions {
     // A `PnrfSimd`.
     uint32_t simd;
@@ -346,20 +344,19 @@ typedef struct PnrfOptions {
     uint32_t sampling;
     // A `PnrfMemory`.
     uint32_t memory;
-    // From 0, the fastest, to 1, the finest; below 0: what the file says, 0.5 as a rule.
+    // From 0, the fastest, to 1, the finest; below 0: as the file says, usually 0.5.
     float quality;
 } PnrfOptions;
 
-// A whole picture in the caller's memory, rows from top to bottom; what no tile covers is
-// not touched, nor is what lies between rows. Memory may be at any address. Set all of it to
-// zero first: that is a usual picture, RGBA in bytes against black, without depth and with
-// nothing between rows.
+// A whole picture in the caller's memory, at any alignment, rows from top to bottom. Only the
+// pixels of rendered tiles are written. Set the struct to zero first: the default is RGBA in
+// bytes over black, without depth or padding.
 typedef struct PnrfImage {
-    // The upper left pixel; null: only depth is wanted.
+    // The upper left pixel, or null for depth alone.
     void *pixels;
-    // Bytes that `pixels` has room for.
+    // Size of `pixels` in bytes.
     size_t size;
-    // Bytes from a row to the next; 0: nothing lies between rows.
+    // Bytes from one row to the next; 0: rows without padding.
     size_t stride;
     // A `PnrfFormat`.
     uint32_t format;
@@ -368,26 +365,26 @@ typedef struct PnrfImage {
     // Red, green and blue, 0 to 1, for `PNRF_ALPHA_BACKGROUND`: in the model's own colour
     // space, as in `PnrfInfo`.
     float background[3];
-    // 1: rows from bottom to top, as in OpenGL's textures. Of depth too.
+    // 1: rows from bottom to top, as in OpenGL textures; for depth too.
     uint32_t bottom_up;
-    // One `float` a pixel: the expected distance in the caller's units, infinite where
-    // nothing is seen. Null: not wanted.
+    // One `float` per pixel: the expected distance in the caller's units, infinite where
+    // there is nothing. Null for none.
     float *depth;
-    // Bytes that `depth` has room for.
+    // Size of `depth` in bytes.
     size_t depth_size;
-    // Bytes from a row to the next; 0: nothing lies between rows.
+    // Bytes from one row to the next; 0: rows without padding.
     size_t depth_stride;
     // A `PnrfDepthKind`.
     uint32_t depth_kind;
 } PnrfImage;
 
-// What rendering took. To be summed up over tiles.
+// Statistics of rendering, to be summed over tiles.
 typedef struct PnrfStats {
     // Rays cast; the other pixels are interpolated, or known to be empty.
     uint64_t rays;
-    // Points at which the field was asked.
+    // Evaluations of the field.
     uint64_t samples;
-    // Rays along which it was asked at all.
+    // Rays with at least one evaluation.
     uint64_t hits;
 } PnrfStats;
 
@@ -407,13 +404,13 @@ typedef struct PnrfTile {
 extern "C" {
 #endif // __cplusplus
 
-// The version that the library was built with, to be compared with the header's
-// `PNRF_ABI_VERSION`: the upper 16 bits equal, the lower ones not smaller.
+// The version of the library. It fits the header if the upper 16 bits equal those of
+// `PNRF_ABI_VERSION`, and the lower ones are not smaller.
 uint32_t pnrf_abi_version(void);
 
-// A camera at `eye` that looks at `target`, three numbers each. `up` is where up is in
-// the picture, roughly, of any length; `fov_x` the horizontal field of view in radians,
-// 0.01 to 3.1.
+// Makes a camera at `eye` that looks at `target`, three numbers each. `up` is the
+// approximate up direction, of any length; `fov_x` is the horizontal field of view in
+// radians, 0.01 to 3.1.
 PnrfStatus pnrf_look_at(const float *eye,
                         const float *target,
                         const float *up,
@@ -423,21 +420,20 @@ PnrfStatus pnrf_look_at(const float *eye,
                         struct PnrfCamera *camera,
                         struct PnrfError *error);
 
-// A camera that shows the model: the file's own view, or, where it has none, one from
-// aside and above, z up. 0 for width and height: the file's own size.
+// Makes a camera that shows the model: the file's own view, or, if it has none, one from
+// the side and above, z up. A width and height of 0 mean the file's own size.
 PnrfStatus pnrf_default_camera(const struct PnrfModel *model,
                                uint32_t width,
                                uint32_t height,
                                struct PnrfCamera *camera,
                                struct PnrfError *error);
 
-// What is known of a model, in numbers.
+// Writes facts about a model, in numbers, to `info`.
 PnrfStatus pnrf_info(const struct PnrfModel *model, struct PnrfInfo *info, struct PnrfError *error);
 
-// A text of the model's, in UTF-8 with a zero at its end; empty where the file says
-// nothing. `which`: a `PnrfText`. `capacity`: bytes that `buffer` holds. `length`, where
-// wanted, is told the bytes that are needed, the zero included, even where they are more than
-// there is room for: that is an error.
+// Copies a text in UTF-8 with a final zero to `buffer`; empty if the file has none. `which`
+// is a `PnrfText`; `capacity` is the size of `buffer` in bytes, and too small a buffer is an
+// error. `length`, unless null, receives the bytes needed, with the zero, even then.
 PnrfStatus pnrf_text(const struct PnrfModel *model,
                      uint32_t which,
                      char *buffer,
@@ -445,41 +441,42 @@ PnrfStatus pnrf_text(const struct PnrfModel *model,
                      size_t *length,
                      struct PnrfError *error);
 
-// Opens a file; reads all of it, so that it may change or vanish afterwards.
+// Opens a file. All of it is read, so it may change or be deleted afterwards.
 //
-// `path` is UTF-8 on Windows, any bytes elsewhere. `flags`: `PNRF_OPEN_…`, or 0. Writes to
-// `model` what `pnrf_close` takes; null where the call fails.
+// `path` is UTF-8 on Windows, any bytes elsewhere. `flags` are `PNRF_OPEN_…`, or 0. `model`
+// receives the model, to be closed with `pnrf_close`, or null if the call fails.
 PnrfStatus pnrf_open_file(const char *path,
                           uint32_t flags,
                           struct PnrfModel **model,
                           struct PnrfError *error);
 
-// Opens a model that lies in memory: `length` bytes, at any alignment.
+// Opens a model in memory: `length` bytes, at any alignment. They are copied, unless `flags`
+// has `PNRF_OPEN_BORROWED`.
 //
-// `flags`: `PNRF_OPEN_…`, or 0, in which case the bytes are copied. Writes to `model` what
-// `pnrf_close` takes; null where the call fails.
+// `flags` are `PNRF_OPEN_…`, or 0. `model` receives the model, to be closed with `pnrf_close`,
+// or null if the call fails.
 PnrfStatus pnrf_open_bytes(const void *bytes,
                            size_t length,
                            uint32_t flags,
                            struct PnrfModel **model,
                            struct PnrfError *error);
 
-// Closes a model that nobody uses any more. Null is nothing to close.
+// Closes a model that is no longer in use. Null is ignored.
 void pnrf_close(struct PnrfModel *model);
 
-// The usual options, for whoever wants to change some of them.
+// Writes the default options to `options`.
 PnrfStatus pnrf_default_options(struct PnrfOptions *options, struct PnrfError *error);
 
-// How many `float` values of scratch a call needs, for any picture of this model and for
-// all questions. Each thread needs its own; they may hold anything, and hold nothing of
-// use afterwards.
+// Writes to `length` the number of `float` values of scratch that a call needs, for any
+// picture and any query of this model. Each thread needs its own. Its content does not matter
+// before a call, and is undefined afterwards.
 PnrfStatus pnrf_scratch_length(const struct PnrfModel *model,
                                const struct PnrfOptions *options,
                                size_t *length,
                                struct PnrfError *error);
 
-// Sigma at `n` points, three numbers each, into one value each of `sigma`: the part of the
-// light held back per unit of length, 1 / unit; 0 where nothing is.
+// Sigma at `n` points, three numbers each: one value each to `sigma`, the fraction of light
+// absorbed per unit of length, 1 / unit; 0 in empty space.
 PnrfStatus pnrf_density(const struct PnrfModel *model,
                         const struct PnrfOptions *options,
                         const float *points,
@@ -489,9 +486,9 @@ PnrfStatus pnrf_density(const struct PnrfModel *model,
                         size_t scratch_length,
                         struct PnrfError *error);
 
-// Colour and sigma of `n` points, three numbers each, seen along `directions`, three
-// numbers each, into four values each of `rgb_sigma`: red, green and blue, straight, 0 to 1,
-// and sigma, 1 / unit. All are 0 where nothing is.
+// Colour and sigma at `n` points, three numbers each, seen along `directions`, three numbers
+// each: four values each to `rgb_sigma`. Red, green and blue are 0 to 1, not premultiplied, in
+// the model's own colour space; sigma is in 1 / unit. All are 0 in empty space.
 PnrfStatus pnrf_radiance(const struct PnrfModel *model,
                          const struct PnrfOptions *options,
                          const float *points,
@@ -502,8 +499,8 @@ PnrfStatus pnrf_radiance(const struct PnrfModel *model,
                          size_t scratch_length,
                          struct PnrfError *error);
 
-// The slope of sigma at `n` points, three numbers each, into three values each of
-// `gradient`, 1 / unit^2.
+// The gradient of sigma at `n` points, three numbers each: three values each to `gradient`,
+// 1 / unit^2.
 PnrfStatus pnrf_density_gradient(const struct PnrfModel *model,
                                  const struct PnrfOptions *options,
                                  const float *points,
@@ -513,8 +510,8 @@ PnrfStatus pnrf_density_gradient(const struct PnrfModel *model,
                                  size_t scratch_length,
                                  struct PnrfError *error);
 
-// Where surfaces at `n` points face, three numbers each, into a unit vector each of `normals`,
-// three numbers; zeros where sigma has no slope.
+// Surface normals at `n` points, three numbers each: a unit vector each to `normals`, three
+// numbers; zero where sigma has no gradient.
 PnrfStatus pnrf_normals(const struct PnrfModel *model,
                         const struct PnrfOptions *options,
                         const float *points,
@@ -524,25 +521,25 @@ PnrfStatus pnrf_normals(const struct PnrfModel *model,
                         size_t scratch_length,
                         struct PnrfError *error);
 
-// Whether there may be something at `n` points, three numbers each, into one byte each of
-// `occupied`: 0 or 1. Points that are nowhere (NaN) count as occupied.
+// Whether `n` points, three numbers each, lie in occupied cells: one byte each to `occupied`,
+// 0 or 1. NaN counts as occupied.
 PnrfStatus pnrf_occupied(const struct PnrfModel *model,
                          const float *points,
                          size_t n,
                          uint8_t *occupied,
                          struct PnrfError *error);
 
-// Whether `n` balls, centre and radius in four numbers each, are free, into one byte each of
-// `clear`: 1 where no occupied cell touches the ball, else 0. Never 1 by mistake; balls that are
-// nowhere (NaN) are not clear.
+// Whether `n` spheres, centre and radius in four numbers each, are free: one byte each to
+// `clear`, 1 if no occupied cell touches the sphere, else 0. The answer is conservative: it
+// is never wrongly 1. NaN is not clear.
 PnrfStatus pnrf_sphere_clear(const struct PnrfModel *model,
                              const float *balls,
                              size_t n,
                              uint8_t *clear,
                              struct PnrfError *error);
 
-// The part of the light that passes along `n` segments, from point to point in six numbers
-// each, into one value each of `passes`: 1 where nothing is in the way.
+// Transmittance of `n` segments, two points in six numbers each: one value each to `passes`,
+// 1 if nothing is in the way.
 PnrfStatus pnrf_segment_transmittance(const struct PnrfModel *model,
                                       const struct PnrfOptions *options,
                                       const float *segments,
@@ -552,9 +549,10 @@ PnrfStatus pnrf_segment_transmittance(const struct PnrfModel *model,
                                       size_t scratch_length,
                                       struct PnrfError *error);
 
-// The probability that a body hits something (CATNIPS): 1 - exp(-sum of sigma * volume /
-// particle_area) over the `n` points that fill it, three numbers each, of which each stands
-// for `volume`, unit^3. `particle_area`, unit^2, says how large a thing must be to matter.
+// The probability that a body collides (CATNIPS): 1 - exp(-sum of sigma * volume /
+// particle_area) over the `n` points that fill it, three numbers each. Each point stands for
+// `volume`, unit^3; `particle_area`, unit^2, is the cross-section of the smallest relevant
+// obstacle.
 PnrfStatus pnrf_collision_probability(const struct PnrfModel *model,
                                       const struct PnrfOptions *options,
                                       const float *points,
@@ -566,11 +564,11 @@ PnrfStatus pnrf_collision_probability(const struct PnrfModel *model,
                                       size_t scratch_length,
                                       struct PnrfError *error);
 
-// How far `n` rays see, origin and direction in six numbers each, into one value each of
-// `depths`, units; infinite where a ray sees nothing of the kind.
+// Depths along `n` rays, origin and direction in six numbers each: one value each to `depths`,
+// units; infinite if there is none.
 //
-// `kind`: a `PnrfDepth`, with its `threshold`. `axis`, three numbers: depths along that direction, such as
-// a camera's, instead of along the ray; null: along the ray.
+// `kind` is a `PnrfDepth`, with its `threshold`. `axis`, three numbers, gives depths along that
+// direction, such as a camera's, instead of along the ray; null: along the ray.
 PnrfStatus pnrf_depths(const struct PnrfModel *model,
                        const struct PnrfOptions *options,
                        const float *rays,
@@ -585,9 +583,9 @@ PnrfStatus pnrf_depths(const struct PnrfModel *model,
 
 // Renders a picture on the calling thread.
 //
-// `image` has room for all of the camera's picture. `scratch`: `scratch_length` values, at
-// least `pnrf_scratch_length`. `stats`: null where not wanted. Where the call fails, nothing
-// has been written, except to `error`.
+// `image` holds all of the camera's picture. `scratch` has `scratch_length` values, at least
+// those of `pnrf_scratch_length`. `stats` may be null. If the call fails, only `error` is
+// written.
 PnrfStatus pnrf_render(const struct PnrfModel *model,
                        const struct PnrfCamera *camera,
                        const struct PnrfOptions *options,
@@ -597,10 +595,10 @@ PnrfStatus pnrf_render(const struct PnrfModel *model,
                        struct PnrfStats *stats,
                        struct PnrfError *error);
 
-// Renders one tile of a picture, `number` from 0 to `pnrf_tile_count` - 1, into its place
-// in the image of the whole picture; else as `pnrf_render`, which does so for one tile
-// after the other. Several threads may render tiles into one image at the same time, each
-// with scratch of its own.
+// Renders one tile of a picture, `number` from 0 to `pnrf_tile_count` - 1, into its place in
+// the image of the whole picture. Otherwise the same as `pnrf_render`, which renders one tile
+// after another. Several threads may render tiles of one image at the same time, each with its
+// own scratch.
 PnrfStatus pnrf_render_tile(const struct PnrfModel *model,
                             const struct PnrfCamera *camera,
                             const struct PnrfOptions *options,
@@ -611,11 +609,11 @@ PnrfStatus pnrf_render_tile(const struct PnrfModel *model,
                             struct PnrfStats *stats,
                             struct PnrfError *error);
 
-// How many tiles a picture of this size is rendered in; 0 where it has no pixels, or options
-// that are none. `options` as for rendering.
+// The number of tiles of a picture of this size; 0 if the size or the options are invalid.
+// `options` as for rendering.
 uint32_t pnrf_tile_count(uint32_t width, uint32_t height, const struct PnrfOptions *options);
 
-// The rectangle that a tile covers, for whoever shows tiles as soon as they are there.
+// Writes the rectangle that a tile covers to `tile`, to show tiles as they are rendered.
 PnrfStatus pnrf_tile(uint32_t width,
                      uint32_t height,
                      const struct PnrfOptions *options,
@@ -623,7 +621,7 @@ PnrfStatus pnrf_tile(uint32_t width,
                      struct PnrfTile *tile,
                      struct PnrfError *error);
 
-// A status in a few words, whatever the code. Lives as long as the program.
+// A short description of any status code. The text is valid for ever.
 const char *pnrf_status_text(int32_t status);
 
 #ifdef __cplusplus

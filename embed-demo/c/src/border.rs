@@ -1,5 +1,5 @@
-//! Pointers that come from outside, checked as far as they can be: null and alignment.
-//! Whether memory is there at all is the caller's word.
+//! The caller's pointers, checked for null and alignment. That their memory is valid is the
+//! caller's promise.
 
 use std::slice;
 
@@ -28,7 +28,7 @@ pub(crate) unsafe fn read<'c, T>(pointer: *const T, name: &str) -> Result<&'c T,
     Ok(unsafe { &*pointer })
 }
 
-/// The same where null means that there is nothing.
+/// The same, with `None` for null.
 ///
 /// # Safety
 /// As [`read`].
@@ -40,7 +40,7 @@ pub(crate) unsafe fn read_or_none<'c, T>(
     if pointer.is_null() { Ok(None) } else { unsafe { read(pointer, name) }.map(Some) }
 }
 
-/// A place to write one `T` to, whatever it holds now.
+/// Writes one `T`, whatever the place holds now.
 ///
 /// # Safety
 /// Where the pointer is neither null nor misaligned, there is room for a `T` that is the call's
@@ -52,11 +52,11 @@ pub(crate) unsafe fn write<T>(pointer: *mut T, value: T, name: &str) -> Result<(
     Ok(())
 }
 
-/// The same where null means that nobody wants it.
+/// The same, unless the pointer is null.
 ///
 /// # Safety
 /// As [`write`].
-pub(crate) unsafe fn write_if_wanted<T>(
+pub(crate) unsafe fn write_unless_null<T>(
     pointer: *mut T,
     value: T,
     name: &str,
@@ -65,12 +65,12 @@ pub(crate) unsafe fn write_if_wanted<T>(
     if pointer.is_null() { Ok(()) } else { unsafe { write(pointer, value, name) } }
 }
 
-/// Checks a place before the work whose outcome shall be written there is done.
-pub(crate) fn check_wanted<T>(pointer: *mut T, name: &str) -> Result<(), Failure> {
+/// Checks a place before the work whose result goes there.
+pub(crate) fn check_unless_null<T>(pointer: *mut T, name: &str) -> Result<(), Failure> {
     if pointer.is_null() { Ok(()) } else { check(pointer, name) }
 }
 
-/// So many of them; none may be null.
+/// A slice; of any pointer if it is empty.
 ///
 /// # Safety
 /// As [`read`], for all of them.
@@ -88,7 +88,7 @@ pub(crate) unsafe fn list<'c, T>(
     Ok(unsafe { slice::from_raw_parts(pointer, length) })
 }
 
-/// Room for so many.
+/// A slice to write to.
 ///
 /// # Safety
 /// As [`write`], for all of them. Numbers of any bits are numbers: `T` is made of them.

@@ -6,7 +6,7 @@ use crate::border;
 use crate::model::Model;
 use crate::status::{Error, Failure, Status, call};
 
-/// Pixels along a side of a picture at most.
+/// The largest width and height of a picture, pixels.
 pub const MAX_SIDE: u32 = 16384;
 const _: () = assert!(MAX_SIDE == CoreCamera::MAX_SIDE);
 
@@ -21,11 +21,11 @@ pub struct Camera {
     pub height: u32,
     /// Focal lengths in x and y, pixels, above 0.
     pub focal: [f32; 2],
-    /// Principal point in x and y, pixels from the top left corner. A part of a picture is
-    /// taken by moving it and making the picture smaller.
+    /// Principal point in x and y, pixels from the top left corner. To render a part of a
+    /// picture, move it and make the picture smaller.
     pub center: [f32; 2],
     /// 4x4 camera-to-world matrix, row after row: columns are right, up, back (unit
-    /// vectors) and the camera's position. The last row is not read.
+    /// vectors) and the camera's position. The last row is ignored.
     pub camera_to_world: [f32; 16],
 }
 
@@ -46,9 +46,9 @@ impl From<CoreCamera> for Camera {
     }
 }
 
-/// A camera at `eye` that looks at `target`, three numbers each. `up` is where up is in
-/// the picture, roughly, of any length; `fov_x` the horizontal field of view in radians,
-/// 0.01 to 3.1.
+/// Makes a camera at `eye` that looks at `target`, three numbers each. `up` is the
+/// approximate up direction, of any length; `fov_x` is the horizontal field of view in
+/// radians, 0.01 to 3.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_look_at(
     eye: *const f32,
@@ -83,8 +83,8 @@ pub unsafe extern "C" fn pnrf_look_at(
     unsafe { call(error, work) }
 }
 
-/// A camera that shows the model: the file's own view, or, where it has none, one from
-/// aside and above, z up. 0 for width and height: the file's own size.
+/// Makes a camera that shows the model: the file's own view, or, if it has none, one from
+/// the side and above, z up. A width and height of 0 mean the file's own size.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_default_camera(
     model: *const Model,

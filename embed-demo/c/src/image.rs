@@ -1,4 +1,4 @@
-//! The caller's pictures: where the pixels of a tile are written, and how.
+//! The caller's pictures: where and how the pixels of a tile are written.
 
 use std::ffi::c_void;
 use std::slice;
@@ -15,7 +15,7 @@ use crate::status::{Failure, Status};
 pub enum Format {
     /// Four bytes: red, green, blue, alpha.
     Rgba8 = 0,
-    /// Four bytes: blue, green, red, alpha, as many window systems have it.
+    /// Four bytes: blue, green, red, alpha, as in many window systems.
     Bgra8 = 1,
     /// Four `float` values: red, green, blue, alpha.
     RgbaF32 = 2,
@@ -56,14 +56,13 @@ impl Alpha {
     }
 }
 
-/// What a depth is the distance of.
+/// The kind of distance that a depth is.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DepthKind {
     /// From the camera's position, along the ray.
     Distance = 0,
-    /// From the plane through the camera, along the direction it looks in: what a z-buffer is
-    /// made from.
+    /// From the plane through the camera, along its viewing direction, as for a z-buffer.
     Z = 1,
 }
 
@@ -77,18 +76,17 @@ impl DepthKind {
     }
 }
 
-/// A whole picture in the caller's memory, rows from top to bottom; what no tile covers is
-/// not touched, nor is what lies between rows. Memory may be at any address. Set all of it to
-/// zero first: that is a usual picture, RGBA in bytes against black, without depth and with
-/// nothing between rows.
+/// A whole picture in the caller's memory, at any alignment, rows from top to bottom. Only the
+/// pixels of rendered tiles are written. Set the struct to zero first: the default is RGBA in
+/// bytes over black, without depth or padding.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Image {
-    /// The upper left pixel; null: only depth is wanted.
+    /// The upper left pixel, or null for depth alone.
     pub pixels: *mut c_void,
-    /// Bytes that `pixels` has room for.
+    /// Size of `pixels` in bytes.
     pub size: usize,
-    /// Bytes from a row to the next; 0: nothing lies between rows.
+    /// Bytes from one row to the next; 0: rows without padding.
     pub stride: usize,
     /// A `PnrfFormat`.
     pub format: u32,
@@ -97,23 +95,23 @@ pub struct Image {
     /// Red, green and blue, 0 to 1, for `PNRF_ALPHA_BACKGROUND`: in the model's own colour
     /// space, as in `PnrfInfo`.
     pub background: [f32; 3],
-    /// 1: rows from bottom to top, as in OpenGL's textures. Of depth too.
+    /// 1: rows from bottom to top, as in OpenGL textures; for depth too.
     pub bottom_up: u32,
-    /// One `float` a pixel: the expected distance in the caller's units, infinite where
-    /// nothing is seen. Null: not wanted.
+    /// One `float` per pixel: the expected distance in the caller's units, infinite where
+    /// there is nothing. Null for none.
     pub depth: *mut f32,
-    /// Bytes that `depth` has room for.
+    /// Size of `depth` in bytes.
     pub depth_size: usize,
-    /// Bytes from a row to the next; 0: nothing lies between rows.
+    /// Bytes from one row to the next; 0: rows without padding.
     pub depth_stride: usize,
     /// A `PnrfDepthKind`.
     pub depth_kind: u32,
 }
 
-/// Rows of pixels that nobody else writes to.
+/// Rows of pixels, written to by this call alone.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
-    /// Null: not wanted.
+    /// Null for none.
     start: *mut u8,
     stride: usize,
     pixel: usize,
@@ -149,11 +147,11 @@ impl Plane {
         }
     }
 
-    /// So many pixels from column `x` of row `y`.
+    /// `pixels` pixels from column `x` of row `y`.
     ///
     /// # Safety
-    /// They lie within the camera's picture, the memory is there, and nobody else reads or writes
-    /// them as long as this is used.
+    /// They lie within the camera's picture, the memory is valid, and nobody else reads or writes
+    /// them while the result is used.
     unsafe fn row(&mut self, [x, y]: [u32; 2], pixels: u32) -> &mut [u8] {
         // SAFETY: `new` has found room for all rows.
         unsafe {
@@ -171,7 +169,7 @@ pub(crate) struct Target {
     alpha: Alpha,
     background: [f32; 3],
     color_space: ColorSpace,
-    /// Rows where they are upside down.
+    /// Number of rows, if they are upside down.
     upside_down: Option<u32>,
     depth: Plane,
     depth_kind: DepthKind,
@@ -180,7 +178,7 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    /// For pictures of a model, in whose units a caller's unit is `1 / scale`.
+    /// For pictures of a model, a unit of which is `scale` of the caller's.
     pub(crate) fn new(
         image: &Image,
         camera: &Camera,
@@ -224,11 +222,11 @@ impl Target {
         !self.depth.start.is_null()
     }
 
-    /// Writes a rendered tile, premultiplied; of depth nothing where it is not wanted.
+    /// Writes a rendered, premultiplied tile, and its depth if there is a place for it.
     ///
     /// # Safety
-    /// The tile lies within the camera's picture, the image's memory is there, and nobody else uses the
-    /// tile's part of it during the call.
+    /// The tile lies within the camera's picture, the image's memory is valid, and nobody else
+    /// uses the tile's part of it during the call.
     pub(crate) unsafe fn write(
         self,
         camera: &Camera,
@@ -292,7 +290,7 @@ impl Target {
     }
 }
 
-/// Of the angle between a pixel's ray and where the camera looks.
+/// The cosine of the angle between a pixel's ray and the viewing direction.
 fn cosine(camera: &Camera, [x, y]: [u32; 2]) -> f32 {
     let slope = |a: usize, at: u32| (at as f32 + 0.5 - camera.center[a]) / camera.focal[a];
     let (x, y) = (slope(0, x), slope(1, y));

@@ -1,4 +1,4 @@
-//! What is known of a model.
+//! Facts about a model.
 
 use std::ffi::c_char;
 
@@ -9,21 +9,21 @@ use crate::model::Model;
 use crate::options::unknown;
 use crate::status::{Error, Failure, Status, call};
 
-/// What is known of a model, in numbers.
+/// Facts about a model, in numbers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Info {
     /// Length of the file.
     pub bytes: u64,
-    /// Weights.
+    /// Number of weights.
     pub parameters: u64,
-    /// What the open model takes beside its bytes: the table of empty space.
+    /// Size of the empty-space skip table, which an open model needs beside its bytes.
     pub table_bytes: u64,
-    /// Part of the model's box that may hold something; 1 where that is not known.
+    /// Occupied fraction of the model's box; 1 if unknown.
     pub occupancy: f32,
-    /// The middle of its box, caller's coordinates.
+    /// The centre of its box, caller's coordinates.
     pub center: [f32; 3],
-    /// Of the ball around the box, caller's units.
+    /// The radius of the sphere around the box, caller's units.
     pub radius: f32,
     /// Smallest corner of the box, model's coordinates.
     pub box_min: [f32; 3],
@@ -32,23 +32,23 @@ pub struct Info {
     /// Caller's units per unit of the model: caller = scale * rotation * model +
     /// translation.
     pub scale: f32,
-    /// Rotation of that, row after row.
+    /// The `rotation` above, row after row.
     pub rotation: [f32; 9],
-    /// Translation of that.
+    /// The `translation` above.
     pub translation: [f32; 3],
     /// Distance between samples along a ray, caller's units.
     pub step: f32,
     /// The model's background, 0 to 1, in its own colour space.
     pub background: [f32; 3],
-    /// 1: colours, the background's too, are linear light, and only pictures in bytes are
-    /// encoded as sRGB; 0: all colours are sRGB, like those of image files.
+    /// 1: colours and background are linear light, and only pictures in bytes are encoded as
+    /// sRGB; 0: all colours are sRGB, as in image files.
     pub is_linear: u32,
-    /// 1: the model can be asked about points, segments and rays; 0: it has normalised
-    /// device coordinates, and pictures only.
+    /// 1: queries about points, segments and rays are supported; 0: the model is in normalised
+    /// device coordinates, for pictures only.
     pub has_queries: u32,
-    /// 1: the file has a view of its own; see `pnrf_default_camera`.
+    /// 1: the file has its own view; see `pnrf_default_camera`.
     pub has_camera: u32,
-    /// The quality that pictures have where nobody chooses.
+    /// The default quality of pictures.
     pub quality: f32,
 }
 
@@ -56,7 +56,7 @@ impl Info {
     fn of(model: &Model) -> Self {
         let (file, scene) = (model.file(), model.scene());
         let space = &file.model.space;
-        // A space that is no box has one around all that can be seen, if at all.
+        // The bounds of a space other than a box contain all that can be seen.
         let [box_min, box_max] = space.bounds();
         let half = |a: usize| 0.5 * (box_max[a] - box_min[a]);
         let diagonal = (0..3).map(|a| half(a) * half(a)).sum::<f32>().sqrt();
@@ -82,7 +82,7 @@ impl Info {
     }
 }
 
-/// What is known of a model, in numbers.
+/// Writes facts about a model, in numbers, to `info`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_info(
     model: *const Model,
@@ -99,15 +99,15 @@ pub unsafe extern "C" fn pnrf_info(
     unsafe { call(error, work) }
 }
 
-/// What is known of a model, in words.
+/// Facts about a model, in words.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Text {
-    /// What people call the scene.
+    /// The name of the scene.
     Name = 0,
     /// The kind of its field: hash-grid or nerf.
     Kind = 1,
-    /// How it was trained, or from what it was converted.
+    /// The method of its training, or what it was converted from.
     Method = 2,
     /// The program that wrote it, with its version.
     Program = 3,
@@ -128,10 +128,9 @@ fn text(model: &Model, which: u32) -> Result<&str, Failure> {
     })
 }
 
-/// A text of the model's, in UTF-8 with a zero at its end; empty where the file says
-/// nothing. `which`: a `PnrfText`. `capacity`: bytes that `buffer` holds. `length`, where
-/// wanted, is told the bytes that are needed, the zero included, even where they are more than
-/// there is room for: that is an error.
+/// Copies a text in UTF-8 with a final zero to `buffer`; empty if the file has none. `which`
+/// is a `PnrfText`; `capacity` is the size of `buffer` in bytes, and too small a buffer is an
+/// error. `length`, unless null, receives the bytes needed, with the zero, even then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_text(
     model: *const Model,
@@ -147,7 +146,7 @@ pub unsafe extern "C" fn pnrf_text(
         let text = text(model, which)?;
         let needed = text.len() + 1;
         // SAFETY: the caller's promise.
-        unsafe { border::write_if_wanted(length, needed, "length")? };
+        unsafe { border::write_unless_null(length, needed, "length")? };
         if capacity < needed {
             let text = format_args!("buffer holds {capacity} bytes where {needed} are needed");
             return Err(Failure::new(Status::Buffer, text));

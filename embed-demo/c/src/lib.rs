@@ -1,16 +1,16 @@
 //! pocketnerf for C and C++: open a `.pnerf` file, render it, ask it questions.
 //!
-//! The header is `include/pocketnerf.h`, made of this crate; its comments are this crate's.
+//! The header `include/pocketnerf.h` is generated from this crate, with its comments.
 //! Rust programs use `pocketnerf-core` and `pocketnerf-formats` instead.
 //!
-//! Every function checks what it is given, as far as that can be checked: null, alignment,
-//! lengths, codes, numbers. What is wrong comes back as a [`Status`] and a line of text; nothing
-//! has been written then. No panic leaves the library, which has no global state, starts no thread
-//! and prints nothing. That memory is there, and that nobody else writes to it during a
-//! call, is the caller's promise: the one safety condition of all functions here.
+//! Every function checks its arguments as far as possible: null, alignment, lengths, codes and
+//! numbers. An error is a [`Status`] and a line of text; outputs are then unchanged. No panic
+//! leaves the library, which has no global state, starts no threads and prints nothing. All
+//! functions share one safety condition: the caller's pointers are valid, and nobody else writes
+//! to the memory during a call.
 //!
 //! # Example
-//! What C does, in Rust's words: a picture of a file's own view.
+//! The calls of a C program, in Rust: a picture of a file's own view.
 //! ```
 //! use std::ptr::{null, null_mut};
 //!
@@ -63,12 +63,12 @@ pub use query::{
 pub use render::{Stats, Tile, pnrf_render, pnrf_render_tile, pnrf_tile, pnrf_tile_count};
 pub use status::{ERROR_TEXT, Error, Status, pnrf_status_text};
 
-/// The version of this interface: 65536 times the major number, plus the minor. Within a major
-/// number nothing that is there changes; the minor grows with what is added.
+/// The version of this interface: 65536 times the major number, plus the minor. Additions
+/// increase the minor number, all other changes the major one.
 pub const ABI_VERSION: u32 = 65536;
 
-/// The version that the library was built with, to be compared with the header's
-/// `PNRF_ABI_VERSION`: the upper 16 bits equal, the lower ones not smaller.
+/// The version of the library. It fits the header if the upper 16 bits equal those of
+/// `PNRF_ABI_VERSION`, and the lower ones are not smaller.
 #[unsafe(no_mangle)]
 pub extern "C" fn pnrf_abi_version() -> u32 {
     ABI_VERSION

@@ -12,24 +12,23 @@ use self_cell::self_cell;
 use crate::border;
 use crate::status::{Error, Failure, Status, call};
 
-/// [`pnrf_open_bytes`]: the bytes are not copied. They stay where they are, as they are, until
+/// For `pnrf_open_bytes`: the bytes are not copied. They must stay in place, unchanged, until
 /// the model is closed.
 pub const OPEN_BORROWED: u32 = 1;
-/// Checksums and weights are not looked at: opens at once, whatever the size. Damaged
+/// Skip the check of checksums and weights: opening takes no time, whatever the size. Damaged
 /// weights then give wrong pictures, but never a crash.
 pub const OPEN_UNVERIFIED: u32 = 2;
-/// Without the table of empty space: less memory (see `table_bytes` of the info), the same
-/// pictures, 10 to 15 % more time.
+/// Do not build the empty-space skip table: less memory (`table_bytes` of `PnrfInfo`), the
+/// same pictures, 10 to 15 % more time.
 pub const OPEN_WITHOUT_TABLE: u32 = 4;
-/// Cameras, points and lengths are in the model's own coordinates and units instead of
+/// Use the model's own coordinates and units for cameras, points and lengths, instead of
 /// those of the photographs it was made from.
 pub const OPEN_MODEL_COORDINATES: u32 = 8;
 
-/// The largest file that is read: nothing near it would be a model.
+/// The largest file that is read, far larger than any model.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// A model that is open. Nothing in it ever changes: any number of threads may use it at
-/// the same time.
+/// An open model. It never changes, so any number of threads may use it at the same time.
 #[derive(Debug)]
 pub struct Model {
     opened: Opened,
@@ -37,7 +36,7 @@ pub struct Model {
     scene: Scene<'static>,
 }
 
-// What the header promises of threads.
+// The header promises that threads may share it.
 const _: fn() = || {
     const fn is_shared<T: Send + Sync>() {}
     is_shared::<Model>();
@@ -80,7 +79,7 @@ self_cell!(
 #[derive(Debug)]
 struct Memory {
     bytes: Bytes,
-    /// Of empty space; empty where it is not wanted.
+    /// The empty-space skip table; empty without one.
     table: Box<[u8]>,
 }
 
@@ -143,7 +142,7 @@ fn check_flags(flags: u32, known: u32) -> Result<(), Failure> {
     Err(Failure::new(Status::Argument, text))
 }
 
-/// Writes the model's address, or null where there is none.
+/// Writes the model's address, or null if there is none.
 unsafe fn give(
     to: *mut *mut Model,
     open: impl FnOnce() -> Result<Model, Failure>,
@@ -155,10 +154,10 @@ unsafe fn give(
     unsafe { border::write(to, model, "model") }
 }
 
-/// Opens a file; reads all of it, so that it may change or vanish afterwards.
+/// Opens a file. All of it is read, so it may change or be deleted afterwards.
 ///
-/// `path` is UTF-8 on Windows, any bytes elsewhere. `flags`: `PNRF_OPEN_…`, or 0. Writes to
-/// `model` what `pnrf_close` takes; null where the call fails.
+/// `path` is UTF-8 on Windows, any bytes elsewhere. `flags` are `PNRF_OPEN_…`, or 0. `model`
+/// receives the model, to be closed with `pnrf_close`, or null if the call fails.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_open_file(
     path: *const c_char,
@@ -208,10 +207,11 @@ fn read(path: &Path) -> Result<Box<[u8]>, Failure> {
     Ok(bytes.into())
 }
 
-/// Opens a model that lies in memory: `length` bytes, at any alignment.
+/// Opens a model in memory: `length` bytes, at any alignment. They are copied, unless `flags`
+/// has `PNRF_OPEN_BORROWED`.
 ///
-/// `flags`: `PNRF_OPEN_…`, or 0, in which case the bytes are copied. Writes to `model` what
-/// `pnrf_close` takes; null where the call fails.
+/// `flags` are `PNRF_OPEN_…`, or 0. `model` receives the model, to be closed with `pnrf_close`,
+/// or null if the call fails.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_open_bytes(
     bytes: *const c_void,
@@ -240,7 +240,7 @@ pub unsafe extern "C" fn pnrf_open_bytes(
     unsafe { call(error, work) }
 }
 
-/// Closes a model that nobody uses any more. Null is nothing to close.
+/// Closes a model that is no longer in use. Null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_close(model: *mut Model) {
     if !model.is_null() {

@@ -1,4 +1,4 @@
-//! How to render and to ask.
+//! Options of rendering and of queries.
 
 use pocketnerf_core::{RenderOptions, SimdLevel, Tuning};
 
@@ -6,47 +6,47 @@ use crate::border;
 use crate::model::Model;
 use crate::status::{Error, Failure, Status, call};
 
-/// Vector instructions. Asking for some that the machine lacks is an error.
+/// Vector instructions. Those that the machine lacks are an error.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Simd {
-    /// The best that this machine has.
+    /// The best available.
     Detect = 0,
-    /// What every machine has that the library is for.
+    /// The baseline of the build target.
     Portable = 1,
     /// x86-64-v2: 4 lanes.
     Sse42 = 2,
     /// x86-64-v3: 8 lanes.
     Avx2 = 3,
-    /// Ice Lake and Zen 4 upwards: 16 lanes.
+    /// Ice Lake, Zen 4 and later: 16 lanes.
     Avx512 = 4,
     /// AArch64: 4 lanes.
     Neon = 5,
 }
 
-/// Where along a ray the field is asked.
+/// Where the samples of a ray lie.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
-    /// In occupied cells, until next to no light passes.
+    /// At equal steps through occupied cells, until almost no light passes.
     Occupancy = 0,
-    /// As in the paper, or as the model says; quality changes nothing. Much slower.
-    Paper = 1,
+    /// Hierarchical sampling of vanilla NeRF, coarse then fine; ignores quality. Much slower.
+    Hierarchical = 1,
 }
 
-/// How much memory a call works in.
+/// How much scratch memory a call uses.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// Up to 1.2 MB for a grid: what a core's second-level cache holds.
+    /// Up to 1.2 MB for a hash grid: the size of a core's L2 cache.
     Fast = 0,
-    /// A few tens of kilobytes. Tiles are smaller, so that pictures differ a little (within
-    /// what the quality allows); slower.
+    /// A few tens of kilobytes; slower. Tiles are smaller, so pictures differ slightly, within
+    /// the tolerance of the quality.
     Small = 1,
 }
 
-/// How to render and to ask. Filled in by `pnrf_default_options`; null instead means just
-/// these.
+/// Options of rendering and of queries. `pnrf_default_options` fills in the defaults, which
+/// a null pointer stands for too.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -56,7 +56,7 @@ pub struct Options {
     pub sampling: u32,
     /// A `PnrfMemory`.
     pub memory: u32,
-    /// From 0, the fastest, to 1, the finest; below 0: what the file says, 0.5 as a rule.
+    /// From 0, the fastest, to 1, the finest; below 0: as the file says, usually 0.5.
     pub quality: f32,
 }
 
@@ -121,21 +121,21 @@ impl Options {
     }
 }
 
-/// An error that names a code which is none of its kind.
+/// The error for an unknown code.
 pub(crate) fn unknown(what: &str, code: u32) -> Failure {
-    Failure::new(Status::Argument, format_args!("{what}: {code} is no code of it"))
+    Failure::new(Status::Argument, format_args!("{what}: unknown code {code}"))
 }
 
-/// The usual options, for whoever wants to change some of them.
+/// Writes the default options to `options`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_default_options(options: *mut Options, error: *mut Error) -> Status {
     // SAFETY: the caller's promise.
     unsafe { call(error, || border::write(options, Options::DEFAULT, "options")) }
 }
 
-/// How many `float` values of scratch a call needs, for any picture of this model and for
-/// all questions. Each thread needs its own; they may hold anything, and hold nothing of
-/// use afterwards.
+/// Writes to `length` the number of `float` values of scratch that a call needs, for any
+/// picture and any query of this model. Each thread needs its own. Its content does not matter
+/// before a call, and is undefined afterwards.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_scratch_length(
     model: *const Model,

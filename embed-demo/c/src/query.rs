@@ -1,4 +1,4 @@
-//! Questions beside pictures, in the caller's coordinates and units.
+//! Queries, in the caller's coordinates and units.
 
 use pocketnerf_core::Probe;
 use pocketnerf_core::query::{Depth as CoreDepth, normal};
@@ -8,29 +8,29 @@ use crate::model::Model;
 use crate::options::{Options, unknown};
 use crate::status::{Error, Failure, Status, call};
 
-/// What counts as the depth of a ray that sees more than one thing.
+/// Definition of the depth along a ray.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// The mean over what is seen, as in a rendered depth.
+    /// The expected depth, as in a rendered picture.
     Expected = 0,
-    /// Where half of the light has been held back.
+    /// Where half of the light is absorbed.
     Median = 1,
-    /// The first sample with a sigma above the threshold, 1 / unit: transparent things
+    /// The first sample whose sigma exceeds the threshold, 1 / unit; finds transparent objects
     /// too (Dex-NeRF).
     FirstSigma = 2,
-    /// Where a part of the light, the threshold, from 1e-6 to below 1, has been held back.
+    /// Where the fraction `threshold` of the light, from 1e-6 to below 1, is absorbed.
     FirstOpacity = 3,
 }
 
-/// A list of things that is asked about.
+/// A list of query arguments: pointer, length, name.
 type Questions<'n> = (*const f32, usize, &'n str);
-/// Where as many answers go.
+/// Where the answers go.
 type Answers<'n> = (*mut f32, &'n str);
-/// Values that are the caller's, and how many.
+/// The caller's scratch, and its length.
 type Scratch = (*mut f32, usize);
 
-/// Asks about many things, each a `Q`, into an `A` each.
+/// Answers `n` queries `Q` with one `A` each.
 ///
 /// # Safety
 /// `Q` and `A` are made of `f32` and nothing else, in the order of their fields; for the rest, the
@@ -64,8 +64,8 @@ unsafe fn probe<'c>(model: *const Model, options: *const Options) -> Result<Prob
     Ok(probe.with_similarity(model.similarity())?)
 }
 
-/// Sigma at `n` points, three numbers each, into one value each of `sigma`: the part of the
-/// light held back per unit of length, 1 / unit; 0 where nothing is.
+/// Sigma at `n` points, three numbers each: one value each to `sigma`, the fraction of light
+/// absorbed per unit of length, 1 / unit; 0 in empty space.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_density(
     model: *const Model,
@@ -91,9 +91,9 @@ pub unsafe extern "C" fn pnrf_density(
     }
 }
 
-/// Colour and sigma of `n` points, three numbers each, seen along `directions`, three
-/// numbers each, into four values each of `rgb_sigma`: red, green and blue, straight, 0 to 1,
-/// and sigma, 1 / unit. All are 0 where nothing is.
+/// Colour and sigma at `n` points, three numbers each, seen along `directions`, three numbers
+/// each: four values each to `rgb_sigma`. Red, green and blue are 0 to 1, not premultiplied, in
+/// the model's own colour space; sigma is in 1 / unit. All are 0 in empty space.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_radiance(
     model: *const Model,
@@ -124,8 +124,8 @@ pub unsafe extern "C" fn pnrf_radiance(
     }
 }
 
-/// The slope of sigma at `n` points, three numbers each, into three values each of
-/// `gradient`, 1 / unit^2.
+/// The gradient of sigma at `n` points, three numbers each: three values each to `gradient`,
+/// 1 / unit^2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_density_gradient(
     model: *const Model,
@@ -151,8 +151,8 @@ pub unsafe extern "C" fn pnrf_density_gradient(
     }
 }
 
-/// Where surfaces at `n` points face, three numbers each, into a unit vector each of `normals`,
-/// three numbers; zeros where sigma has no slope.
+/// Surface normals at `n` points, three numbers each: a unit vector each to `normals`, three
+/// numbers; zero where sigma has no gradient.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_normals(
     model: *const Model,
@@ -182,8 +182,8 @@ pub unsafe extern "C" fn pnrf_normals(
     }
 }
 
-/// Whether there may be something at `n` points, three numbers each, into one byte each of
-/// `occupied`: 0 or 1. Points that are nowhere (NaN) count as occupied.
+/// Whether `n` points, three numbers each, lie in occupied cells: one byte each to `occupied`,
+/// 0 or 1. NaN counts as occupied.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_occupied(
     model: *const Model,
@@ -204,9 +204,9 @@ pub unsafe extern "C" fn pnrf_occupied(
     unsafe { call(error, work) }
 }
 
-/// Whether `n` balls, centre and radius in four numbers each, are free, into one byte each of
-/// `clear`: 1 where no occupied cell touches the ball, else 0. Never 1 by mistake; balls that are
-/// nowhere (NaN) are not clear.
+/// Whether `n` spheres, centre and radius in four numbers each, are free: one byte each to
+/// `clear`, 1 if no occupied cell touches the sphere, else 0. The answer is conservative: it
+/// is never wrongly 1. NaN is not clear.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_sphere_clear(
     model: *const Model,
@@ -229,8 +229,8 @@ pub unsafe extern "C" fn pnrf_sphere_clear(
     unsafe { call(error, work) }
 }
 
-/// The part of the light that passes along `n` segments, from point to point in six numbers
-/// each, into one value each of `passes`: 1 where nothing is in the way.
+/// Transmittance of `n` segments, two points in six numbers each: one value each to `passes`,
+/// 1 if nothing is in the way.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_segment_transmittance(
     model: *const Model,
@@ -257,9 +257,10 @@ pub unsafe extern "C" fn pnrf_segment_transmittance(
     }
 }
 
-/// The probability that a body hits something (CATNIPS): 1 - exp(-sum of sigma * volume /
-/// particle_area) over the `n` points that fill it, three numbers each, of which each stands
-/// for `volume`, unit^3. `particle_area`, unit^2, says how large a thing must be to matter.
+/// The probability that a body collides (CATNIPS): 1 - exp(-sum of sigma * volume /
+/// particle_area) over the `n` points that fill it, three numbers each. Each point stands for
+/// `volume`, unit^3; `particle_area`, unit^2, is the cross-section of the smallest relevant
+/// obstacle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_collision_probability(
     model: *const Model,
@@ -285,11 +286,11 @@ pub unsafe extern "C" fn pnrf_collision_probability(
     unsafe { call(error, work) }
 }
 
-/// How far `n` rays see, origin and direction in six numbers each, into one value each of
-/// `depths`, units; infinite where a ray sees nothing of the kind.
+/// Depths along `n` rays, origin and direction in six numbers each: one value each to `depths`,
+/// units; infinite if there is none.
 ///
-/// `kind`: a `PnrfDepth`, with its `threshold`. `axis`, three numbers: depths along that direction, such as
-/// a camera's, instead of along the ray; null: along the ray.
+/// `kind` is a `PnrfDepth`, with its `threshold`. `axis`, three numbers, gives depths along that
+/// direction, such as a camera's, instead of along the ray; null: along the ray.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_depths(
     model: *const Model,

@@ -26,24 +26,24 @@ pub struct Tile {
     pub height: u32,
 }
 
-/// What rendering took. To be summed up over tiles.
+/// Statistics of rendering, to be summed over tiles.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stats {
     /// Rays cast; the other pixels are interpolated, or known to be empty.
     pub rays: u64,
-    /// Points at which the field was asked.
+    /// Evaluations of the field.
     pub samples: u64,
-    /// Rays along which it was asked at all.
+    /// Rays with at least one evaluation.
     pub hits: u64,
 }
 
-/// Width and height of tiles that fit into little memory.
+/// Width and height of tiles that need little memory.
 const SMALL_TILE: [u32; 2] = [32, 16];
 
-/// How a picture is cut.
+/// How a picture is cut into tiles.
 enum Cut {
-    /// As every host cuts it.
+    /// The tiles of all hosts.
     Usual(Tiles),
     Small([u32; 2]),
 }
@@ -85,7 +85,7 @@ impl Cut {
     }
 }
 
-/// Pixels of a tile at most.
+/// The most pixels of a tile.
 const fn most_pixels(memory: Memory) -> usize {
     match memory {
         Memory::Fast => Tiles::MOST_PIXELS,
@@ -98,7 +98,7 @@ pub(crate) fn scratch_len(options: &Options, render: &RenderOptions) -> Result<u
     Ok(render.scratch_len() + 5 * most_pixels(options.memory()?))
 }
 
-/// All that tiles of a picture have in common.
+/// What the tiles of a picture have in common.
 struct Job<'c> {
     model: &'c Model,
     camera: CoreCamera,
@@ -183,7 +183,7 @@ unsafe fn draw(
     numbers: impl FnOnce(&Cut) -> RangeInclusive<u32>,
 ) -> Status {
     let work = || {
-        border::check_wanted(stats, "stats")?;
+        border::check_unless_null(stats, "stats")?;
         // SAFETY: the caller's promise.
         let mut job = unsafe { Job::new(model, camera, options, image, scratch)? };
         let (cut, mut took) = (job.cut(), RenderStats::default());
@@ -192,7 +192,7 @@ unsafe fn draw(
             took += unsafe { job.render(cut.get(number)?)? };
         }
         // SAFETY: the caller's promise.
-        unsafe { border::write_if_wanted(stats, took.into(), "stats") }
+        unsafe { border::write_unless_null(stats, took.into(), "stats") }
     };
     // SAFETY: the caller's promise.
     unsafe { call(error, work) }
@@ -200,9 +200,9 @@ unsafe fn draw(
 
 /// Renders a picture on the calling thread.
 ///
-/// `image` has room for all of the camera's picture. `scratch`: `scratch_length` values, at
-/// least `pnrf_scratch_length`. `stats`: null where not wanted. Where the call fails, nothing
-/// has been written, except to `error`.
+/// `image` holds all of the camera's picture. `scratch` has `scratch_length` values, at least
+/// those of `pnrf_scratch_length`. `stats` may be null. If the call fails, only `error` is
+/// written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_render(
     model: *const Model,
@@ -221,10 +221,10 @@ pub unsafe extern "C" fn pnrf_render(
     }
 }
 
-/// Renders one tile of a picture, `number` from 0 to `pnrf_tile_count` - 1, into its place
-/// in the image of the whole picture; else as `pnrf_render`, which does so for one tile
-/// after the other. Several threads may render tiles into one image at the same time, each
-/// with scratch of its own.
+/// Renders one tile of a picture, `number` from 0 to `pnrf_tile_count` - 1, into its place in
+/// the image of the whole picture. Otherwise the same as `pnrf_render`, which renders one tile
+/// after another. Several threads may render tiles of one image at the same time, each with its
+/// own scratch.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_render_tile(
     model: *const Model,
@@ -242,8 +242,8 @@ pub unsafe extern "C" fn pnrf_render_tile(
     unsafe { draw((model, camera, options, image), scratch, (stats, error), |_| number..=number) }
 }
 
-/// How many tiles a picture of this size is rendered in; 0 where it has no pixels, or options
-/// that are none. `options` as for rendering.
+/// The number of tiles of a picture of this size; 0 if the size or the options are invalid.
+/// `options` as for rendering.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_tile_count(width: u32, height: u32, options: *const Options) -> u32 {
     let mut count = 0;
@@ -258,7 +258,7 @@ pub unsafe extern "C" fn pnrf_tile_count(width: u32, height: u32, options: *cons
     count
 }
 
-/// The rectangle that a tile covers, for whoever shows tiles as soon as they are there.
+/// Writes the rectangle that a tile covers to `tile`, to show tiles as they are rendered.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_tile(
     width: u32,

@@ -1,4 +1,4 @@
-//! What a call tells: a code, and a line of text.
+//! The outcome of a call: a code, and a line of text.
 
 use std::any::Any;
 use std::ffi::{CStr, c_char};
@@ -7,37 +7,37 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use pocketnerf_formats::FormatError;
 
-/// What has become of a call.
+/// The outcome of a call.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// It did what it was asked to.
+    /// Success.
     Ok = 0,
-    /// A pointer is null that must not be.
+    /// A pointer that must not be null is null.
     Null = 1,
-    /// A pointer is not a multiple of its type's size. (Pixels, depths and the bytes of a
-    /// model may lie anywhere.)
+    /// A pointer is not aligned for its type. (Pixels, depths and the bytes of a model need no
+    /// alignment.)
     Misaligned = 2,
-    /// A number is outside its range, not a number, or no code of its kind.
+    /// A number is out of range, NaN, or an unknown code.
     Argument = 3,
-    /// A camera without pixels, with numbers that are not finite, or with a pose that is
-    /// no rotation.
+    /// The camera has no pixels, has numbers that are not finite, or a pose that is not a
+    /// rotation.
     Camera = 4,
-    /// A buffer is shorter than what is to be written.
+    /// A buffer is too small.
     Buffer = 5,
-    /// A file could not be read.
+    /// The file cannot be read.
     File = 6,
-    /// The bytes are those of no model.
+    /// The bytes are not a .pnerf model.
     NotAModel = 7,
-    /// The model was written in a format, or has parts, that this library does not know.
+    /// The model has a format version, or parts, that this library does not support.
     Version = 8,
-    /// The model's bytes are damaged.
+    /// The bytes of the model are damaged.
     Damaged = 9,
-    /// This model has no answer to the question.
+    /// The model does not support this query.
     Unsupported = 10,
-    /// This machine has no such vector instructions.
+    /// The machine lacks these vector instructions.
     NoSimd = 11,
-    /// A mistake in the library itself.
+    /// A bug in the library.
     Internal = 12,
 }
 
@@ -54,9 +54,9 @@ impl Status {
             Self::NotAModel => c"not a .pnerf model",
             Self::Version => c"a model of another format version",
             Self::Damaged => c"a damaged model",
-            Self::Unsupported => c"the model has no answer to this",
+            Self::Unsupported => c"the model does not support this query",
             Self::NoSimd => c"no such vector instructions here",
-            Self::Internal => c"a mistake in pocketnerf",
+            Self::Internal => c"a bug in pocketnerf",
         }
     }
 }
@@ -78,21 +78,21 @@ const ALL: [Status; 13] = [
     Status::Internal,
 ];
 
-/// Bytes of an error's text, the final zero included.
+/// Size of an error's text in bytes, with the final zero.
 pub const ERROR_TEXT: usize = 252;
 
-/// A status with a line about what was found and what was expected. Every call that may
-/// fail fills the one it is given; null: not wanted.
+/// A status with a line about what was found and what was expected. A call that can fail fills
+/// it in, unless the pointer is null.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Error {
-    /// The same as the call returns.
+    /// The status that the call returns.
     pub status: Status,
-    /// One line of UTF-8 that ends with a zero; empty where all went well.
+    /// One line of UTF-8 with a final zero; empty after success.
     pub text: [c_char; ERROR_TEXT],
 }
 
-/// A status in a few words, whatever the code. Lives as long as the program.
+/// A short description of any status code. The text is valid for ever.
 #[unsafe(no_mangle)]
 pub extern "C" fn pnrf_status_text(status: i32) -> *const c_char {
     let known = usize::try_from(status).ok().and_then(|code| ALL.get(code));
@@ -114,7 +114,7 @@ impl Failure {
     fn panicked(panic: &(dyn Any + Send)) -> Self {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-        Self::new(Status::Internal, text.unwrap_or("please tell us how this came about"))
+        Self::new(Status::Internal, text.unwrap_or("please report this"))
     }
 }
 
@@ -149,8 +149,7 @@ impl From<FormatError> for Failure {
     }
 }
 
-/// Does what a call is for. Whatever happens comes back as a status: no panic leaves the
-/// library.
+/// Runs the work of a call. Errors and panics become a status: no panic leaves the library.
 ///
 /// # Safety
 /// `error` is null or may be written to, at any alignment.
@@ -163,15 +162,15 @@ pub(crate) unsafe fn call(error: *mut Error, work: impl FnOnce() -> Result<(), F
     };
     let status = failure.status;
     if !error.is_null() {
-        let mut told = Error { status, text: [0; ERROR_TEXT] };
-        copy_text(&failure.text, &mut told.text);
+        let mut filled = Error { status, text: [0; ERROR_TEXT] };
+        copy_text(&failure.text, &mut filled.text);
         // SAFETY: the caller's promise.
-        unsafe { error.write_unaligned(told) };
+        unsafe { error.write_unaligned(filled) };
     }
     status
 }
 
-/// As much of a text as there is room for, whole characters, and a zero.
+/// Copies as many whole characters of a text as fit, and a zero.
 fn copy_text(text: &str, to: &mut [c_char]) {
     let most = text.len().min(to.len() - 1);
     let end = (0..=most).rev().find(|end| text.is_char_boundary(*end)).unwrap_or(0);

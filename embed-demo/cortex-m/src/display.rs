@@ -1,4 +1,4 @@
-//! The display: what a driver would send to a panel.
+//! The display: the frame buffer that a driver would send to a panel.
 
 use embedded_graphics::Drawable;
 use embedded_graphics::draw_target::DrawTarget;
@@ -24,7 +24,7 @@ impl Display {
         Self(Framebuffer::new())
     }
 
-    /// Shows a line of a model's pixels.
+    /// Shows a line of pixels of a model.
     pub(crate) fn line(&mut self, y: u32, rgba: &[[f32; 4]], model: &pocketnerf_core::Display) {
         for (x, rgba) in (0..).zip(rgba) {
             let [r, g, b] = model.rgb8(*rgba);

@@ -1,4 +1,4 @@
-//! The way out, where a debugger or QEMU listens: semihosting.
+//! Output by semihosting, to a debugger or QEMU.
 
 use core::fmt::Write;
 
@@ -9,15 +9,15 @@ use pocketnerf_core::render::RenderStats;
 use crate::display::{Display, SIDE};
 use crate::meter::Meter;
 
-/// The display as a PPM picture on standard output.
+/// Writes the display as a PPM picture to standard output.
 pub(crate) fn show(display: &Display) {
     let Ok(mut out) = hio::hstdout() else { return };
     let _ = writeln!(out, "P6 {SIDE} {SIDE} 255");
     let _ = out.write_all(display.bytes());
 }
 
-/// What it took, on standard error.
-pub(crate) fn tell(stats: &RenderStats, meter: &Meter) {
+/// Writes statistics to standard error.
+pub(crate) fn report(stats: &RenderStats, meter: &Meter) {
     let Ok(mut out) = hio::hstderr() else { return };
     for (name, value) in [
         ("samples", stats.samples as u32),
@@ -32,14 +32,14 @@ pub(crate) fn tell(stats: &RenderStats, meter: &Meter) {
     }
 }
 
-/// Ends the program under QEMU; on a board without a debugger it would go on to show the display.
+/// Ends the program under QEMU; a board without a debugger keeps showing the display.
 pub(crate) fn exit() -> ! {
     loop {
         debug::exit(EXIT_SUCCESS);
     }
 }
 
-/// The same where something went wrong that should not.
+/// The same after a panic.
 pub(crate) fn fail() -> ! {
     loop {
         debug::exit(EXIT_FAILURE);

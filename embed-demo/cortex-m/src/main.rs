@@ -1,11 +1,11 @@
 //! A radiance field on a bare microcontroller: no operating system, no heap, 64 KB of RAM.
 //!
-//! The model lies in flash and is read where it lies. All memory is known at compile time: scratch
-//! for every hash grid with networks up to 64 wide, a display of 64 x 64 pixels and a line of it. A
-//! model that needs more, or that is none, is told on the display.
+//! The model is read in place, from flash. All memory is allocated at compile time: scratch for
+//! every hash grid with networks up to 64 wide, a display of 64 x 64 pixels and a line of it. The
+//! display shows an error for a model that needs more, or a file that is not a model.
 //!
-//! Under QEMU, semihosting hands the display to standard output as a PPM picture, and what it
-//! took to standard error; see `run` beside this crate.
+//! Under QEMU, semihosting writes the display to standard output as a PPM picture, and statistics
+//! to standard error; see `run` beside this crate.
 #![no_std]
 #![no_main]
 
@@ -24,7 +24,7 @@ use pocketnerf_formats::FormatError;
 use display::{Display, SIDE};
 use meter::Meter;
 
-/// The widest model that there is memory for.
+/// Limits of the models that there is memory for.
 const LIMITS: Limits = if cfg!(feature = "less-memory") {
     Limits { width: 16, rows: [16; 2], channels: 8, ray_samples: 0 }
 } else {
@@ -32,7 +32,7 @@ const LIMITS: Limits = if cfg!(feature = "less-memory") {
 };
 const SCRATCH: usize = scratch_len(LIMITS, Tuning::SMALL);
 
-// A section of its own: code is measured without it.
+// In its own section, so the size of the code is measured without it.
 #[unsafe(link_section = ".model")]
 static MODEL: [u8; include_bytes!(concat!(env!("OUT_DIR"), "/model.pnerf")).len()] =
     *include_bytes!(concat!(env!("OUT_DIR"), "/model.pnerf"));
@@ -47,7 +47,7 @@ fn main() -> ! {
         DISPLAY.say(wrong.text());
     }
     host::show(DISPLAY);
-    host::tell(&shown.unwrap_or_default(), &meter);
+    host::report(&shown.unwrap_or_default(), &meter);
     host::exit()
 }
 
@@ -57,7 +57,7 @@ fn picture(
     scratch: &mut [f32],
     meter: &mut Meter,
 ) -> Result<RenderStats, Wrong> {
-    // Not a constant to the optimiser, or it would read while compiling.
+    // Not a constant to the optimiser, which would otherwise read it while compiling.
     let file = pocketnerf_formats::open(core::hint::black_box(&MODEL)).map_err(Wrong::File)?;
     meter.opened();
     let model = &file.model;
@@ -80,7 +80,7 @@ fn picture(
 
 fn options(model: &Model<'_>) -> RenderOptions {
     let options = RenderOptions::new(model, SimdLevel::compiled(), Tuning::SMALL);
-    // A line has no neighbours to be interpolated from.
+    // A single line has no neighbours to interpolate from.
     RenderOptions { limits: LIMITS, detail: Detail::FINEST, ..options }
 }
 
@@ -92,12 +92,12 @@ enum Wrong {
 }
 
 impl Wrong {
-    /// What fits on the display: core's whole messages would cost kilobytes.
+    /// A text that fits on the display: core's messages would cost kilobytes.
     fn text(&self) -> &'static str {
         use pocketnerf_core::Error;
         match self {
             Self::File(FormatError::NotPnerf { .. }) => "not a model",
-            Self::File(FormatError::FieldKind(_)) => "kind of field\nleft out",
+            Self::File(FormatError::FieldKind(_)) => "kind of field\nnot linked",
             Self::File(FormatError::Version { .. }) => "another version",
             Self::File(_) => "damaged model",
             Self::Model(Error::Limits(_)) => "model needs\nmore memory",

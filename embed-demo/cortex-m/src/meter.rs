@@ -1,4 +1,4 @@
-//! What a picture takes: instructions, and RAM. The only unsafe code of the program.
+//! Counts instructions and RAM. The only unsafe code of the program.
 
 use core::ptr::{addr_of, read_volatile};
 
@@ -6,16 +6,16 @@ use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
-/// Of QEMU with `-icount shift=0`: an instruction takes a nanosecond, a tick of this
-/// machine's 25 MHz forty of them.
+/// In QEMU with `-icount shift=0` an instruction takes a nanosecond, and a tick of the 25 MHz
+/// clock forty of them.
 const INSTRUCTIONS_PER_TICK: u32 = 40;
 const TICKS: u32 = 0x00ff_ffff;
-/// What `cortex-m-rt` paints the stack with.
+/// `cortex-m-rt` fills the unused stack with this.
 const PAINT: u32 = 0xcccc_cccc;
 
 unsafe extern "C" {
-    // Of cortex-m-rt's linker script: where RAM's variables begin and end, and where the stack
-    // begins, growing downwards.
+    // From cortex-m-rt's linker script: start and end of variables in RAM, and the start of the
+    // stack, which grows downwards.
     static __sdata: u32;
     static __sheap: u32;
     static _stack_start: u32;
@@ -41,7 +41,7 @@ impl Meter {
         Self { clock, last: SYST::get_current(), ticks: 0, ticks_to_open: 0, stack_to_open: 0 }
     }
 
-    /// Notes that a part is over. Parts must be shorter than the clock's round, 0.67 s.
+    /// Counts the time since the last call, which must be shorter than a wrap of the clock, 0.67 s.
     pub(crate) fn line(&mut self) {
         if self.clock.is_some() {
             let now = SYST::get_current();
@@ -50,7 +50,7 @@ impl Meter {
         }
     }
 
-    /// Notes that the model is open.
+    /// To be called when the model is open.
     pub(crate) fn opened(&mut self) {
         self.line();
         self.ticks_to_open = self.ticks;
@@ -65,7 +65,7 @@ impl Meter {
         (self.ticks - self.ticks_to_open).saturating_mul(INSTRUCTIONS_PER_TICK)
     }
 
-    /// Bytes of stack that opening has used.
+    /// Bytes of stack used for opening.
     pub(crate) const fn stack_to_open(&self) -> u32 {
         self.stack_to_open
     }
@@ -75,11 +75,11 @@ impl Meter {
         (addr_of!(__sheap) as usize - addr_of!(__sdata) as usize) as u32
     }
 
-    /// Bytes of stack that were used at any time.
+    /// The most bytes of stack used so far.
     pub(crate) fn stack(&self) -> u32 {
         let (mut at, start) = (addr_of!(__sheap), addr_of!(_stack_start));
-        // SAFETY: between variables and the stack's beginning lies RAM that is nobody's or the stack's;
-        // it is read as it is.
+        // SAFETY: between the variables and the start of the stack lies RAM that is unused or part of
+        // the stack; it is only read.
         while at < start && unsafe { read_volatile(at) } == PAINT {
             at = at.wrapping_add(1);
         }

@@ -1,8 +1,8 @@
-//! Renders an orbit of a `.pnerf` file: `cargo run --release -p pocketnerf-view --example
-//! orbit [MODEL [FOLDER]]`, without arguments of the model that is part of this program.
+//! Renders views on a circle around a model: `cargo run --release -p pocketnerf-view --example
+//! orbit [MODEL [FOLDER]]`; by default, of the model that is part of this program.
 //!
-//! All that an embedding program needs: open the bytes, size the scratch, and call
-//! `render_tile` from as many threads as it likes. It uses core and formats alone.
+//! All that an embedding program needs: open the bytes, allocate the scratch, and call
+//! `render_tile` from any number of threads. It uses core and formats alone.
 
 use std::borrow::Cow;
 use std::error::Error;
@@ -14,7 +14,7 @@ use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Camera, Model, RenderOptions, SimdLevel, Tile, Tuning, render_tile};
 use rayon::prelude::*;
 
-/// What `pocketnerf demo --log2-hashmap-size 12` made of the built-in scene.
+/// The model that `pocketnerf demo --log2-hashmap-size 12` makes of the built-in scene.
 const STILL_LIFE: &[u8] = include_bytes!("../../still-life.pnerf");
 const VIEWS: u32 = 8;
 const SIDE: u32 = 400;
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let folder = folder.as_deref().unwrap_or("out/orbit");
     let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{name}: {e}"))?;
-    // Where there is memory to spare: the same pictures in less time.
+    // The same pictures in less time, for some memory.
     let mut table = vec![0; file.model.table_len()];
     let model = file.model.with_table(&mut table)?;
     std::fs::create_dir_all(folder)?;
@@ -54,7 +54,7 @@ fn orbit(model: &Model<'_>, view: u32) -> Camera {
     Camera::from_fov_x(SIDE, SIDE, 0.7, orbit.pose())
 }
 
-/// Red, green and blue of every pixel: a tile a task, on all cores.
+/// Red, green and blue of every pixel: one task per tile, on all cores.
 fn picture(model: &Model<'_>, camera: &Camera) -> Result<Vec<u8>, pocketnerf_core::Error> {
     let options = RenderOptions::new(model, SimdLevel::detect(), Tuning::FAST);
     let memory = || (vec![0.0; options.scratch_len()], vec![0.0; 4 * Tiles::MOST_PIXELS]);

@@ -1,8 +1,8 @@
-// An instance of the module: numbers and memory in, pictures and texts out. Knows no worker.
+// An instance of the module: converts its numbers and memory to objects. Used by the worker.
 
 const TEXTS = ["name", "kind", "method", "program", "dataset"];
 
-/** A file that is open. What fails throws an `Error` with the module's own text. */
+/** An open file. Failures throw an `Error` with the module's text. */
 export class Instance {
   #exports;
 
@@ -22,7 +22,7 @@ export class Instance {
     return this.#exports.memory.buffer.byteLength;
   }
 
-  /** What is known of the file. */
+  /** Facts about the file. */
   get info() {
     const f = [...this.#floats(this.#exports.facts(), 56)];
     const texts = TEXTS.map((name, which) => [name, this.#text(this.#exports.text(which))]);
@@ -43,13 +43,13 @@ export class Instance {
     };
   }
 
-  /** Begins a picture; the number of its tiles. */
+  /** Starts a picture, and returns the number of its tiles. */
   begin(camera, quality) {
     this.#look(camera);
     return this.#checked(this.#exports.begin(camera.width, camera.height, quality));
   }
 
-  /** Renders a tile of it: where it is, and its pixels, four bytes each. */
+  /** Renders a tile of it: its place, and its pixels, four bytes each. */
   tile(number) {
     const length = this.#checked(this.#exports.tile(number));
     const [x, y, width, height] = this.#floats(this.#exports.answer(), 4);
@@ -63,7 +63,7 @@ export class Instance {
     return { rays: this.#exports.rays(), samples: this.#exports.samples() };
   }
 
-  /** What the camera sees at a point: its distance and where it is, or null for nothing. */
+  /** Distance and position of what the camera sees at a point, or null if there is nothing. */
   pick(camera, x, y) {
     this.#look(camera);
     const found = this.#exports.pick(camera.width, camera.height, x, y);
@@ -76,7 +76,7 @@ export class Instance {
     this.#floats(this.#exports.view(), 20).set([...pose, ...focal, ...center]);
   }
 
-  // Memory may have moved since the last call: views are made when they are used.
+  // Memory may have moved since the last call: views are created when they are used.
   #floats(address, length) {
     return new Float32Array(this.#exports.memory.buffer, address, length);
   }

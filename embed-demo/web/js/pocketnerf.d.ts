@@ -17,50 +17,50 @@ export interface Camera {
   pose: ArrayLike<number> & Iterable<number>;
 }
 
-/** What is known of a file. */
+/** Facts about a file. */
 export interface Info {
   name: string;
-  /** Kind of the field: hash-grid, ... */
+  /** Kind of the field, such as `hash-grid`. */
   kind: string;
   method: string;
   program: string;
   dataset: string;
-  /** The file's own view (`isOwn`), or one beside the scene; `tangent` of half its width's angle. */
+  /** The file's own view (`isOwn`), or one beside the scene; `tangent` is that of half its horizontal field of view. */
   camera: { pose: number[]; tangent: number; width: number; height: number; isOwn: boolean };
-  /** The middle of what there is to see, and the longest side of the box around it. */
+  /** The centre of the scene, and the longest side of the box around it. */
   center: [number, number, number];
   size: number;
-  /** The background of pictures, 0 to 1, in the model's own colour space. */
+  /** The background, 0 to 1, in the model's own colour space. */
   background: [number, number, number];
-  /** Colours, the background's too, are linear light; pictures are sRGB all the same. */
+  /** Colours and background are linear light; pictures are sRGB in any case. */
   isLinear: boolean;
-  /** The quality that pictures have where nobody chooses. */
+  /** The default quality of pictures. */
   quality: number;
-  /** Whether `pick` can be asked: not in forward-facing captures. */
+  /** Whether `pick` is supported: not for forward-facing captures. */
   hasDepth: boolean;
   /** Distance between samples along a ray. */
   step: number;
-  /** Part of the box that may hold something. */
+  /** Occupied fraction of the box. */
   occupancy: number;
   /** The box in the model's own coordinates. */
   box: { min: number[]; max: number[] };
-  /** From the model's own: scale * rotation * model + translation; rotation row after row. */
+  /** From the model's coordinates: scale * rotation * model + translation; rotation row after row. */
   scene: { scale: number; rotation: number[]; translation: number[] };
-  /** Before a forward-facing capture: how far away its nearest thing is. */
+  /** Forward-facing captures: distance of the nearest object. */
   near: number;
 }
 
 export interface RenderOptions {
-  /** From 0, the fastest, to 1, the finest; `info.quality` unless given. */
+  /** From 0, the fastest, to 1, the finest; default `info.quality`. */
   quality?: number;
-  /** Is given the picture's size, and the picture, when it is whole. */
+  /** Receives the size and the complete picture. */
   canvas?: HTMLCanvasElement | OffscreenCanvas;
-  /** Is told each tile as soon as it is there. */
+  /** Called for each tile when it is rendered. */
   onTile?: (tile: ImageData, x: number, y: number) => void;
 }
 
 export interface Pick {
-  /** Distance from the camera to where half of the light has been held back. */
+  /** Distance from the camera to where half of the light is absorbed. */
   depth: number;
   point: [number, number, number];
 }
@@ -68,20 +68,20 @@ export interface Pick {
 export declare class Scene {
   private constructor();
   readonly info: Info;
-  /** What the last whole picture took; `memory`: the module's, bytes. */
+  /** Statistics of the last complete picture; `memory` is that of the module, bytes. */
   readonly stats: { ms: number; rays: number; samples: number; memory: number };
-  /** The file's own camera for a picture of this size: all that its own picture shows is in it. */
+  /** The file's own camera for a picture of this size, which shows all that its own picture shows. */
   camera(width?: number, height?: number): Camera;
   /**
-   * Renders a picture, in a worker. Resolves to `null` when another picture was asked for
-   * before this one was whole: only the newest is rendered. Rejects with one line of text.
+   * Renders a picture in a worker. Resolves to `null` if another picture was requested before
+   * this one was complete: only the newest is rendered. Rejects with one line of text.
    */
   render(camera?: Camera, options?: RenderOptions): Promise<ImageData | null>;
-  /** What is at a point of the picture, pixels; of the camera rendered last unless one is given. */
+  /** What is at a point of the picture, pixels; default camera: that of the last picture. */
   pick(x: number, y: number, camera?: Camera): Promise<Pick | null>;
-  /** Ends the worker. What waits for it rejects. */
+  /** Ends the worker. Pending calls reject. */
   close(): void;
 }
 
-/** Opens a `.pnerf` file, every byte of it checked; rejects with one line that says what is wrong. */
+/** Opens a `.pnerf` file, with every byte checked; rejects with one line of text. */
 export declare function load(source: ArrayBuffer | ArrayBufferView | Blob): Promise<Scene>;

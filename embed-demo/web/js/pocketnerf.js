@@ -1,4 +1,4 @@
-// Radiance fields in a web page: see pocketnerf.d.ts for what each part is.
+// Radiance fields in a web page; documented in pocketnerf.d.ts.
 
 const WASM = new URL("./pocketnerf.wasm", import.meta.url);
 let compiled = null;
@@ -6,7 +6,7 @@ let compiled = null;
 /** The code, fetched and compiled once for all scenes. */
 function code() {
   compiled ??= WebAssembly.compileStreaming(fetch(WASM)).catch(async (error) => {
-    // A server that does not know the type.
+    // The server sends another content type.
     const response = await fetch(WASM).catch(() => null);
     if (!response?.ok) {
       compiled = null;
@@ -36,7 +36,7 @@ export async function load(source) {
   }
 }
 
-/** The page's part of the bytes stays with the page. */
+/** The page keeps its own copy of the bytes. */
 function copy(source) {
   const view = ArrayBuffer.isView(source)
     ? new Uint8Array(source.buffer, source.byteOffset, source.byteLength)
@@ -44,7 +44,7 @@ function copy(source) {
   return view.slice().buffer;
 }
 
-/** Questions to the worker, and who waits for the answers. */
+/** Calls to the worker that wait for an answer. */
 class Calls {
   #worker;
   #waiting = new Map();
@@ -87,25 +87,25 @@ class Calls {
   }
 }
 
-/** A file that is open, with a worker of its own. */
+/** An open file, with its own worker. */
 export class Scene {
   #calls;
   #seen = null;
 
   constructor(calls, info, memory) {
     this.#calls = calls;
-    /** What is known of the file. */
+    /** Facts about the file. */
     this.info = info;
-    /** What the last whole picture took. */
+    /** Statistics of the last complete picture. */
     this.stats = { ms: 0, rays: 0, samples: 0, memory };
   }
 
   /** The file's own camera, or one beside the scene, for a picture of this size. */
   camera(width = this.info.camera.width, height = this.info.camera.height) {
     const own = this.info.camera;
-    // As the renderer's own numbers have it, 32 bits, so that pictures are the same to the byte.
+    // In 32 bits, like the renderer, so pictures are the same to the byte.
     let focal = Math.fround(Math.fround(0.5 * width) / own.tangent);
-    // All that the file's picture shows is in this one.
+    // This picture shows all that the file's own shows.
     const wide = (width * own.height) / (height * own.width);
     if (wide > 1) focal = Math.fround(focal / wide);
     return {
@@ -117,7 +117,7 @@ export class Scene {
     };
   }
 
-  /** Renders a picture; null where another one was asked for before it was whole. */
+  /** Renders a picture; null if another one was requested before it was complete. */
   async render(camera = this.camera(), { quality = this.info.quality, canvas, onTile } = {}) {
     this.#seen = camera;
     const { width, height } = camera;
@@ -142,13 +142,13 @@ export class Scene {
     return image;
   }
 
-  /** What `camera`, or the last picture's, sees at a point; null where there is nothing. */
+  /** What `camera`, or that of the last picture, sees at a point; null if there is nothing. */
   async pick(x, y, camera = this.#seen ?? this.camera()) {
     const { found } = await this.#calls.send({ kind: "pick", camera, x, y });
     return found;
   }
 
-  /** Ends the worker and gives its memory back. */
+  /** Ends the worker and frees its memory. */
   close() {
     this.#calls.end("the scene is closed");
   }

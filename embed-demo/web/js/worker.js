@@ -1,12 +1,12 @@
-// Renders beside the page, a few tiles at a time, and looks for messages in between.
+// Renders in a worker, a few tiles at a time, and handles messages in between.
 
 import { Instance } from "./instance.js";
 
-/** Milliseconds of tiles between two looks at the messages. */
+/** Milliseconds of rendering before messages are handled. */
 const BATCH = 12;
 
 let instance = null;
-/** The picture that is wanted next; whatever is being rendered then is dropped. */
+/** The next picture to render; it replaces the current one. */
 let next = null;
 let isRendering = false;
 
@@ -78,7 +78,7 @@ function fail({ id }, error) {
   postMessage({ id, error: text });
 }
 
-/** Lets the messages that wait be handled, without a timer's delay. */
+/** Lets pending messages be handled, without a timer's delay. */
 const channel = new MessageChannel();
 function messages() {
   return new Promise((resolve) => {

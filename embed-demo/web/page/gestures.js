@@ -1,12 +1,12 @@
-// What hands do on an element, as turns, shifts and approaches of a view.
+// Gestures on an element, as turns, shifts and zooms of a view.
 
-/** Pixels that a hand may tremble in a click. */
+/** Largest movement of a click, pixels. */
 const CLICK = 4;
 
 /**
  * @param {HTMLElement} element
  * @param {{turn(x, y): void, shift(x, y): void, approach(factor): void, click(x, y): void,
- *   reset(): void}} view told in CSS pixels
+ *   reset(): void}} view receives CSS pixels
  */
 export function watch(element, view) {
   const hands = new Map();
@@ -50,7 +50,7 @@ export function watch(element, view) {
     "wheel",
     (event) => {
       event.preventDefault();
-      // Lines and pages are so many pixels; a pinch on a touch pad comes as small ones.
+      // Lines and pages as pixels; a pinch on a touch pad has small deltas.
       const pixels = event.deltaY * [1, 30, 300][event.deltaMode] * (event.ctrlKey ? 6 : 1);
       view.approach(Math.exp(0.0012 * Math.min(Math.max(pixels, -400), 400)));
     },

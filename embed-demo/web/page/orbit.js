@@ -1,6 +1,8 @@
-// A camera that goes around something, and keeps what is up up: as embed-demo/native has it.
+// A camera that turns around the scene and keeps its up direction: the same as
+// embed-demo/native/src/view.rs, and a test compares the two. It is JavaScript because the
+// module belongs to the worker, and every event of the mouse would wait for an answer from it.
 
-/** Farthest from the horizon that it rises or sinks, radians. */
+/** Largest angle above or below the horizon, radians. */
 const STEEPEST = 1.55;
 const NEAREST = 1 / 64;
 const FARTHEST = 16;
@@ -21,7 +23,7 @@ function turned(v, axis, angle) {
   return v.map((x, i) => x * cos + aside[i] * sin + axis[i] * along * (1 - cos));
 }
 
-/** Begins as the scene's own camera and remembers how it was turned since: nothing adds up. */
+/** Starts as the scene's own camera and keeps the turns since, so rounding errors do not add up. */
 export class Orbit {
   #scene;
   #axes;
@@ -36,10 +38,10 @@ export class Orbit {
     const [right, up, back, eye] = [0, 1, 2, 3].map((c) => column(pose, c));
     this.#axes = [right, up, back];
     const along = info.hasDepth ? -dot(add(info.center, eye, -1), back) : 4 * info.near;
-    // A camera with its back to the scene turns around what is before it.
+    // A camera that looks away from the scene turns around a point in front of it.
     this.#far = Math.max(along, 0.1 * info.size);
     this.#target = add(eye, back, -this.#far);
-    // What is up in the scene, or, where the camera lies on its side to it, in its picture.
+    // Up in the scene, or, if the camera lies on its side, in its picture.
     this.#up = info.hasDepth && up[2] > 0.5 ? [0, 0, 1] : up;
     this.reset();
   }
@@ -48,12 +50,12 @@ export class Orbit {
     [this.yaw, this.rise, this.distance, this.pan] = [0, 0, 1, [0, 0, 0]];
   }
 
-  /** Goes around as a drag over so many pixels of a picture of this height does. */
+  /** Turns by a drag in pixels of a picture of this height. */
   drag(x, y, height) {
     this.turn((-x * Math.PI) / height, (y * Math.PI) / height);
   }
 
-  /** So many radians to the right, and so many up. */
+  /** Turns by radians to the right and up. */
   turn(right, up) {
     const begun = Math.asin(clamp(dot(this.#axes[2], this.#up), -1, 1));
     const [low, high] = [-Math.max(STEEPEST, -begun) - begun, Math.max(STEEPEST, begun) - begun];
@@ -61,7 +63,7 @@ export class Orbit {
     this.rise = clamp(this.rise + up, low, high);
   }
 
-  /** Goes aside: what is in the middle stays under the hand. */
+  /** Moves sideways: the target stays under the hand. */
   pull(x, y, width, height) {
     const [focal] = this.#scene.camera(width, height).focal;
     const [right, up] = this.#turnedAxes();
@@ -69,7 +71,7 @@ export class Orbit {
     this.pan = add(add(this.pan, right, -x * length), up, y * length);
   }
 
-  /** `factor` times the distance. */
+  /** Multiplies the distance by `factor`. */
   approach(factor) {
     this.distance = clamp(this.distance * factor, NEAREST, FARTHEST);
   }

@@ -1,15 +1,15 @@
-// The page: a picture that follows the hand, small while things move, whole when they rest.
+// The page: a small picture while something moves, the complete one at rest.
 
 import { watch } from "./gestures.js";
 import { Orbit } from "./orbit.js";
 import { Pace } from "./pace.js";
 import { load } from "./pocketnerf.js";
 
-/** Moving pictures a second that are aimed at. */
+/** Target rate of moving pictures per second. */
 const FPS = 30;
-/** Milliseconds of stillness after which the whole picture is begun. */
+/** Milliseconds of rest after which the complete picture starts. */
 const SETTLES = 60;
-/** Pixels of a picture at most, however fine the screen is. */
+/** The most pixels of a picture, however fine the screen is. */
 const MOST_PIXELS = 1.5e6;
 
 const [canvas, stage, message, figures] = ["picture", "stage", "message", "figures"].map((id) =>
@@ -19,7 +19,7 @@ const context = canvas.getContext("2d", { alpha: false });
 const small = document.createElement("canvas");
 const pace = new Pace(FPS);
 
-/** What is shown: a scene, its view, and the name of its file. */
+/** The scene that is shown, its view, and the name of its file. */
 let shown = null;
 let isMoving = false;
 let hasChanged = false;
@@ -33,7 +33,7 @@ function change() {
   if (!isMoving) move();
 }
 
-/** Small pictures for as long as something changes, then the whole one. */
+/** Renders small pictures while something changes, then the complete one. */
 async function move() {
   isMoving = true;
   while (hasChanged) {
@@ -42,10 +42,10 @@ async function move() {
     try {
       await paintSmall(shown);
     } catch (error) {
-      // A scene that was closed for another one has nothing to say.
+      // Errors of a scene that was replaced do not matter.
       if (scene === shown.scene) say(error.message);
     }
-    // One for each of the screen's frames is enough.
+    // At most one per frame of the screen.
     await new Promise(requestAnimationFrame);
   }
   isMoving = false;
@@ -63,10 +63,10 @@ async function paintSmall({ scene, orbit }) {
   [small.width, small.height] = [w, h];
   small.getContext("2d").putImageData(image, 0, 0);
   context.drawImage(small, 0, 0, canvas.width, canvas.height);
-  tell(`${ms.toFixed(0)} ms a frame at ${w} × ${h}, detail ${Math.round(100 * pace.scale)} %`);
+  report(`${ms.toFixed(0)} ms a frame at ${w} × ${h}, detail ${Math.round(100 * pace.scale)} %`);
 }
 
-/** The same view with another number of pixels. */
+/** The same view at another size. */
 function scaled(camera, width, height) {
   const by = [width / camera.width, height / camera.height];
   const times = (numbers) => numbers.map((v, i) => v * by[i]);
@@ -81,7 +81,7 @@ async function settle() {
   try {
     const image = await scene.render(orbit.camera(width, height), { onTile });
     if (!image || !isCurrent()) return;
-    tell(`${scene.stats.ms.toFixed(0)} ms for the whole picture, ${width} × ${height}`);
+    report(`${scene.stats.ms.toFixed(0)} ms for the whole picture, ${width} × ${height}`);
     canvas.dataset.state = "rest";
     performance.mark("whole picture");
   } catch (error) {
@@ -89,7 +89,7 @@ async function settle() {
   }
 }
 
-function tell(what) {
+function report(what) {
   figures.textContent = `${shown.name}: ${what}`;
 }
 
@@ -97,7 +97,7 @@ function say(what) {
   message.textContent = what;
 }
 
-/** Shows another file; whatever is wrong with it is said, and the picture stays. */
+/** Shows another file; if that fails, the picture stays. */
 async function show(name, bytes) {
   say("");
   try {
@@ -148,7 +148,7 @@ watch(canvas, {
     }
     if (scene !== shown.scene) return;
     const at = found?.point.map((v) => v.toFixed(2)).join(", ");
-    tell(found ? `${found.depth.toFixed(2)} away, at (${at})` : "nothing there");
+    report(found ? `${found.depth.toFixed(2)} away, at (${at})` : "nothing there");
   },
   reset,
 });
@@ -184,7 +184,7 @@ new ResizeObserver(() => {
   const by = Math.min(devicePixelRatio, 2, most);
   const [width, height] = [clientWidth, clientHeight].map((side) => Math.max(1, Math.round(side * by)));
   if (width === canvas.width && height === canvas.height) return;
-  // A canvas loses its picture with its size: the old one stays until there is a new one.
+  // Resizing clears a canvas: the old picture is shown until there is a new one.
   [small.width, small.height] = [canvas.width, canvas.height];
   small.getContext("2d").drawImage(canvas, 0, 0);
   [canvas.width, canvas.height] = [width, height];

@@ -1,7 +1,7 @@
-//! The functions that a page calls. A number goes in, a number comes out; what is longer lies
-//! in memory that the module owns, at an address that it tells.
+//! The functions that a page calls. They take and return numbers; longer data is in memory
+//! that the module owns, at an address that it returns.
 
-#![allow(unsafe_code, reason = "names that JavaScript can call; nothing else in here is unsafe")]
+#![allow(unsafe_code, reason = "exported names; nothing else here is unsafe")]
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -20,14 +20,14 @@ std::thread_local! {
     static INSTANCE: RefCell<Instance> = const { RefCell::new(Instance::new()) };
 }
 
-/// What an instance of the module holds.
+/// The state of an instance of the module.
 struct Instance {
     input: Vec<u8>,
     scene: Option<Scene>,
     facts: [f32; LENGTH],
     /// A camera, from the page: pose (16), focal lengths, principal point.
     view: [f32; 20],
-    /// Of a pick, distance and point; of a tile, where it is.
+    /// Distance and position of a pick, or the place of a tile.
     answer: [f32; 4],
     text: String,
 }
@@ -57,9 +57,9 @@ impl Instance {
 
     fn open(&mut self) -> Result<u32, String> {
         if self.scene.is_some() {
-            return Err("a file is open already: another needs an instance of its own".into());
+            return Err("a file is open already: another file needs another instance".into());
         }
-        // Until the instance goes.
+        // Until the instance is dropped.
         let bytes = core::mem::take(&mut self.input).leak();
         let scene = Scene::open(bytes, SimdLevel::compiled())?;
         let Facts(facts) = scene.facts();
@@ -67,9 +67,9 @@ impl Instance {
         Ok(1)
     }
 
-    /// What `work` gives, or 0 and a message.
+    /// The result of `work`, or 0 and a message.
     fn try_to<T: Default>(&mut self, work: impl FnOnce(&mut Self) -> Result<T, String>) -> T {
-        // Given back first: see `runtime`.
+        // Freed first: see `runtime`.
         self.text = String::new();
         work(self).unwrap_or_else(|why| {
             self.text = why;
@@ -82,13 +82,14 @@ fn with<T>(work: impl FnOnce(&mut Instance) -> T) -> T {
     INSTANCE.with_borrow_mut(work)
 }
 
-/// Makes room for a file of so many bytes; its address, 0 where there is no such memory.
+/// Allocates room for a file of `length` bytes, and returns its address, or 0 if there is not
+/// enough memory.
 #[unsafe(no_mangle)]
 pub extern "C" fn input(length: usize) -> *mut u8 {
     with(|instance| {
         let mut room = Vec::new();
         if room.try_reserve_exact(length).is_err() {
-            instance.text = "no memory for a file of this size".into();
+            instance.text = "not enough memory for a file of this size".into();
             return core::ptr::null_mut();
         }
         room.resize(length, 0);
@@ -97,19 +98,19 @@ pub extern "C" fn input(length: usize) -> *mut u8 {
     })
 }
 
-/// Opens the file that was written there, once. 1, or 0 and a [`message`].
+/// Opens the file that was written there, once. Returns 1, or 0 and a [`message`].
 #[unsafe(no_mangle)]
 pub extern "C" fn open() -> u32 {
     with(|instance| instance.try_to(Instance::open))
 }
 
-/// Address of the numbers that are known of the file; see [`Facts`].
+/// Address of the [`Facts`].
 #[unsafe(no_mangle)]
 pub extern "C" fn facts() -> *const f32 {
     with(|instance| instance.facts.as_ptr())
 }
 
-/// Finds a text of the file's, see [`Scene::text`]: its length; [`message`] is its address.
+/// Reads a [`Scene::text`], and returns its length; [`message`] is its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn text(which: u32) -> usize {
     with(|instance| {
@@ -119,7 +120,7 @@ pub extern "C" fn text(which: u32) -> usize {
     })
 }
 
-/// Address of the last text: why something failed, or what [`text`] found. UTF-8.
+/// Address of the last text, in UTF-8: an error, or that of [`text`].
 #[unsafe(no_mangle)]
 pub extern "C" fn message() -> *const u8 {
     with(|instance| instance.text.as_ptr())
@@ -131,14 +132,15 @@ pub extern "C" fn message_length() -> usize {
     with(|instance| instance.text.len())
 }
 
-/// Address of 20 numbers, in which the page describes a camera: pose, row after row, focal
-/// lengths, principal point; the dataset's coordinates.
+/// Address of 20 numbers to which the page writes a camera: pose, row after row, focal lengths,
+/// principal point, in the dataset's coordinates.
 #[unsafe(no_mangle)]
 pub extern "C" fn view() -> *mut f32 {
     with(|instance| instance.view.as_mut_ptr())
 }
 
-/// Begins the picture of that camera: the number of its tiles, or 0 and a [`message`].
+/// Starts the picture of that camera, and returns the number of its tiles, or 0 and a
+/// [`message`].
 #[unsafe(no_mangle)]
 pub extern "C" fn begin(width: u32, height: u32, quality: f32) -> u32 {
     with(|instance| {
@@ -147,7 +149,7 @@ pub extern "C" fn begin(width: u32, height: u32, quality: f32) -> u32 {
     })
 }
 
-/// Renders a tile of it: the number of its bytes, or 0 and a [`message`].
+/// Renders a tile of it, and returns the number of its bytes, or 0 and a [`message`].
 #[unsafe(no_mangle)]
 pub extern "C" fn tile(number: u32) -> usize {
     with(|instance| {
@@ -178,8 +180,8 @@ pub extern "C" fn samples() -> f64 {
     with(|instance| instance.scene.as_ref().map_or(0.0, |scene| scene.stats().samples as f64))
 }
 
-/// How far away what the camera in [`view`] shows at this point is: the distance, infinite
-/// where nothing is, or -1 and a [`message`].
+/// The distance of what the camera in [`view`] sees at this point, infinite if there is
+/// nothing, or -1 and a [`message`].
 #[unsafe(no_mangle)]
 pub extern "C" fn pick(width: u32, height: u32, x: f32, y: f32) -> f32 {
     with(|instance| {
@@ -190,8 +192,8 @@ pub extern "C" fn pick(width: u32, height: u32, x: f32, y: f32) -> f32 {
     })
 }
 
-/// Address of what was found: the distance, and the point in the dataset's coordinates. After
-/// [`tile`]: its leftmost column and topmost row, its width and height.
+/// Address of the result of [`pick`]: distance and position in the dataset's coordinates. After
+/// [`tile`]: its leftmost column, topmost row, width and height.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer() -> *const f32 {
     with(|instance| instance.answer.as_ptr())

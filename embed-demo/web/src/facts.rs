@@ -1,13 +1,13 @@
-//! What is known of a model, as numbers in a row.
+//! Facts about a model, as an array of numbers.
 
 use pocketnerf_core::{ColorSpace, Space, math};
 use pocketnerf_formats::ModelFile;
 
-/// How many numbers there are.
+/// Length of the array.
 pub const LENGTH: usize = 56;
 
-/// What is known of a model. The page reads the same numbers by their places: `info.js`.
-/// Coordinates and lengths are the dataset's, unless it says otherwise.
+/// Facts about a model, read by their indices in `instance.js`. Coordinates and lengths are
+/// the dataset's unless stated otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facts(pub [f32; LENGTH]);
 
@@ -21,39 +21,39 @@ impl Facts {
         let tangent = own.map_or(seen, |own| math::tan(0.5 * own.fov_x));
         let mut facts = [0.0; LENGTH];
         let mut at = 0;
-        let mut tell = |numbers: &[f32]| {
+        let mut push = |numbers: &[f32]| {
             facts[at..at + numbers.len()].copy_from_slice(numbers);
             at += numbers.len();
         };
         let flag = |is: bool| f32::from(u8::from(is));
-        // 0: the file's own camera, or one beside the scene, and how wide it sees: the tangent
-        // of half its angle, from which a page has the same focal length to the bit.
-        tell(&view.camera_to_world);
-        tell(&[tangent, size[0] as f32, size[1] as f32, flag(own.is_some())]);
-        // 20: the middle of what there is to see, and the longest side of its box.
-        tell(&scene.to_dataset(space.center()));
-        tell(&[scene.scale / space.unit_map().scale]);
+        // 0: the file's own camera, or one beside the scene, and the tangent of half its field
+        // of view, from which the page computes the same focal length to the bit.
+        push(&view.camera_to_world);
+        push(&[tangent, size[0] as f32, size[1] as f32, flag(own.is_some())]);
+        // 20: the centre of the scene, and the longest side of its box.
+        push(&scene.to_dataset(space.center()));
+        push(&[scene.scale / space.unit_map().scale]);
         // 24
-        tell(&model.display.background);
-        tell(&[flag(model.display.color_space == ColorSpace::Linear)]);
+        push(&model.display.background);
+        push(&[flag(model.display.color_space == ColorSpace::Linear)]);
         // 28
-        tell(&[
+        push(&[
             file.about.quality.unwrap_or(0.5),
             flag(matches!(space, Space::Box { .. })),
             scene.scale * model.sampling.step,
             model.occupancy.map_or(1.0, |occupancy| occupancy.fraction()),
         ]);
-        // 32: the box in the model's own coordinates, and the way from these to the dataset's.
-        space.bounds().iter().for_each(|corner| tell(corner));
-        tell(&[scene.scale]);
-        scene.rotation.iter().for_each(|row| tell(row));
-        tell(&scene.translation);
-        // 51: before a forward-facing capture, how far away its nearest thing is.
-        tell(&[near(space) * scene.scale]);
+        // 32: the box in the model's coordinates, and the transform to the dataset's.
+        space.bounds().iter().for_each(|corner| push(corner));
+        push(&[scene.scale]);
+        scene.rotation.iter().for_each(|row| push(row));
+        push(&scene.translation);
+        // 51: forward-facing captures: the distance of the nearest object.
+        push(&[near(space) * scene.scale]);
         Self(facts)
     }
 
-    /// The quality that pictures have where nobody chooses.
+    /// The default quality of pictures.
     #[must_use]
     pub const fn quality(&self) -> f32 {
         self.0[28]

@@ -1,23 +1,24 @@
-//! pocketnerf for web pages: a `.pnerf` file in, tiles of pixels and answers out, by functions
-//! of numbers that a page calls without any generated glue.
+//! pocketnerf for web pages: renders a `.pnerf` file in tiles, through functions of numbers that
+//! a page calls without generated glue.
 //!
-//! One instance of the module shows one file, and goes when the file does: nothing needs to be
-//! freed. No pointer ever comes in. The module makes room and says where; the page writes files
-//! and cameras there, and reads pixels and answers from there, between two calls. So there is
-//! nothing unsafe in it. `pocketnerf.js` beside this crate does all of that, and is what pages use.
+//! An instance of the module shows one file and is dropped with it, so nothing needs to be freed.
+//! No function takes a pointer: the module allocates memory and returns its address, where the
+//! page writes files and cameras and reads pixels and answers between calls. Hence the module has
+//! no unsafe code. Pages use it through `pocketnerf.js`.
 //!
 //! | call | what it does |
 //! |---|---|
-//! | [`input`](exports::input) | room for a file of so many bytes, which the page writes |
-//! | [`open`](exports::open) | checks and opens it; [`facts`](exports::facts) and [`text`](exports::text) then tell about it |
-//! | [`view`](exports::view), [`begin`](exports::begin) | where a camera is written; begins its picture, and counts its tiles |
-//! | [`tile`](exports::tile), [`pixels`](exports::pixels) | renders one; its RGBA bytes, and where it lies |
+//! | [`input`](exports::input) | allocates memory for a file, which the page writes |
+//! | [`open`](exports::open) | checks and opens it; [`facts`](exports::facts) and [`text`](exports::text) describe it |
+//! | [`view`](exports::view), [`begin`](exports::begin) | the place of a camera; starts its picture, and counts its tiles |
+//! | [`tile`](exports::tile), [`pixels`](exports::pixels) | renders one; its RGBA bytes |
 //! | [`pick`](exports::pick), [`answer`](exports::answer) | what is at a point of the picture |
 //!
-//! What fails gives 0 (`pick`: a negative number), and [`message`](exports::message) says why.
+//! A failure returns 0 (`pick`: a negative number), with the reason in
+//! [`message`](exports::message).
 //!
 //! # Example
-//! What the page does, in Rust's words; the camera is the file's own.
+//! The calls of a page, in Rust; the camera is the file's own.
 //! ```
 //! use pocketnerf_web::{Scene, facts::Facts};
 //!

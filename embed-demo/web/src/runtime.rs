@@ -1,4 +1,4 @@
-//! What stands in for a standard library, whose allocator and panics would take 20 kB.
+//! A small allocator and panic handler: those of the standard library would take 20 kB.
 #![allow(unsafe_code, reason = "an allocator cannot be written without; each block says why")]
 
 use core::alloc::{GlobalAlloc, Layout};
@@ -8,9 +8,9 @@ use core::panic::PanicInfo;
 use core::ptr;
 
 #[cfg(target_feature = "atomics")]
-compile_error!("this is for instances with memory of their own, and one thread");
+compile_error!("the allocator is for one thread: build without atomics");
 
-/// A variable of the one thread.
+/// A variable of the only thread.
 pub(crate) struct Single<T>(RefCell<T>);
 
 // SAFETY: without atomics an instance has one thread.
@@ -28,11 +28,10 @@ impl<T> Single<T> {
 
 const PAGE: usize = 1 << 16;
 
-/// Hands out new memory, one block after another, and takes back the last one alone: an
-/// instance holds a file and what its pictures need until it goes, and beside that the text of
-/// the last message.
+/// Allocates one block after another, and frees only the last one: an instance keeps a file and
+/// the memory of its pictures until it is dropped, and otherwise only the last message.
 struct Stack {
-    /// Where free memory begins; 0: nobody has asked yet.
+    /// Start of free memory; 0 before the first allocation.
     free: Cell<usize>,
 }
 
@@ -43,23 +42,24 @@ unsafe impl Sync for Stack {}
 static STACK: Stack = Stack { free: Cell::new(0) };
 
 impl Stack {
-    /// Moves the end of what is used, if there is so much memory.
+    /// Moves the end of used memory, if there is enough.
     fn reach(&self, end: usize) -> bool {
         let missing = end.saturating_sub(wasm32::memory_size(0) * PAGE);
-        let is_there = missing == 0 || wasm32::memory_grow(0, missing.div_ceil(PAGE)) != usize::MAX;
-        if is_there {
+        let is_enough =
+            missing == 0 || wasm32::memory_grow(0, missing.div_ceil(PAGE)) != usize::MAX;
+        if is_enough {
             self.free.set(end);
         }
-        is_there
+        is_enough
     }
 }
 
-// SAFETY: blocks lie behind all that the linker placed, none overlaps another, and each is
-// aligned as asked.
+// SAFETY: blocks lie after everything that the linker placed, do not overlap, and are aligned
+// as requested.
 unsafe impl GlobalAlloc for Stack {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         if self.free.get() == 0 {
-            // Memory behind the first pages is nobody's.
+            // Memory after the first pages is unused.
             self.free.set(wasm32::memory_size(0) * PAGE);
         }
         let end = (self.free.get().checked_next_multiple_of(layout.align()))
@@ -84,7 +84,7 @@ unsafe impl GlobalAlloc for Stack {
         // SAFETY: the caller's promise, that size and alignment make a layout.
         let new = unsafe { self.alloc(Layout::from_size_align_unchecked(size, layout.align())) };
         if !new.is_null() {
-            // SAFETY: both blocks hold so much, and are two.
+            // SAFETY: both blocks hold this many bytes, and do not overlap.
             unsafe { ptr::copy_nonoverlapping(block, new, size.min(layout.size())) };
         }
         new

@@ -1,4 +1,4 @@
-//! A file that is open, and the picture that is being made of it.
+//! An open file, and the picture that is being rendered.
 
 use alloc::string::{String, ToString};
 use alloc::vec;
@@ -12,10 +12,10 @@ use pocketnerf_formats::{ModelFile, open_verified};
 
 use crate::facts::Facts;
 
-/// A camera as a page has it: like [`Camera`], in the dataset's coordinates.
+/// A camera in the dataset's coordinates.
 pub type View = Camera;
 
-/// A file that is open, with the memory that its pictures need.
+/// An open file, with the memory that its pictures need.
 #[derive(Debug)]
 pub struct Scene {
     file: ModelFile<'static>,
@@ -24,22 +24,22 @@ pub struct Scene {
     scratch: Vec<f32>,
     rgba: Vec<f32>,
     pixels: Vec<u8>,
-    /// The picture that was begun last.
+    /// The last picture that was started.
     picture: Option<(Camera, RenderOptions)>,
-    /// What it took so far.
+    /// Its statistics so far.
     stats: RenderStats,
 }
 
 impl Scene {
-    /// Opens a file, every byte of it checked.
+    /// Opens a file, with every byte checked.
     ///
     /// # Errors
-    /// One line: what is wrong with the file.
+    /// One line: why the file is refused.
     pub fn open(bytes: &'static [u8], simd: SimdLevel) -> Result<Self, String> {
         let file = open_verified(bytes).map_err(|error| error.to_string())?;
         let coordinates = file.about.scene;
         coordinates.similarity().validate().map_err(|error| error.to_string())?;
-        // The scene lives as long as the instance: one table, never given back.
+        // The scene lives as long as the instance: the table is never freed.
         let table = vec![0; file.model.table_len()].leak();
         let model = file.model.with_table(table).map_err(|error| error.to_string())?;
         let scratch = RenderOptions::new(&model, simd, Tuning::FAST).scratch_len();
@@ -55,14 +55,14 @@ impl Scene {
         })
     }
 
-    /// What is known of it, in numbers.
+    /// Facts about it, in numbers.
     #[must_use]
     pub fn facts(&self) -> Facts {
         Facts::of(&self.file)
     }
 
-    /// What is known of it, in words: 0 the scene's name, 1 the field's kind, 2 the method, 3 the
-    /// program that wrote it, 4 the dataset. Empty where the file says nothing.
+    /// Facts about it, in words: 0 the name of the scene, 1 the kind of field, 2 the method, 3 the
+    /// program that wrote the file, 4 the dataset. Empty if the file has none.
     #[must_use]
     pub fn text(&self, which: u32) -> &str {
         let provenance = self.file.about.provenance.unwrap_or_default();
@@ -76,8 +76,8 @@ impl Scene {
         }
     }
 
-    /// The file's own camera (or one beside the scene), for a picture of this size: all that
-    /// the file's own picture shows is in it. What `pocketnerf.js` calls `camera`.
+    /// The file's own camera, or one beside the scene, for a picture of this size, which shows
+    /// all that the file's own picture shows. The same as `camera` of `pocketnerf.js`.
     #[must_use]
     pub fn own_camera(&self, width: u32, height: u32) -> View {
         let facts = self.facts().0;
@@ -99,11 +99,11 @@ impl Scene {
         }
     }
 
-    /// Begins a picture; the number of its tiles, which are to be rendered one by one.
+    /// Starts a picture, and returns the number of its tiles, to be rendered one by one.
     /// `quality`: 0, the fastest, to 1, the finest.
     ///
     /// # Errors
-    /// One line: why this is no camera.
+    /// One line: why the camera is invalid.
     pub fn begin(&mut self, view: &View, quality: f32) -> Result<u32, String> {
         view.validate().map_err(|error| error.to_string())?;
         if quality.is_nan() {
@@ -117,15 +117,15 @@ impl Scene {
         Ok(Tiles::new(view.width, view.height).len() as u32)
     }
 
-    /// Renders a tile of the picture that was begun: red, green, blue and 255 in four bytes a
+    /// Renders a tile of the picture: red, green, blue and 255 in four bytes a
     /// pixel in sRGB, over the model's background, row after row.
     ///
     /// # Errors
-    /// One line: there is no such tile, or the model cannot be rendered.
+    /// One line: no such tile, or the model cannot be rendered.
     pub fn tile(&mut self, number: u32) -> Result<(Tile, &[u8]), String> {
-        let (camera, options) = self.picture.as_ref().ok_or("tile: no picture was begun")?;
+        let (camera, options) = self.picture.as_ref().ok_or("tile: no picture was started")?;
         let tile = Tiles::new(camera.width, camera.height).get(number);
-        let tile = tile.ok_or("tile: the picture has none of this number")?;
+        let tile = tile.ok_or("tile: no tile of this number")?;
         let rgba = &mut self.rgba[..4 * tile.pixels()];
         let stats = render_tile(&self.model, camera, tile, options, &mut self.scratch, rgba, None);
         self.stats += stats.map_err(|error| error.to_string())?;
@@ -137,30 +137,29 @@ impl Scene {
         Ok((tile, pixels))
     }
 
-    /// Where the bytes of a tile are.
+    /// The address of a tile's bytes.
     pub(crate) const fn pixels(&self) -> *const u8 {
         self.pixels.as_ptr()
     }
 
-    /// Rays and samples of the picture so far.
+    /// Statistics of the picture so far.
     #[must_use]
     pub const fn stats(&self) -> RenderStats {
         self.stats
     }
 
-    /// How far away what `view` shows at (`x`, `y`), pixels from the top left corner, is: where
-    /// half of the light has been held back; and that point. The distance is infinite where
-    /// nothing is.
+    /// The distance of what `view` shows at (`x`, `y`), pixels from the top left corner, and its
+    /// position: where half of the light is absorbed. Infinite if there is nothing.
     ///
     /// # Errors
-    /// One line: this is no camera, or the space is no box and has no distances.
+    /// One line: the camera is invalid, or the space is not a box and has no distances.
     pub fn pick(&mut self, view: &View, [x, y]: [f32; 2]) -> Result<[f32; 4], String> {
         view.validate().map_err(|error| error.to_string())?;
         if ![x, y].iter().all(|v| v.abs() < 1e9) {
             return Err("pick: x and y, expected pixels below 1e9".into());
         }
         if self.model.space.scene_box().is_none() {
-            return Err("pick: its space is no box, and has no distances".into());
+            return Err("pick: the space is not a box, and has no distances".into());
         }
         // A picture of one pixel, in the model's coordinates.
         let camera = self.file.about.scene.camera_to_model(view);
@@ -172,15 +171,14 @@ impl Scene {
         Ok([depth, a, b, c])
     }
 
-    /// Where half of the light has been held back, scene units: what `Probe::depths` finds as
-    /// `Depth::Median`. That would be 20 kB of code; this asks the renderer that is here anyway
-    /// how opaque the scene is up to some step, a dozen times.
+    /// The median depth, scene units, as `Probe::depths` finds it. That would be 20 kB of code;
+    /// this bisects over the opacity that the renderer finds up to some step.
     fn median(&mut self, camera: &Camera) -> Result<f32, String> {
         let Sampling { step, near, far, .. } = self.model.sampling;
         let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
         let options = RenderOptions { detail: Detail::FINEST, ..options };
         let mut model = self.model;
-        // Or whatever is nearly opaque would count as opaque, and not say how much it is.
+        // Otherwise rays would end before they are fully opaque.
         model.sampling.min_transmittance = 1e-12;
         let mut passes = |steps: u32| {
             // The last sample lies half a step before the end of the last step.

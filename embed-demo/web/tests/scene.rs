@@ -1,4 +1,4 @@
-//! What the page asks, asked here.
+//! The functions behind the page.
 
 use pocketnerf_core::query::Depth;
 use pocketnerf_core::render::Tiles;
@@ -83,7 +83,7 @@ fn what_is_wrong_is_said() {
     assert_eq!(Scene::open(broken, simd).unwrap_err(), expected);
     let mut scene = Scene::open(STILL_LIFE, simd).unwrap();
     let good = scene.own_camera(8, 8);
-    assert!(scene.tile(0).unwrap_err().contains("no picture was begun"));
+    assert!(scene.tile(0).unwrap_err().contains("no picture was started"));
     for (camera, expected) in [
         (Camera { width: 0, ..good }, "width and height"),
         (Camera { focal: [f32::NAN; 2], ..good }, "focal"),
@@ -95,6 +95,6 @@ fn what_is_wrong_is_said() {
     }
     assert!(scene.begin(&good, f32::NAN).unwrap_err().contains("quality"));
     let tiles = scene.begin(&good, 0.5).unwrap();
-    assert!(scene.tile(tiles).unwrap_err().contains("none of this number"));
+    assert!(scene.tile(tiles).unwrap_err().contains("no tile of this number"));
     assert!(scene.pick(&good, [f32::NAN, 0.0]).unwrap_err().contains("pick"));
 }
