@@ -105,7 +105,7 @@ pub unsafe extern "C" fn pnrf_info(
 pub enum Text {
     /// The name of the scene.
     Name = 0,
-    /// The kind of its field: hash-grid or nerf.
+    /// The kind of its field, such as `hash-grid`.
     Kind = 1,
     /// The method of its training, or what it was converted from.
     Method = 2,

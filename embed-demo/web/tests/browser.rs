@@ -6,6 +6,7 @@ use base64::Engine;
 use common::chromium::Page;
 use pocketnerf_core::reference::render_ray;
 use pocketnerf_core::{Camera, SimdLevel};
+use pocketnerf_view::view::View;
 use pocketnerf_web::Scene;
 use serde_json::{Value, json};
 
@@ -152,6 +153,27 @@ fn other_pages_can_use_it() {
     );
     assert_eq!(difference(&found, &native(STILL_LIFE, &camera)), 0);
     assert!(psnr(&finest, &truth) >= 50.0, "{} dB", psnr(&finest, &truth));
+
+    // The page's camera turns as the window's does.
+    let mut view = View::new(&file);
+    view.drag([30.0, -20.0], 120);
+    view.pull([10.0, 5.0], [160, 120]);
+    view.approach(0.7);
+    let expected = file.about.scene.camera_to_dataset(&view.camera(160, 120)).camera_to_world;
+    let found = page.value(
+        "(async () => {
+            const { Orbit } = await import('/orbit.js');
+            const orbit = new Orbit(scene);
+            orbit.drag(30, -20, 120);
+            orbit.pull(10, 5, 160, 120);
+            orbit.approach(0.7);
+            return orbit.camera(160, 120).pose;
+        })()",
+    );
+    for (i, expected) in expected.into_iter().enumerate() {
+        let found = found[i].as_f64().unwrap();
+        assert!((found - f64::from(expected)).abs() < 1e-5, "{i}: {found} {expected}");
+    }
 
     // A canvas, tiles, the newest picture alone.
     let size = "(async () => {
