@@ -17,16 +17,16 @@ impl fmt::Display for Report {
         };
         row(f, "multiply and add", self.peak_gflops_one_thread, self.peak_gflops, "GFLOP/s")?;
         for s in &self.streams {
-            let name = format!("read {} in order", size(s.bytes));
+            let name = format!("sequential reads, {}", size(s.bytes));
             row(f, &name, s.gb_per_s_one_thread, s.gb_per_s_all, "GB/s")?;
         }
         for g in &self.gathers {
-            let name = format!("8 bytes anywhere in {}", size(g.bytes));
+            let name = format!("random reads, {}", size(g.bytes));
             let [one, all] = [g.per_second_one_thread, g.per_second_all].map(|r| r * 1e-6);
             row(f, &name, one, all, "million/s")?;
         }
         let fraction = 100.0 * self.fma_fraction;
-        writeln!(f, "one core reaches {fraction:.0} % of two multiply-adds a cycle\n")?;
+        writeln!(f, "one core reaches {fraction:.0} % of two multiply-adds per cycle\n")?;
         table(f, &self.networks)?;
         writeln!(f, "\ntraining on {}: {}", self.dataset, self.training)?;
         write!(f, "rendering {}: {}", self.model, self.rendering)
@@ -37,7 +37,7 @@ impl fmt::Display for Training {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{} steps, {:.2} million samples a second, {:.1} samples a ray, {:.0} % passed back",
+            "{} steps, {:.2} million samples per second, {:.1} samples per ray, {:.0} % in the backward pass",
             self.steps,
             self.samples_per_second * 1e-6,
             self.samples_per_ray,
@@ -52,7 +52,7 @@ impl fmt::Display for Rendering {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{} views of {}x{}, {:.1} frames a second ({:.1} on one thread)",
+            "{} views of {}x{}, {:.1} frames per second ({:.1} on one thread)",
             self.views,
             self.width,
             self.height,
@@ -61,8 +61,8 @@ impl fmt::Display for Rendering {
         )?;
         writeln!(
             f,
-            "{:.2} samples a pixel; where every pixel is rendered {:.2} ({:.2} rows), \
-             {:.1} a ray that meets something ({:.0} %):",
+            "{:.2} samples per pixel; if every pixel is rendered {:.2} ({:.2} with padding), \
+             {:.1} per ray that hits something ({:.0} % of them):",
             self.samples_per_ray,
             self.samples_per_ray_every_pixel,
             self.rows_per_pixel,
@@ -71,9 +71,9 @@ impl fmt::Display for Rendering {
         )?;
         table(f, &self.stages)?;
         writeln!(f, "bounds account for {:.0} % of the time", 100.0 * self.fraction_of_bounds)?;
-        write!(f, "an empty pixel: {:.1} ns past the box", self.ns_per_pixel_outside)?;
+        write!(f, "an empty pixel: {:.1} ns outside the box", self.ns_per_pixel_outside)?;
         if let Some(ns) = self.ns_per_pixel_empty {
-            write!(f, ", {ns:.1} ns where a ray is cast through empty cells")?;
+            write!(f, ", {ns:.1} ns if a ray is cast through empty cells")?;
         }
         match self.ns_per_pixel_missed {
             Some(ns) => writeln!(f, ", {ns:.1} ns on average")?,
@@ -82,7 +82,7 @@ impl fmt::Display for Rendering {
         let s = &self.scaling;
         writeln!(
             f,
-            "{} threads: frames {:.2}x, multiply-adds {:.2}x, memory {:.2}x as fast as one",
+            "{} threads, speedup over one: frames {:.2}x, multiply-adds {:.2}x, memory {:.2}x",
             s.threads, s.frame, s.fma, s.bandwidth,
         )?;
         for v in &self.variants {
@@ -90,7 +90,7 @@ impl fmt::Display for Rendering {
             let speed = (v.frames_per_second, v.relative);
             writeln!(
                 f,
-                "  {simd:<9}{tuning:<6}{:>8.2} frames a second {:>6.2}x",
+                "  {simd:<9}{tuning:<6}{:>8.2} frames per second {:>6.2}x",
                 speed.0, speed.1
             )?;
         }

@@ -7,8 +7,8 @@ use pocketnerf_core::network::{Dense, Mlp};
 /// Corners of a cell: the entries that a point reads per grid level.
 const CORNERS: f64 = 8.0;
 
-/// Multiplications and additions of a network for one point, forwards. Biases
-/// and ReLU are left out.
+/// Multiplications and additions of a network's forward pass for one point, without biases
+/// and ReLU.
 #[must_use]
 pub fn network_flops(network: &Mlp<'_>) -> f64 {
     layers(network).sum()
@@ -20,8 +20,7 @@ pub fn hidden_flops(network: &Mlp<'_>) -> f64 {
     layers(network).take(network.layers().len() - 1).sum()
 }
 
-/// The same backwards, hidden layers being known: the gradients of the weights and
-/// those of the inputs.
+/// Those of the backward pass with known hidden layers: gradients of weights and inputs.
 #[must_use]
 pub fn backward_flops(network: &Mlp<'_>) -> f64 {
     2.0 * network_flops(network)
@@ -31,8 +30,8 @@ fn layers(network: &Mlp<'_>) -> impl Iterator<Item = f64> {
     network.layers().iter().map(dense_flops)
 }
 
-/// Multiplications and additions for the density and the channels of a sample, and for
-/// the colour of a ray where that is made once.
+/// Multiplications and additions for the density and the channels of a sample, and for the
+/// colour of a ray if that is computed once.
 #[must_use]
 pub fn field_flops(field: &AnyField<'_>) -> [f64; 2] {
     if let AnyField::Nerf(field) = field {
@@ -50,7 +49,7 @@ fn dense_flops(layer: &Dense<'_>) -> f64 {
     (2 * layer.weight.rows() * layer.weight.cols()) as f64
 }
 
-/// What a point reads of one grid level's table.
+/// Reads of a point from one grid level's table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelReads {
     /// Entries.
@@ -61,7 +60,7 @@ pub struct LevelReads {
     pub table_bytes: f64,
 }
 
-/// What a point reads of each level; nothing where there is no grid.
+/// Reads of a point from each level; none if there is no grid.
 #[must_use]
 pub fn reads(field: &AnyField<'_>) -> Vec<LevelReads> {
     let AnyField::HashGrid(field) = field else { return Vec::new() };
@@ -74,8 +73,8 @@ pub fn reads(field: &AnyField<'_>) -> Vec<LevelReads> {
     field.grid.levels[..n_levels].iter().map(level).collect()
 }
 
-/// Multiplications and additions that sum up what a point reads: the weights of
-/// the corners and the features times these.
+/// Multiplications and additions to interpolate these: the weights of the corners, and the
+/// features times the weights.
 #[must_use]
 pub fn encode_flops(field: &AnyField<'_>) -> Option<f64> {
     let AnyField::HashGrid(field) = field else { return None };

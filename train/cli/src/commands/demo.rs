@@ -74,8 +74,8 @@ impl Demo {
             print_line(value);
         } else {
             print_line(format_args!(
-                "{}: {} bytes, held-out PSNR {:.2} dB on white{}, {:.3} s a frame, {:.1} s in \
-                 all; model and truth side by side: {}/view_*.png",
+                "{}: {} bytes, held-out PSNR {:.2} dB on white{}, {:.3} s per frame, {:.1} s in \
+                 total; renderings beside the truth: {}/view_*.png",
                 path.display(),
                 bytes.len(),
                 result.psnr,
@@ -89,10 +89,13 @@ impl Demo {
     }
 }
 
-/// How far depths are off.
+/// Errors of depths and silhouettes.
 fn depths(result: &Evaluation) -> String {
     let (Some(error), Some(missed)) = (result.depth_error, result.depth_missed) else {
         return String::new();
     };
-    format!(", depths off by {error:.3}, silhouettes by {:.1} % of pixels", 100.0 * missed)
+    format!(
+        ", mean depth error {error:.3}, silhouettes differ in {:.1} % of pixels",
+        100.0 * missed
+    )
 }

@@ -100,8 +100,8 @@ impl Eval {
                 print_line(format_args!("{}: {:.2} dB", view.name, view.scores.psnr));
             }
             print_line(format_args!(
-                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB{}, {:.3} s a frame, \
-                 {:.1} evaluations for each ray that meets something",
+                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB{}, {:.3} s per frame, \
+                 {:.1} samples per ray that hits something",
                 result.views,
                 self.split.name(),
                 result.width,

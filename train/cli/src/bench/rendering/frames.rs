@@ -1,5 +1,5 @@
-//! Whole pictures through the renderer, one way after the other in rounds, so
-//! that what disturbs the machine disturbs all of them.
+//! Whole pictures through the renderer, in interleaved rounds, so that disturbances affect
+//! all ways of rendering.
 
 use std::time::Instant;
 
@@ -24,7 +24,7 @@ pub(super) const STAGES: [Stage; 7] = [
     Stage::Color,
 ];
 
-/// Rays of a view through empty cells that are rendered at most.
+/// Most rays through empty cells that are rendered per view.
 const MOST_EMPTY: usize = 1 << 14;
 
 /// The pictures, and how they are rendered.
@@ -34,9 +34,9 @@ pub(super) struct Job<'j> {
     pub(super) options: RenderOptions,
     /// A pool of one thread.
     pub(super) alone: &'j ThreadPool,
-    /// What meets nothing.
+    /// The rays that meet nothing.
     pub(super) empty: &'j Empty,
-    /// What the machine gives meanwhile.
+    /// Measures the machine meanwhile.
     pub(super) probe: &'j Probe,
 }
 
@@ -51,14 +51,14 @@ pub(super) struct Round {
     pub(super) one_thread: f64,
     /// Of each of [`variants`], on all threads.
     pub(super) variants: Vec<f64>,
-    /// Their speed by that of the usual way.
+    /// Their speed, relative to the default.
     pub(super) relative: Vec<f64>,
-    /// Of pictures of what lies behind the cameras, on one thread.
+    /// Of pictures in the opposite direction, on one thread.
     pub(super) outside: f64,
     /// Of the rays through empty cells alone, on one thread.
     pub(super) empty: f64,
-    /// How many times faster all threads are than one at pictures, at multiplications
-    /// and additions, and at reading memory.
+    /// Speedup of all threads over one: for pictures, for multiplications and additions, and
+    /// for reading memory.
     pub(super) scaling: [f64; 3],
 }
 
@@ -67,11 +67,11 @@ pub(super) struct Round {
 pub struct Variant {
     /// Vector instructions.
     pub simd: &'static str,
-    /// `fast` or `small`: how much is worked on at a time.
+    /// `fast` or `small`: the size of batches.
     pub tuning: &'static str,
-    /// All threads.
+    /// On all threads.
     pub frames_per_second: f64,
-    /// Speed by that of the usual way, in the same rounds.
+    /// Speed relative to the default, in the same rounds.
     pub relative: f64,
 }
 
@@ -83,7 +83,7 @@ pub(super) fn variants(options: &RenderOptions) -> Vec<RenderOptions> {
 }
 
 impl Job<'_> {
-    /// One round; what the rays met is the same in every round.
+    /// One round. The counts are the same in every round.
     pub(super) fn round(&self) -> Result<(Round, Counts), Error> {
         let stopwatch = Stopwatch::default();
         let mut counts = Counts::default();
@@ -92,7 +92,7 @@ impl Job<'_> {
             watch(self.model, camera, &self.options, &stopwatch, &mut counts)?;
         }
         let every_pixel = self.alone.install(|| self.pictures(&every, false))?;
-        // What is compared is timed one right after the other.
+        // Times that are compared are measured directly after each other.
         let one_thread = self.alone.install(|| self.pictures(&self.options, false))?;
         let usual = self.pictures(&self.options, false)?;
         let variants: Result<Vec<_>, Error> = variants(&self.options)
@@ -117,7 +117,7 @@ impl Job<'_> {
         Ok((round, counts))
     }
 
-    /// Seconds of all pictures, or of those behind the cameras.
+    /// Seconds of all pictures, or of those in the opposite direction.
     fn pictures(&self, options: &RenderOptions, behind: bool) -> Result<f64, Error> {
         let mut renderer = Renderer::with_options(self.model, *options, false);
         let begun = Instant::now();
@@ -128,7 +128,7 @@ impl Job<'_> {
         Ok(begun.elapsed().as_secs_f64())
     }
 
-    /// Samples that the renderer itself asks for.
+    /// Samples that the renderer evaluates.
     pub(super) fn samples(&self, options: &RenderOptions) -> Result<u64, Error> {
         let mut renderer = Renderer::with_options(self.model, *options, false);
         let samples =
@@ -152,7 +152,7 @@ pub(super) fn every_pixel(options: &RenderOptions) -> RenderOptions {
     RenderOptions { detail: Detail { tolerances: [0.0; 4], ..options.detail }, ..*options }
 }
 
-/// What meets nothing in all views.
+/// The rays of all views that meet nothing.
 pub(super) fn all_empty(
     model: &Model<'_>,
     cameras: &[Camera],
@@ -167,18 +167,18 @@ pub(super) fn all_empty(
     Ok(all)
 }
 
-/// The camera, looking the other way.
+/// The camera, turned around.
 pub(super) fn turned(camera: &Camera) -> Camera {
     let mut turned = *camera;
     for row in turned.camera_to_world.chunks_exact_mut(4).take(3) {
-        // About the axis that is up in the picture.
+        // About the vertical axis of the picture.
         (row[0], row[2]) = (-row[0], -row[2]);
     }
     turned
 }
 
-/// The median of every number: of ratios too, since what disturbs a round disturbs both
-/// sides of its ratios.
+/// The median of every number, of ratios too: disturbances of a round affect both sides of
+/// its ratios.
 pub(super) fn medians(rounds: &[Round]) -> Round {
     let of = |number: &dyn Fn(&Round) -> f64| median(rounds.iter().map(number).collect());
     let ways = 0..rounds[0].variants.len();

@@ -1,4 +1,4 @@
-//! What a picture costs, stage by stage.
+//! The cost of a picture, stage by stage.
 
 mod frames;
 mod watch;
@@ -18,11 +18,11 @@ use crate::machine::{Machine, Probe};
 use frames::{Job, Round, STAGES, all_empty, every_pixel, medians, variants};
 use watch::Counts;
 
-/// How long rounds are repeated, and how often at least.
+/// How long rounds are repeated, and the least number of rounds.
 const TIME: Duration = Duration::from_secs(12);
 const LEAST_ROUNDS: usize = 7;
 
-/// What a picture costs.
+/// The cost of a picture.
 #[derive(Clone, Debug, Serialize)]
 pub struct Rendering {
     /// Pictures of a round.
@@ -39,52 +39,52 @@ pub struct Rendering {
     pub seconds_per_frame: f64,
     /// One thread.
     pub seconds_per_frame_one_thread: f64,
-    /// Samples that the renderer asked the field for, by pixels.
+    /// Samples that were evaluated, per pixel.
     pub samples_per_ray: f64,
-    /// One thread, where no pixel is interpolated.
+    /// One thread, if no pixel is interpolated.
     pub seconds_per_frame_every_pixel: f64,
-    /// Samples by pixels where none is interpolated.
+    /// Samples per pixel if none is interpolated.
     pub samples_per_ray_every_pixel: f64,
-    /// Samples by the rays that met an occupied cell.
+    /// Samples per ray that met an occupied cell.
     pub samples_per_hit_ray: f64,
-    /// The same with what fills up the batches, by pixels: what the kernels work on.
+    /// Samples per pixel including the padding of batches: what the kernels compute.
     pub rows_per_pixel: f64,
     /// Share of the pixels that are interpolated, or empty before a ray is cast.
     pub interpolated_share: f64,
-    /// Rays that met an occupied cell, by pixels.
+    /// Rays that met an occupied cell, per pixel.
     pub hit_share: f64,
-    /// A pixel that looks past the box, nanoseconds of one thread.
+    /// A pixel whose ray misses the box, nanoseconds of one thread.
     pub ns_per_pixel_outside: f64,
-    /// A ray that crosses the box through empty cells alone, nanoseconds of one
-    /// thread, its camera left out; `null` where there is none.
+    /// A ray that crosses only empty cells of the box, nanoseconds of one thread, without
+    /// its camera; `null` if there is none.
     pub ns_per_pixel_empty: Option<f64>,
-    /// A pixel whose ray meets nothing, on average: a ray through empty cells where
-    /// one is cast, else as past the box; `null` where there is none.
+    /// A pixel whose ray meets nothing, on average: a ray through empty cells if one is cast,
+    /// else as if it missed the box; `null` if there is none.
     pub ns_per_pixel_missed: Option<f64>,
-    /// How many times faster all threads are than one.
+    /// Speedup of all threads over one.
     pub scaling: Scaling,
-    /// Other vector instructions and less memory.
+    /// Other vector instructions, and smaller batches.
     pub variants: Vec<Variant>,
-    /// Part of the time on one thread that the stages' bounds account for.
+    /// Share of the time on one thread that the stages' bounds account for.
     pub fraction_of_bounds: f64,
     /// On one thread.
     pub stages: Vec<StageCost>,
 }
 
-/// How many times faster all threads are than one, in the same rounds.
+/// Speedup of all threads over one, in the same rounds.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Scaling {
     /// Threads.
     pub threads: usize,
-    /// At rendering.
+    /// Of rendering.
     pub frame: f64,
-    /// At multiplications and additions in registers.
+    /// Of multiplications and additions in registers.
     pub fma: f64,
-    /// At reading memory that no cache holds.
+    /// Of reading memory beyond all caches.
     pub bandwidth: f64,
 }
 
-/// Measures pictures of `model` for a quarter of a minute, or in one round if
+/// Measures pictures of `model` for 15 seconds, or in one round if
 /// `quick`.
 ///
 /// # Errors
@@ -102,7 +102,7 @@ pub fn measure(
     let job =
         Job { model, cameras, options: *options, alone: &alone, empty: &empty, probe: &probe };
     let begun = Instant::now();
-    // The first pictures find cold caches.
+    // Warms up the caches.
     let samples = [job.samples(options)?, job.samples(&every_pixel(options))?];
     let (mut rounds, mut counts) = (Vec::new(), Counts::default());
     while rounds.is_empty() || !quick && (rounds.len() < LEAST_ROUNDS || begun.elapsed() < TIME) {
@@ -231,7 +231,7 @@ mod tests {
         assert_eq!((counts.pixels, counts.samples), (2 * 60 * 50, samples));
         assert!(counts.rays < counts.pixels && counts.rows >= counts.samples);
         assert!(counts.hits > 100 && counts.hits < counts.rays && !empty.rays.is_empty());
-        // Some rays that meet nothing are cast, others are known to.
+        // Some rays that meet nothing are cast, others are known in advance.
         assert!(empty.pixels > empty.rays.len() as u64 && empty.pixels < counts.pixels);
     }
 }

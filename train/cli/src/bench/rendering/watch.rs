@@ -6,22 +6,22 @@ use pocketnerf_core::render::{self, Tiles, observe_tile};
 use pocketnerf_core::{Camera, Error, Model, Ray, RenderOptions};
 use pocketnerf_train::stopwatch::{Laps, Stage, Stopwatch};
 
-/// What the rays of a picture have met.
+/// Counts of a picture.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     /// Pixels.
     pub(super) pixels: u64,
     /// Rays cast.
     pub(super) rays: u64,
-    /// Samples asked for.
+    /// Samples that were evaluated.
     pub(super) samples: u64,
-    /// The same with what fills up the batches.
+    /// Samples including the padding of batches.
     pub(super) rows: u64,
     /// Rays that met an occupied cell.
     pub(super) hits: u64,
 }
 
-/// Renders a picture on this thread, throws it away, and adds to `counts`.
+/// Renders a picture on this thread, discards it, and adds to `counts`.
 pub(super) fn watch(
     model: &Model<'_>,
     camera: &Camera,
@@ -63,16 +63,16 @@ fn named(stage: render::Stage) -> Stage {
     }
 }
 
-/// What meets nothing.
+/// The rays that meet nothing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Empty {
-    /// Rays that cross the box through empty cells alone.
+    /// Rays that cross only empty cells of the box.
     pub(super) rays: Vec<Ray>,
     /// All pixels whose rays meet nothing.
     pub(super) pixels: u64,
 }
 
-/// What meets nothing in a picture, with at most so many rays.
+/// The rays of a picture that meet nothing, at most `most`.
 pub(super) fn empty(
     model: &Model<'_>,
     camera: &Camera,

@@ -1,4 +1,4 @@
-//! The chart as one page that needs nothing else: `index.html`.
+//! The chart as one self-contained page: `index.html`.
 
 use std::collections::BTreeMap;
 
@@ -13,13 +13,13 @@ use super::{Axis, Better, Chart};
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
-/// Quality of the pictures, of 100.
+/// JPEG quality of the pictures.
 const JPEG: u8 = 88;
 
 /// Pictures for the page by the points' ids.
 pub type Pictures = BTreeMap<String, String>;
 
-/// An 8-bit RGB picture as an address that holds it: JPEG in base 64.
+/// An 8-bit RGB picture as a data URL: JPEG in base 64.
 ///
 /// # Errors
 /// What encoding reports.
@@ -49,7 +49,7 @@ struct AxisData {
     more_is_better: bool,
 }
 
-/// The page, with the points' pictures where there are any.
+/// The page, with the points' pictures.
 ///
 /// # Errors
 /// None that a chart can cause.
@@ -62,7 +62,7 @@ pub fn html(chart: &Chart, pictures: &Pictures) -> Result<String, serde_json::Er
     };
     let axes = Axis::ALL.map(axis).into();
     let data = serde_json::to_string(&Data { chart, axes, pictures })?;
-    // So that no text of a point ends the element.
+    // No text of a point may end the element.
     let data = data.replace('<', "\\u003c");
     let page = PAGE.replacen("/*STYLE*/", STYLE, 1).replacen("/*SCRIPT*/", SCRIPT, 1);
     Ok(page.replacen("/*DATA*/", &data, 1))

@@ -74,7 +74,7 @@ fn advice(wish: Wish, chosen: Option<&Point>) -> String {
         format!(": {command} && pocketnerf render scene.pnerf --quality {quality}")
     });
     format!(
-        "{wish}: {} ({:.2} dB, {:.1} frames a second, {} bytes){how}",
+        "{wish}: {} ({:.2} dB, {:.1} frames per second, {} bytes){how}",
         point.id,
         figure(point.psnr),
         figure(point.frames_per_second),

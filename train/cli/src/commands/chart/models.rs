@@ -16,7 +16,7 @@ use crate::chart::{Program, Recipe};
 use crate::commands::train::{INTERRUPTED, checkpoint_path, quoted};
 use crate::commands::{Common, Failure, make_folder, open, read_model};
 
-/// What training a model took; some keys of `train --json`.
+/// The cost of training a model: keys of `train --json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Trained {
     pub(super) seconds: f64,
@@ -28,7 +28,7 @@ pub(super) struct Trained {
     pub(super) commit: Option<String>,
 }
 
-/// What lies beside a model, to know it again.
+/// The record beside a model, which identifies it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Record {
     options: Vec<String>,
@@ -36,7 +36,7 @@ struct Record {
     reading: String,
     threads: Option<u16>,
     program: Program,
-    /// `None`: begun.
+    /// `None`: not finished.
     trained: Option<Trained>,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Model {
     pub(super) bytes: Vec<u8>,
     pub(super) precision: Option<&'static str>,
     pub(super) trained: Option<Trained>,
-    /// Makes it.
+    /// The command that trains it.
     pub(super) command: Option<String>,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Models {
     pub(super) all: Vec<Model>,
 }
 
-/// Reads models that were given, and makes sure that they are of the only scene.
+/// Reads models that were given, and checks that they are of the only scene.
 pub(super) fn take(paths: &[PathBuf], scenes: &[Scene]) -> Result<Vec<Model>, Failure> {
     let Some(scene) = scenes.first().filter(|_| !paths.is_empty()) else { return Ok(Vec::new()) };
     let train = scene.train_split()?;
@@ -69,8 +69,8 @@ pub(super) fn take(paths: &[PathBuf], scenes: &[Scene]) -> Result<Vec<Model>, Fa
     for path in paths {
         let bytes = read_model(path)?;
         let file = open(path, &bytes)?;
-        // A fingerprint is that of the images at one size; others of the dataset's name are
-        // let pass.
+        // Fingerprints depend on the images' size, so a model of a dataset with the same name
+        // is accepted.
         if let Some(origin) = file.about.provenance.filter(|origin| origin.trained_on != 0) {
             let is_of_scene =
                 origin.trained_on == fingerprint || Some(origin.dataset) == dataset.as_deref();

@@ -1,4 +1,4 @@
-//! What people see of long work: a bar on a terminal, a line now and then in a pipe.
+//! Progress of long work: a bar on a terminal, a line now and then in a pipe.
 
 use std::io::IsTerminal;
 use std::time::Instant;
@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// Seconds between two lines in a pipe.
 const LINE_EVERY: u64 = 10;
 
-/// So many pieces of work, one after the other.
+/// A number of tasks, one after the other.
 pub(super) struct Progress {
     bar: Option<ProgressBar>,
     quiet: bool,
@@ -28,7 +28,7 @@ impl Progress {
         Self { bar, quiet, what, all, last: Instant::now() }
     }
 
-    /// So many are done.
+    /// Reports the number of finished tasks.
     pub(super) fn done(&mut self, n: usize) {
         if let Some(bar) = &self.bar {
             bar.set_position(n as u64);
@@ -47,7 +47,7 @@ impl Drop for Progress {
     }
 }
 
-/// A duration as people say it.
+/// A duration for people.
 pub(super) fn duration(seconds: f64) -> String {
     match seconds {
         ..100.0 => format!("{seconds:.0} s"),

@@ -8,7 +8,7 @@ use super::Chart;
 use crate::commands::reading::BUILT_IN;
 use crate::commands::{Common, Failure, Reading};
 
-/// A dataset, how it is read, and what of it is compared.
+/// A dataset, how it is read, and which of its views are compared.
 pub(super) struct Scene {
     /// Its name in the chart.
     pub(super) name: String,
@@ -20,7 +20,7 @@ pub(super) struct Scene {
 }
 
 impl Chart {
-    /// The scenes, whose views are there.
+    /// The scenes, checked to have the views.
     pub(super) fn scenes(&self, common: &Common) -> Result<Vec<Scene>, Failure> {
         let given =
             if self.data.is_empty() { vec![PathBuf::from(BUILT_IN)] } else { self.data.clone() };
@@ -38,7 +38,7 @@ impl Chart {
             }
             let (reading, split, views) = (self.reading, self.split, self.n_views());
             let scene = Scene { name, data, reading, split, views };
-            // Refused now, not after an hour of training.
+            // Refused before hours of training.
             for factor in self.factors() {
                 let dataset = scene.held_out(*factor)?;
                 if !common.quiet {
@@ -69,13 +69,13 @@ impl Scene {
         Ok(dataset)
     }
 
-    /// The images that models learn from.
+    /// The images that models are trained on.
     pub(super) fn train_split(&self) -> Result<Dataset, Failure> {
         Ok(self.reading.read(&self.data, Split::Train, 1)?)
     }
 }
 
-/// The folder's name, without what no file name may have.
+/// The folder's name, without characters that a file name may not have.
 fn name(data: &Path) -> String {
     let whole = data.canonicalize().unwrap_or_else(|_| data.to_owned());
     let name = whole.file_name().map_or_else(String::new, |name| name.display().to_string());

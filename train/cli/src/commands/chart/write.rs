@@ -1,4 +1,4 @@
-//! The files of a chart, and reading back what they hold.
+//! Writes the files of a chart, and reads them back.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ const COMPARED: [Axis; 3] = [Axis::MsPerFrame, Axis::Bytes, Axis::TrainSeconds];
 const POINTS: &str = "points.json";
 
 impl Chart {
-    /// Writes everything; nothing is written before all of it is made.
+    /// Writes all files, once all of them are made.
     pub(super) fn write(
         &self,
         measured: Measured,
@@ -73,7 +73,7 @@ impl Chart {
         Ok(chart)
     }
 
-    /// What was found, for people.
+    /// A summary for people.
     pub(super) fn report(&self, chart: &chart::Chart, common: &Common) {
         if common.json {
             return;
@@ -83,7 +83,7 @@ impl Chart {
                 value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
             };
             print_line(format_args!(
-                "{} {}: {} dB, {} ms a frame{}, {} bytes",
+                "{} {}: {} dB, {} ms per frame{}, {} bytes",
                 if point.frontier { '*' } else { ' ' },
                 point.id,
                 figure(point.psnr, 2),
@@ -94,14 +94,14 @@ impl Chart {
         }
         chart.comparisons.iter().for_each(print_line);
         print_line(format_args!(
-            "{}: {} points, * where none is as fast and better",
+            "{}: {} points, * on the frontier of PSNR and speed",
             self.out.join("index.html").display(),
             chart.points.len()
         ));
     }
 }
 
-/// What is read back of a chart.
+/// The part of a chart that is read back.
 #[derive(Debug, Deserialize)]
 struct Written {
     protocol: Protocol,

@@ -148,7 +148,7 @@ impl Convert {
                 let number = |of: &Value| of.as_f64().unwrap_or(f64::INFINITY);
                 print_line(format_args!(
                     "with {what}: {:.2} dB to the source, largest error {:.5}, {:.1} evaluations \
-                     a pixel ({:.1} in the source)",
+                     per pixel ({:.1} in the source)",
                     number(&difference["psnr"]),
                     number(&difference["max_error"]),
                     number(&difference["evaluations"][1]),
