@@ -1,4 +1,4 @@
-//! `pocketnerf convert` as its user sees it.
+//! `pocketnerf convert`.
 
 use std::path::Path;
 use std::process::{Command, Output};

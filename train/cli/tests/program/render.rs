@@ -1,4 +1,4 @@
-//! `pocketnerf render` as its user sees it.
+//! `pocketnerf render`.
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,4 +1,4 @@
-//! `pocketnerf train`: saved, interrupted and resumed as from a shell.
+//! `pocketnerf train`: saved, interrupted and resumed.
 
 use std::fmt::Write as _;
 use std::path::Path;

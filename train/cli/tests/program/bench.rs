@@ -1,4 +1,4 @@
-//! `pocketnerf bench`, as from a shell.
+//! `pocketnerf bench`.
 
 use std::process::{Command, Output};
 

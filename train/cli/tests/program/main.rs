@@ -1,0 +1,9 @@
+//! The program `pocketnerf`, as from a shell.
+
+mod bench;
+mod chart;
+mod convert;
+mod page;
+mod peers;
+mod render;
+mod resume;
