@@ -22,7 +22,7 @@
 //! config.occupancy_resolution = 32;
 //! config.samples_per_side = 64.0;
 //! config.samples_per_step = 4096;
-//! let mut trainer = Trainer::new(builtin::dataset(Split::Train, 16), config, simd)?;
+//! let mut trainer = Trainer::with_prepass(builtin::dataset(Split::Train, 16), config, simd)?;
 //! run(&mut trainer, Length::Steps(300), Instant::now(), |_| ())?;
 //! let bytes = pocketnerf_formats::write(&trainer.model(), &About::default(), Precision::F16)?;
 //!
@@ -54,6 +54,7 @@ pub mod output;
 pub mod picture;
 mod pool;
 pub mod pose;
+mod presets;
 mod probe;
 pub mod random;
 #[doc(hidden)]

@@ -1,6 +1,7 @@
 //! Buffers that threads take and give back, so that as many exist as there are
 //! threads, whatever the number of tasks.
 
+use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
@@ -22,9 +23,42 @@ impl<T> Pool<T> {
         free.unwrap_or_else(new)
     }
 
+    /// As [`take`](Self::take); it is given back when the lease ends.
+    pub(crate) fn lease(&self, new: impl FnOnce() -> T) -> Lease<'_, T> {
+        Lease { pool: self, buffer: Some(self.take(new)) }
+    }
+
     /// Gives a buffer back.
     pub(crate) fn put(&self, buffer: T) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(buffer);
+    }
+}
+
+/// A buffer on loan.
+#[derive(Debug)]
+pub(crate) struct Lease<'p, T> {
+    pool: &'p Pool<T>,
+    /// There until it is dropped.
+    buffer: Option<T>,
+}
+
+impl<T> Deref for Lease<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        self.buffer.as_ref().expect("there until it is dropped")
+    }
+}
+
+impl<T> DerefMut for Lease<'_, T> {
+    fn deref_mut(&mut self) -> &mut T {
+        self.buffer.as_mut().expect("there until it is dropped")
+    }
+}
+
+impl<T> Drop for Lease<'_, T> {
+    fn drop(&mut self) {
+        self.buffer.take().into_iter().for_each(|buffer| self.pool.put(buffer));
     }
 }
 

@@ -7,7 +7,6 @@ use pocketnerf_core::SimdLevel;
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::Split;
 use pocketnerf_train::evaluate::evaluate;
-use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{Length, Run, TrainConfig, Trainer};
@@ -23,7 +22,7 @@ fn score(downscale: u32, change: impl Fn(&mut TrainConfig)) -> f64 {
     change(&mut config);
     let simd = SimdLevel::detect();
     let dataset = builtin::dataset(Split::Train, downscale);
-    let mut trainer = Trainer::new(dataset, config, simd).unwrap();
+    let mut trainer = Trainer::with_prepass(dataset, config, simd).unwrap();
     let mut run = Run::new(Length::Steps(STEPS), Instant::now());
     while run.step(&mut trainer).unwrap().is_some() {}
     let held_out = builtin::dataset(Split::Test, downscale);
@@ -42,7 +41,7 @@ fn score(downscale: u32, change: impl Fn(&mut TrainConfig)) -> f64 {
 #[test]
 fn one_colour_from_all_sides_loses_1_db() {
     let whole = score(4, |_| ());
-    let blind = score(4, |config| config.field.sh_degree = 1);
+    let blind = score(4, |config| config.field.hash_grid_mut().unwrap().sh_degree = 1);
     println!("{whole:.2} dB, independent of the view {blind:.2} dB");
     assert!(whole >= 30.0 && whole - blind >= 1.0);
 }
@@ -51,8 +50,7 @@ fn one_colour_from_all_sides_loses_1_db() {
 fn a_sixteenth_of_the_entries_loses_1_5_db() {
     let of_size = |log2: u32| {
         score(2, |config| {
-            let EncodingConfig::HashGrid(grid) = &mut config.field.encoding else { unreachable!() };
-            grid.log2_hashmap_size = log2;
+            config.field.hash_grid_mut().unwrap().grid.log2_hashmap_size = log2;
         })
     };
     let (whole, small) = (of_size(16), of_size(12));

@@ -2,7 +2,6 @@
 
 use pocketnerf_core::{Model, Occupancy};
 use pocketnerf_train::evaluate::evaluate;
-use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{Effort, Length};
@@ -21,10 +20,9 @@ fn occupied(occupancy: Occupancy<'_>) -> Vec<[f32; 3]> {
 fn smaller_cells_hold_all_that_shows() {
     // Tables large enough for smaller cells to be worth their bytes.
     let mut config = config();
-    if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
-        grid.log2_hashmap_size = 16;
-        grid.per_level_scale = 3.0;
-    }
+    let grid = &mut config.field.hash_grid_mut().unwrap().grid;
+    grid.log2_hashmap_size = 16;
+    grid.per_level_scale = 3.0;
     let (mut trainer, mut run) = begin(config, Length::Steps(400));
     advance(&mut trainer, &mut run, 400).unwrap();
     let finished = trainer.finished(Effort::usual(trainer.config())).unwrap();

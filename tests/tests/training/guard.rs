@@ -59,7 +59,7 @@ fn elsewhere() -> TrainConfig {
 
 #[test]
 fn a_scene_that_vanishes_ends_in_an_error() {
-    let trainer = Trainer::new(dataset(), elsewhere(), SimdLevel::detect()).unwrap();
+    let trainer = Trainer::with_prepass(dataset(), elsewhere(), SimdLevel::detect()).unwrap();
     let (found, diverged) = impatient(trainer);
     let vanished = |trouble| matches!(trouble, Trouble::Vanished { .. });
     assert_eq!(found.len(), MAX_RESTARTS as usize);
@@ -72,7 +72,7 @@ fn learning_too_fast_ends_in_an_error() {
     // The first steps leave nothing of the density, or fill the box with it;
     // which of the two depends on the random numbers.
     let hasty = TrainConfig { network_rate: 1e3, ..config() };
-    let trainer = Trainer::new(dataset(), hasty, SimdLevel::detect()).unwrap();
+    let trainer = Trainer::with_prepass(dataset(), hasty, SimdLevel::detect()).unwrap();
     let (found, diverged) = impatient(trainer);
     assert_eq!(found.len(), MAX_RESTARTS as usize);
     assert!(found.iter().all(|(_, trouble)| *trouble != Trouble::NotFinite), "{found:?}");
@@ -90,7 +90,7 @@ fn pictures_that_no_scene_explains_end_in_an_error() {
         let noise = if state >> 31 == 0 { 0 } else { 255 };
         pixel.copy_from_slice(&[noise, noise, noise, 255]);
     }
-    let trainer = Trainer::new(dataset, too_small(), SimdLevel::detect()).unwrap();
+    let trainer = Trainer::with_prepass(dataset, too_small(), SimdLevel::detect()).unwrap();
     let (found, diverged) = impatient(trainer);
     let nothing = |trouble| matches!(trouble, Trouble::NothingLearnt { .. });
     assert!(found.iter().all(|(_, trouble)| nothing(*trouble)), "{found:?}");

@@ -27,7 +27,7 @@ fn masked(color: [u8; 4]) -> Dataset {
 }
 
 fn train(dataset: Dataset) -> Vec<u8> {
-    let trainer = Trainer::new(dataset, config(), SimdLevel::detect()).unwrap();
+    let trainer = Trainer::with_prepass(dataset, config(), SimdLevel::detect()).unwrap();
     finish((trainer, Run::new(Length::Steps(80), Instant::now())))
 }
 

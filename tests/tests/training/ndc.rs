@@ -63,7 +63,7 @@ fn config(dataset: &Dataset) -> TrainConfig {
 fn views_between_are_learnt() {
     let (dataset, held_out) = (capture(Split::Train), capture(Split::Test));
     let config = TrainConfig { samples_per_side: 128.0, ..config(&dataset) };
-    let mut trainer = Trainer::new(dataset, config, SimdLevel::detect()).unwrap();
+    let mut trainer = Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap();
     let mut run = Run::new(Length::Steps(1000), Instant::now());
     while run.step(&mut trainer).unwrap().is_some() {}
     let finished = trainer.finished(Effort::usual(trainer.config())).unwrap();
@@ -100,7 +100,8 @@ fn views_between_are_learnt() {
 #[test]
 fn an_interruption_leaves_no_trace() {
     let dataset = capture(Split::Train);
-    let new = || Trainer::new(dataset.clone(), config(&dataset), SimdLevel::detect()).unwrap();
+    let new =
+        || Trainer::with_prepass(dataset.clone(), config(&dataset), SimdLevel::detect()).unwrap();
     let end = |mut trainer: Trainer, mut run: Run| {
         while run.step(&mut trainer).unwrap().is_some() {}
         let finished = trainer.finished(Effort::usual(trainer.config())).unwrap();

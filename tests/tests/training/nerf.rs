@@ -1,12 +1,12 @@
-//! The paper's field, small: trained in occupied cells, and as in the paper.
+//! A vanilla NeRF, small: trained in occupied cells, and by hierarchical sampling.
 
 use pocketnerf_core::AnyField;
 use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_formats::open_verified;
-use pocketnerf_train::field::{EncodingConfig, FourierConfig, NerfConfig, WavesConfig};
-use pocketnerf_train::trainer::{Length, Paper, TrainConfig};
+use pocketnerf_train::field::{FourierConfig, HierarchicalTraining, NerfConfig, WavesConfig};
+use pocketnerf_train::trainer::{Length, TrainConfig};
 
-use super::setup::{advance, begin, config, finish, read, resume, save, with_threads};
+use super::setup::{self, advance, begin, finish, read, resume, save, with_threads};
 
 const STEPS: u32 = 24;
 
@@ -15,45 +15,51 @@ fn occupancy() -> TrainConfig {
     let octaves =
         |n| FourierConfig { waves: WavesConfig::Octaves { n, pi: false }, include_input: true };
     let mut nerf = TrainConfig::nerf();
-    if let EncodingConfig::Nerf(field) = &mut nerf.field.encoding {
-        *field = NerfConfig {
-            positions: octaves(5),
-            directions: Some(octaves(2)),
-            depth: 3,
-            width: 24,
-            skip: 2,
-            color_width: 12,
-            ..*field
-        };
+    let field = nerf.field.nerf_mut().unwrap();
+    *field = NerfConfig {
+        positions: octaves(5),
+        directions: Some(octaves(2)),
+        depth: 3,
+        width: 24,
+        skip: 2,
+        color_width: 12,
+        ..*field
+    };
+    TrainConfig {
+        aabb: setup::config().aabb,
+        occupancy_resolution: 16,
+        batch_rays: Some(96),
+        ..nerf
     }
-    TrainConfig { aabb: config().aabb, occupancy_resolution: 16, batch_rays: Some(96), ..nerf }
 }
 
 /// The same with a coarse network beside it, and random frequencies.
-fn paper() -> TrainConfig {
-    let mut paper = TrainConfig::paper(Paper {
+fn hierarchical() -> TrainConfig {
+    let mut config = TrainConfig::hierarchical(HierarchicalTraining {
         sampling: Hierarchical { n_coarse: 16, n_fine: 16, reach: Reach::Clipped },
         noise: 0.1,
         crop_steps: 4,
     });
-    let EncodingConfig::Nerf(field) = occupancy().field.encoding else { unreachable!() };
+    let small = *occupancy().field.nerf_mut().unwrap();
     let positions = FourierConfig {
         waves: WavesConfig::Gaussian { n: 16, deviation: 0.7 },
         include_input: false,
     };
-    paper.field.encoding = EncodingConfig::Nerf(NerfConfig { positions, coarse: true, ..field });
+    let field = config.field.nerf_mut().unwrap();
+    let NerfConfig { muon, hierarchical, .. } = *field;
+    *field = NerfConfig { positions, coarse: true, muon, hierarchical, ..small };
     TrainConfig {
-        aabb: config().aabb,
+        aabb: setup::config().aabb,
         occupancy_resolution: 16,
         batch_rays: Some(96),
         samples_per_side: 48.0,
-        ..paper
+        ..config
     }
 }
 
 #[test]
 fn threads_and_interruptions_leave_no_trace() {
-    for config in [occupancy(), paper()] {
+    for config in [occupancy(), hierarchical()] {
         let whole = |n| with_threads(n, || finish(begin(config.clone(), Length::Steps(STEPS))));
         let expected = whole(1);
         assert!(whole(2) == expected && whole(5) == expected);
@@ -61,7 +67,7 @@ fn threads_and_interruptions_leave_no_trace() {
             let (mut trainer, mut run) = begin(config.clone(), Length::Steps(STEPS));
             advance(&mut trainer, &mut run, at).unwrap();
             let saved = save(&trainer, &run);
-            assert_eq!(read(&saved).config().paper, config.paper);
+            assert_eq!(read(&saved).config().field, config.field);
             assert!(finish(resume(&saved)) == expected, "interrupted at {at}");
         }
     }
@@ -69,7 +75,7 @@ fn threads_and_interruptions_leave_no_trace() {
 
 #[test]
 fn both_ways_learn() {
-    for config in [occupancy(), paper()] {
+    for config in [occupancy(), hierarchical()] {
         let config = TrainConfig { network_rate: 1e-2, batch_rays: Some(384), ..config };
         let (mut trainer, mut run) = begin(config.clone(), Length::Steps(240));
         let mut first = None;
@@ -81,8 +87,9 @@ fn both_ways_learn() {
         let bytes = finish((trainer, run));
         let file = open_verified(&bytes).unwrap();
         let AnyField::Nerf(field) = file.model.field else { panic!("another kind") };
-        assert_eq!(field.coarse.is_some(), config.paper.is_some());
-        let sampling = config.paper.unwrap_or(Paper::PLAIN).sampling;
+        assert_eq!(field.coarse.is_some(), config.hierarchical_training().is_some());
+        let sampling =
+            config.hierarchical_training().unwrap_or(HierarchicalTraining::PLAIN).sampling;
         assert_eq!(file.model.hierarchical, Some(sampling));
         // Most of the box is empty, and known to be.
         let occupied = file.model.occupancy.unwrap().fraction();

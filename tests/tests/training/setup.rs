@@ -10,7 +10,7 @@ use pocketnerf_core::field::Shading;
 use pocketnerf_formats::{About, Precision, Provenance};
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::{Dataset, Split};
-use pocketnerf_train::field::EncodingConfig;
+use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
 use pocketnerf_train::trainer::checkpoint::{self, TrainedOn};
 use pocketnerf_train::trainer::{Checkpoint, Diverged, Effort, Length, Run, TrainConfig, Trainer};
 
@@ -26,17 +26,20 @@ pub(crate) fn dataset() -> Dataset {
 
 pub(crate) fn config() -> TrainConfig {
     let mut config = TrainConfig::hash_grid();
-    config.field.encoding = EncodingConfig::HashGrid(HashGridConfig {
-        n_levels: 4,
-        n_features_per_level: 2,
-        log2_hashmap_size: 10,
-        base_resolution: 4,
-        per_level_scale: 1.7,
-        index: GridIndex::Blocked,
+    config.field = FieldConfig::HashGrid(HashGridFieldConfig {
+        grid: HashGridConfig {
+            n_levels: 4,
+            n_features_per_level: 2,
+            log2_hashmap_size: 10,
+            base_resolution: 4,
+            per_level_scale: 1.7,
+            index: GridIndex::Blocked,
+        },
+        density_hidden: vec![16],
+        color_hidden: vec![16],
+        n_features: 7,
+        ..HashGridFieldConfig::default()
     });
-    config.field.density_hidden = vec![16];
-    config.field.color_hidden = vec![16];
-    config.field.n_features = 7;
     // Finding the box takes longer than everything else here.
     config.aabb = Some([[-1.4; 3], [1.4; 3]]);
     config.occupancy_resolution = 32;
@@ -51,37 +54,39 @@ pub(crate) fn config() -> TrainConfig {
 /// A colour for each sample, two layers a network, and one hashed level.
 pub(crate) fn per_sample() -> TrainConfig {
     let mut config = config();
-    config.field.encoding = EncodingConfig::HashGrid(HashGridConfig {
+    let field = config.field.hash_grid_mut().unwrap();
+    field.grid = HashGridConfig {
         n_levels: 1,
         n_features_per_level: 4,
         log2_hashmap_size: 8,
         base_resolution: 12,
         per_level_scale: 1.0,
         index: GridIndex::Blocked,
-    });
-    config.field.shading = Shading::PerSample;
-    config.field.density_hidden = vec![16, 8];
-    config.field.color_hidden = vec![12, 16];
+    };
+    field.shading = Shading::PerSample;
+    field.density_hidden = vec![16, 8];
+    field.color_hidden = vec![12, 16];
     config
 }
 
 /// A field too small to learn pixels by heart: eight entries, and narrow networks.
 pub(crate) fn too_small() -> TrainConfig {
     let mut config = per_sample();
-    config.field.encoding = EncodingConfig::HashGrid(HashGridConfig {
+    let field = config.field.hash_grid_mut().unwrap();
+    field.grid = HashGridConfig {
         n_levels: 1,
         n_features_per_level: 1,
         log2_hashmap_size: 3,
         base_resolution: 2,
         per_level_scale: 1.0,
         index: GridIndex::Blocked,
-    });
-    (config.field.density_hidden, config.field.color_hidden) = (vec![4], vec![4]);
+    };
+    (field.density_hidden, field.color_hidden) = (vec![4], vec![4]);
     config
 }
 
 pub(crate) fn begin(config: TrainConfig, length: Length) -> (Trainer, Run) {
-    let trainer = Trainer::new(dataset(), config, SimdLevel::detect()).unwrap();
+    let trainer = Trainer::with_prepass(dataset(), config, SimdLevel::detect()).unwrap();
     (trainer, Run::new(length, Instant::now()))
 }
 

@@ -1,66 +1,118 @@
-//! The shape of a trainable field.
+//! The one match over kinds of fields.
 
-use pocketnerf_core::encoding::{HashGridConfig, spherical_harmonics};
-use pocketnerf_core::field::Shading;
+use std::fmt::Debug;
 
-use super::NerfConfig;
+use pocketnerf_core::march::{Hierarchical, Reach};
+use pocketnerf_core::{AnyField, Error};
 
-/// How positions are encoded.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum EncodingConfig {
-    /// Multiresolution hash grid, trained.
-    HashGrid(HashGridConfig),
-    /// The paper's field, which brings its own networks: nothing else of a
-    /// [`FieldConfig`] is read.
+use super::hash_grid::HashGridFieldConfig;
+use super::nerf::NerfConfig;
+use super::{HierarchicalTraining, Layout, TrainableField};
+
+/// The kind of a trainable field, and its shape.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FieldConfig {
+    /// A multiresolution hash grid and two small networks.
+    HashGrid(HashGridFieldConfig),
+    /// A deep network over encoded positions (vanilla NeRF).
     Nerf(NerfConfig),
 }
 
-impl EncodingConfig {
-    /// Values that the encoding gives for a point.
+impl FieldConfig {
+    /// What there is to know of the kind.
     #[must_use]
-    pub fn n_output(&self) -> usize {
+    pub fn kind(&self) -> &dyn FieldKind {
         match self {
-            Self::HashGrid(config) => config.n_output(),
-            Self::Nerf(config) => config.positions.n_output(),
+            Self::HashGrid(config) => config,
+            Self::Nerf(config) => config,
+        }
+    }
+
+    /// The shape of a model's field, with what a checkpoint adds to it.
+    ///
+    /// # Errors
+    /// Why it cannot be trained.
+    pub fn of(field: &AnyField<'_>, section: Option<&[u8]>) -> Result<Self, Unusable> {
+        match field {
+            AnyField::HashGrid(field) => Ok(Self::HashGrid(HashGridFieldConfig::of(field))),
+            AnyField::Nerf(field) => NerfConfig::restored(field, section).map(Self::Nerf),
+            _ => Err(Unusable::Model("a kind of field unknown to this build")),
+        }
+    }
+
+    /// The hash grid, where it is one.
+    pub const fn hash_grid_mut(&mut self) -> Option<&mut HashGridFieldConfig> {
+        match self {
+            Self::HashGrid(config) => Some(config),
+            Self::Nerf(_) => None,
+        }
+    }
+
+    /// The vanilla NeRF, where it is one.
+    pub const fn nerf_mut(&mut self) -> Option<&mut NerfConfig> {
+        match self {
+            Self::HashGrid(_) => None,
+            Self::Nerf(config) => Some(config),
         }
     }
 }
 
-/// The shape of a trainable field.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FieldConfig {
-    /// Position encoding.
-    pub encoding: EncodingConfig,
-    /// Widths of the density network's hidden layers.
-    pub density_hidden: Vec<usize>,
-    /// Widths of the colour network's hidden layers.
-    pub color_hidden: Vec<usize>,
-    /// Features that the density network gives to the colour network.
-    pub n_features: usize,
-    /// Degree of the spherical harmonics of the direction; 1: no view dependence.
-    pub sh_degree: u32,
-    /// When colour is computed.
-    pub shading: Shading,
-    /// Carries the unit of length, see `Decoder::log_density_bias`.
-    pub log_density_bias: f32,
-}
+/// What is known of a kind of field before there are parameters.
+pub trait FieldKind: Debug {
+    /// A field of this shape, whose densities are per `1 / scale` scene units.
+    fn build(&self, scale: f32) -> Box<dyn TrainableField>;
 
-impl FieldConfig {
-    /// Widths of the density network, from input to output.
-    #[must_use]
-    pub fn density_widths(&self) -> Vec<usize> {
-        let ends = (self.encoding.n_output(), 1 + self.n_features);
-        widths(ends.0, &self.density_hidden, ends.1)
+    /// Where each tensor lies among the parameters.
+    fn layout(&self) -> Layout;
+
+    /// A small field that learns the outline of the same scene in a second.
+    fn coarse(&self) -> FieldConfig;
+
+    /// Checks that there can be such a field.
+    ///
+    /// # Errors
+    /// What core's validation reports of an encoding.
+    fn validate(&self) -> Result<(), Error> {
+        Ok(())
     }
 
-    /// Widths of the colour network, from input to output.
-    #[must_use]
-    pub fn color_widths(&self) -> Vec<usize> {
-        let n_input = self.n_features + spherical_harmonics::n_output(self.sh_degree);
-        widths(n_input, &self.color_hidden, 3)
+    /// Whether a sample takes a thousand times as long as one of a hash grid.
+    fn is_costly(&self) -> bool {
+        false
+    }
+
+    /// How it is trained by hierarchical sampling, where it is.
+    fn hierarchical_training(&self) -> Option<HierarchicalTraining> {
+        None
+    }
+
+    /// Numbers of samples for rendering by hierarchical sampling, where its models have them.
+    fn hierarchical_sampling(&self) -> Option<Hierarchical> {
+        None
+    }
+
+    /// What a checkpoint holds beside the model, where the kind has such a section.
+    fn section(&self) -> Option<Vec<u8>> {
+        None
     }
 }
 
-fn widths(input: usize, hidden: &[usize], output: usize) -> Vec<usize> {
-    [&[input], hidden, &[output]].concat()
+impl HierarchicalTraining {
+    /// 64 + 128 samples, no noise, no crop.
+    pub const PLAIN: Self = Self {
+        sampling: Hierarchical { reach: Reach::Clipped, ..Hierarchical::PAPER },
+        noise: 0.0,
+        crop_steps: 0,
+    };
+}
+
+/// Why a field cannot be trained on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unusable {
+    /// The model is not one that training makes.
+    Model(&'static str),
+    /// What a checkpoint adds is missing.
+    NoSection,
+    /// What a checkpoint adds is damaged.
+    Section,
 }

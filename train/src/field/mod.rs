@@ -1,26 +1,25 @@
 //! Trainable fields: their parameters in one flat buffer, and their gradients.
 //!
-//! Nothing above this module knows the kind of a field: the optimizer, the
-//! checkpoint and the model file see named ranges of one `f32` buffer. The
-//! forward pass is core's, on a view of that buffer.
+//! A folder a kind. Whatever is above this module sees a [`TrainableField`]; the one match
+//! over kinds is in `config`.
 
-mod backward;
 mod config;
-mod hash_grid;
-mod init;
+pub mod hash_grid;
 mod layout;
-mod nerf;
+pub mod nerf;
 mod network;
 mod rounded;
 pub mod rounding;
+mod trainable;
 
-pub use backward::{Backward, Gradients};
-pub use config::{EncodingConfig, FieldConfig};
-pub use hash_grid::scatter_level;
-pub use init::initialize;
-pub use layout::{Layout, Part, Range};
-pub(crate) use nerf::slope;
-pub use nerf::{FourierConfig, NerfConfig, NerfLayer, NerfPart, WavesConfig};
-#[doc(hidden)]
-pub use nerf::{NerfGradients, NerfWork, Tape};
+pub use config::{FieldConfig, FieldKind, Unusable};
+pub use hash_grid::HashGridFieldConfig;
+pub use layout::{Layout, Part, Range, Role};
+pub use nerf::{FourierConfig, NerfConfig, WavesConfig};
 pub use rounded::Rounded;
+pub use trainable::{
+    BATCH, Back, Context, HIERARCHICAL_RAYS, HierarchicalTraining, Network, STRIDE,
+    SampleGradients, Tape, TrainableField, Update,
+};
+
+use trainable::sum_groups;

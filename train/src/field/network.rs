@@ -5,7 +5,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use pocketnerf_core::network::{Dense, dense};
 use pocketnerf_core::{DType, Layout as Order, TensorView};
 
-use super::{Layout, Part};
+use super::layout::{Layout, Part, Role};
 use crate::aligned::Aligned;
 
 /// A network's layers as the backward pass reads them.
@@ -20,18 +20,12 @@ pub(super) struct Network {
 }
 
 impl Network {
-    /// The density network (`color` false) or the colour network of a layout.
-    pub(super) fn new(layout: &Layout, widths: Vec<usize>, color: bool) -> Self {
-        let part = |i, bias| match (color, bias) {
-            (false, false) => Part::DensityWeight(i),
-            (false, true) => Part::DensityBias(i),
-            (true, false) => Part::ColorWeight(i),
-            (true, true) => Part::ColorBias(i),
-        };
+    /// The network of this name in a layout.
+    pub(super) fn new(layout: &Layout, name: &'static str, widths: Vec<usize>) -> Self {
         let start = layout.networks_start();
-        let offset = |part| layout.range(part).start - start;
+        let offset = |layer, role| layout.range(Part { network: name, layer, role }).start - start;
         let n_layers = widths.len() - 1;
-        let offsets = (0..n_layers).map(|i| [offset(part(i, false)), offset(part(i, true))]);
+        let offsets = (0..n_layers).map(|i| [Role::Weight, Role::Bias].map(|role| offset(i, role)));
         let transposed = widths.windows(2).map(|w| vec![0.0; w[0] * w[1]]);
         Self { offsets: offsets.collect(), transposed: transposed.collect(), widths }
     }

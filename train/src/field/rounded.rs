@@ -5,17 +5,18 @@
 //! the cache. The optimizer keeps the parameters themselves in `f32`.
 
 use fearless_simd::{Level, dispatch};
+use pocketnerf_core::{DType, Error, TensorView};
 
+use super::layout::{Layout, Range, Role};
 use super::rounding::{EightBits, Half, Rounding};
-use super::{Layout, Range};
 use crate::aligned::Aligned;
 
-/// All parameters, rounded.
+/// All parameters of a field, rounded.
 #[derive(Debug)]
 pub struct Rounded {
-    /// The grid's levels, one after another.
+    /// The tables, one after another.
     pub(crate) tables: Aligned<u8>,
-    /// How each level is rounded.
+    /// How each table is rounded.
     pub(crate) scales: Vec<EightBits>,
     /// The networks.
     pub(crate) networks: Aligned<u16>,
@@ -28,31 +29,26 @@ impl Rounded {
         let start = layout.networks_start();
         Self {
             tables: Aligned::new(start),
-            scales: vec![EightBits::FINEST; layout.levels().len()],
+            scales: vec![EightBits::FINEST; layout.tables().len()],
             networks: Aligned::new(layout.len() - start),
         }
     }
 
-    /// How each level is rounded.
-    pub fn scales(&self) -> impl Iterator<Item = EightBits> {
-        self.scales.iter().copied()
-    }
-
-    /// Rounds all `parameters`: each level as finely as holds all of it.
+    /// Rounds all `parameters`: each table as finely as holds all of it.
     pub fn round(&mut self, simd: Level, layout: &Layout, parameters: &[f32]) {
         let scale = |range: &Range| {
             let mut scale = EightBits::FINEST;
-            let level = &parameters[range.indices()];
-            scale.hold(level.iter().fold(0.0, |most, v| v.abs().max(most)));
+            let table = &parameters[range.indices()];
+            scale.hold(table.iter().fold(0.0, |most, v| v.abs().max(most)));
             scale
         };
-        let scales: Vec<EightBits> = layout.levels().iter().map(scale).collect();
+        let scales: Vec<EightBits> = layout.tables().iter().map(scale).collect();
         self.round_tables(simd, layout, &scales, parameters);
         let networks = &parameters[layout.networks_start()..];
         dispatch!(simd, simd => Half.round_all(simd, networks, &mut self.networks));
     }
 
-    /// Rounds the tables among `parameters` with these scales, one a level.
+    /// Rounds the tables among `parameters` with these scales, one a table.
     pub fn round_tables(
         &mut self,
         simd: Level,
@@ -61,9 +57,22 @@ impl Rounded {
         parameters: &[f32],
     ) {
         self.scales.copy_from_slice(scales);
-        for (scale, range) in scales.iter().zip(layout.levels()) {
+        for (scale, range) in scales.iter().zip(layout.tables()) {
             let (from, to) = (&parameters[range.indices()], &mut self.tables[range.indices()]);
             dispatch!(simd, simd => scale.round_all(simd, from, to));
         }
+    }
+
+    /// A range of the layout as a tensor.
+    ///
+    /// # Errors
+    /// Whatever core's validation reports.
+    pub fn tensor(&self, range: &Range) -> Result<TensorView<'_>, Error> {
+        if range.part.role == Role::Table {
+            let scale = self.scales[range.part.layer].scale_log2();
+            return range.tensor(&self.tables[range.indices()], DType::I8, scale);
+        }
+        let values = &self.networks[range.start - self.tables.len()..][..range.len()];
+        range.tensor(bytemuck::must_cast_slice(values), DType::F16, Half::SCALE_LOG2)
     }
 }

@@ -23,6 +23,20 @@ pub trait Rounding: Copy {
     }
 }
 
+/// Not at all.
+#[derive(Clone, Copy, Debug)]
+pub struct Unrounded;
+
+impl Rounding for Unrounded {
+    type Bits = ();
+
+    #[inline(always)]
+    fn round<S: Simd>(self, _: S, _: S::f32s, _: &mut [()]) {}
+
+    #[inline(always)]
+    fn round_all<S: Simd>(self, _: S, _: &[f32], _: &mut [()]) {}
+}
+
 /// To half precision, nearest and ties to even. What is too large becomes the
 /// largest; NaN stays NaN. For networks.
 #[derive(Clone, Copy, Debug)]

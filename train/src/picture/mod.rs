@@ -122,7 +122,6 @@ pub fn render(model: &Model<'_>, camera: &Camera, settings: &Settings) -> Result
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Layout;
     use crate::trainer::{Length, TrainConfig};
 
     #[test]
@@ -131,9 +130,9 @@ mod tests {
         const TABLE: usize = (1 << 19) / 2;
         let long = TrainConfig::hash_grid().for_length(Length::Seconds(1200.0));
         for config in [TrainConfig::hash_grid(), long.clone(), long.for_speed()] {
-            let layout = Layout::new(&config.field);
-            let parameters = vec![0.0; layout.len()];
-            let field = layout.view(&config.field, &parameters).unwrap();
+            let trainable = config.field.kind().build(1.0);
+            let parameters = vec![0.0; trainable.layout().len()];
+            let field = trainable.view(&parameters).unwrap();
             let tuning = Tuning::FAST;
             let scratch = pocketnerf_core::scratch::scratch_len(field.limits(), tuning);
             let tile = 4 * Tiles::MOST_PIXELS;

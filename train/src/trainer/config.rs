@@ -1,12 +1,11 @@
 //! Settings of a training run.
 
-use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
-use pocketnerf_core::field::{Activation, Shading};
-use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::space::Ndc;
+use pocketnerf_core::{Error, Sampling, Space};
 
-use super::{Adam, Length};
-use crate::field::{EncodingConfig, FieldConfig, NerfConfig};
+use super::Adam;
+use super::step::group::MIN_TRANSMITTANCE;
+use crate::field::{FieldConfig, HierarchicalTraining};
 
 /// Everything that decides what a run learns, apart from its data and length.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,196 +52,35 @@ pub struct TrainConfig {
     pub opaque_backdrop: [f32; 3],
     /// `Some`: learn against this background, not against what random ones give on average.
     pub backdrop: Option<[f32; 3]>,
-    /// Whether a field of networks alone learns by Muon at first, as those beside a grid
-    /// do; else by Adam.
-    pub orthogonal: bool,
-    /// The paper's sampling, in place of marching through occupied cells.
-    pub paper: Option<Paper>,
-}
-
-/// Training as in the paper (Mildenhall et al. 2020, section 5.3): rays from all pixels,
-/// stratified and hierarchical samples, the error of both networks, and nothing of what
-/// else this program does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Paper {
-    /// How many samples.
-    pub sampling: Hierarchical,
-    /// Standard deviation of what is added to the network's density at random.
-    pub noise: f32,
-    /// In so many first steps rays come from the middle halves of the images.
-    pub crop_steps: u32,
-}
-
-impl Paper {
-    /// 64 + 128 samples, no noise, no crop.
-    pub const PLAIN: Self = Self {
-        sampling: Hierarchical { reach: Reach::Clipped, ..Hierarchical::PAPER },
-        noise: 0.0,
-        crop_steps: 0,
-    };
 }
 
 impl TrainConfig {
-    /// The hash-grid method's defaults.
+    /// How the field is trained by hierarchical sampling, where it is.
     #[must_use]
-    pub fn hash_grid() -> Self {
-        let grid = HashGridConfig {
-            n_levels: 9,
-            n_features_per_level: 4,
-            log2_hashmap_size: 17,
-            base_resolution: 16,
-            per_level_scale: 1.65,
-            index: GridIndex::Blocked,
+    pub fn hierarchical_training(&self) -> Option<HierarchicalTraining> {
+        self.field.kind().hierarchical_training()
+    }
+
+    /// Distance of samples, and limits of rays.
+    pub(crate) fn sampling(&self, space: &Space) -> Result<Sampling, Error> {
+        space.validate()?;
+        let scale = space.unit_map().scale;
+        let sampling = Sampling {
+            step: 1.0 / (scale * self.samples_per_side),
+            near: self.near,
+            far: self.far.unwrap_or(self.near + 64.0 / scale),
+            min_transmittance: MIN_TRANSMITTANCE,
         };
-        Self {
-            field: FieldConfig {
-                encoding: EncodingConfig::HashGrid(grid),
-                density_hidden: vec![64],
-                color_hidden: vec![64, 64],
-                n_features: 15,
-                sh_degree: 4,
-                shading: Shading::PerRay,
-                log_density_bias: 0.0,
-            },
-            seed: 0,
-            aabb: None,
-            ndc: None,
-            near: 0.0,
-            far: None,
-            occupancy_resolution: 128,
-            samples_per_side: 350.0,
-            batch_rays: None,
-            samples_per_step: 1 << 15,
-            grid_rate: 2e-2,
-            grid_decay: 350.0,
-            network_rate: 2e-2,
-            final_rate: 0.1,
-            kept: [0.1, 0.5],
-            first_step_scale: 2.5,
-            opaque_backdrop: [0.0; 3],
-            backdrop: None,
-            orthogonal: false,
-            paper: None,
-        }
-    }
-
-    /// The paper's field, trained in occupied cells alone: what a CPU can do in minutes.
-    #[must_use]
-    pub fn nerf() -> Self {
-        let nerf = NerfConfig { coarse: false, activation: Activation::Exp, ..NerfConfig::paper() };
-        let mut config = Self::hash_grid();
-        config.field.encoding = EncodingConfig::Nerf(nerf);
-        Self {
-            occupancy_resolution: 64,
-            samples_per_side: 128.0,
-            batch_rays: Some(4096),
-            kept: [0.5; 2],
-            first_step_scale: 1.0,
-            network_rate: 4e-3,
-            orthogonal: true,
-            ..config
-        }
-    }
-
-    /// The paper's field, trained as in the paper.
-    #[must_use]
-    pub fn paper(paper: Paper) -> Self {
-        let mut config = Self::nerf();
-        config.field.encoding = EncodingConfig::Nerf(NerfConfig::paper());
-        Self {
-            paper: Some(paper),
-            network_rate: 5e-4,
-            orthogonal: false,
-            samples_per_side: 256.0,
-            ..config
-        }
-    }
-
-    /// How the paper's sampling asks the model: as in training, or with its numbers.
-    pub(super) fn hierarchical(&self) -> Option<Hierarchical> {
-        let paper = self.paper.unwrap_or(Paper::PLAIN).sampling;
-        self.nerf_field().map(|_| paper)
+        sampling.validate()?;
+        Ok(sampling)
     }
 
     /// The constants of Adam.
-    pub(super) fn adam(&self) -> Adam {
-        let Some(_) = self.paper else { return Adam::default() };
-        // The paper's. Its gradient is that of the mean squared error, ours that of half
+    pub(crate) fn adam(&self) -> Adam {
+        let Some(_) = self.hierarchical_training() else { return Adam::default() };
+        // The original's. Its gradient is that of the mean squared error, ours that of half
         // the sum.
         let mean = 1.5 * self.batch_rays.unwrap_or(1) as f32;
         Adam { beta1: 0.9, beta2: 0.999, epsilon: 1e-7 * mean, decay: 0.0 }
-    }
-
-    /// The paper's field, where it is this.
-    #[must_use]
-    pub fn nerf_field(&self) -> Option<&NerfConfig> {
-        match &self.field.encoding {
-            EncodingConfig::Nerf(nerf) => Some(nerf),
-            _ => None,
-        }
-    }
-
-    /// Whether asking the field takes a thousand times as long as asking a grid.
-    pub(super) fn is_dear(&self) -> bool {
-        self.nerf_field().is_some()
-    }
-
-    /// With as much detail as a run of this length can learn: shorter steps, and
-    /// for runs of more than a minute and a half a wider colour network. A
-    /// second counts as 110 steps.
-    #[must_use]
-    pub fn for_length(mut self, length: Length) -> Self {
-        let seconds = match length {
-            Length::Seconds(seconds) => seconds as f32,
-            Length::Steps(steps) => steps as f32 / 110.0,
-        };
-        // Twice the samples for eight times the time, about.
-        let finer = (seconds / 60.0).powf(0.35);
-        self.samples_per_side = (350.0 * finer).clamp(350.0, 800.0).round();
-        if seconds > 90.0 {
-            self.field.color_hidden = vec![128, 128];
-        }
-        self
-    }
-
-    /// For models whose pictures take half the time: longer steps, narrower networks
-    /// and eight levels of the grid, however long the run.
-    #[must_use]
-    pub fn for_speed(mut self) -> Self {
-        self.samples_per_side = 300.0;
-        self.field.density_hidden = vec![32];
-        self.field.color_hidden = vec![32, 32];
-        if let EncodingConfig::HashGrid(grid) = &mut self.field.encoding {
-            // As fine as nine levels 1.65 times finer each.
-            (grid.n_levels, grid.per_level_scale) = (8, 1.77);
-        }
-        self
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn detail_follows_the_time() {
-        let at = |length| TrainConfig::hash_grid().for_length(length);
-        assert_eq!(at(Length::Seconds(5.0)), TrainConfig::hash_grid());
-        assert_eq!(at(Length::Seconds(60.0)).samples_per_side, 350.0);
-        assert_eq!(at(Length::Steps(33_000)), at(Length::Seconds(300.0)));
-        assert_eq!(at(Length::Seconds(300.0)).samples_per_side, 615.0);
-        assert_eq!(at(Length::Seconds(1e6)).samples_per_side, 800.0);
-        assert_eq!(at(Length::Seconds(91.0)).field.color_hidden, [128, 128]);
-        // Speed does not.
-        let short = at(Length::Seconds(5.0)).for_speed();
-        assert_eq!(at(Length::Seconds(1e6)).for_speed(), short);
-        assert!(short.samples_per_side < at(Length::Seconds(5.0)).samples_per_side);
-        // Fewer levels, and the finest as fine.
-        let finest = |config: &TrainConfig| match config.field.encoding {
-            EncodingConfig::HashGrid(grid) => grid.level(grid.n_levels as usize - 1).scale,
-            _ => unreachable!("a hash grid"),
-        };
-        let [fine, fast] = [&TrainConfig::hash_grid(), &short].map(finest);
-        assert!((fast / fine - 1.0).abs() < 0.02, "{fine} {fast}");
     }
 }

@@ -6,7 +6,6 @@ use pocketnerf_core::march::Reach;
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::{About, PixelOrigin, Precision};
 use pocketnerf_train::convert::{ConvertError, NerfConversion, Place, Settings};
-use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::metrics;
 use pocketnerf_train::picture::{self, Sampling};
 use pocketnerf_train::trainer::Length;
@@ -88,12 +87,9 @@ fn views_to_learn_from() {
     }
     let length = Length::Seconds(60.0);
     let log2 = |bytes| {
-        let config = distill::config(&model, Shading::PerRay, bytes, length)?;
+        let mut config = distill::config(&model, Shading::PerRay, bytes, length)?;
         assert_eq!(config.aabb, Some([[-1.0; 3], [1.0; 3]]));
-        match config.field.encoding {
-            EncodingConfig::HashGrid(grid) => Some(grid.log2_hashmap_size),
-            _ => None,
-        }
+        config.field.hash_grid_mut().map(|field| field.grid.log2_hashmap_size)
     };
     assert_eq!(log2(100_000_000), Some(17));
     assert_eq!(log2(100_000), None);

@@ -10,11 +10,9 @@ use pocketnerf_core::network::panel_len;
 use pocketnerf_core::scratch::{Tuning, Workspace};
 use pocketnerf_core::{AnyField, Error, SimdLevel};
 use pocketnerf_train::aligned::Aligned;
-use pocketnerf_train::field::{
-    EncodingConfig, FieldConfig, Layout, NerfConfig, NerfGradients, Rounded, Tape, initialize,
-};
+use pocketnerf_train::field::nerf::{NerfGradients, NerfTape};
+use pocketnerf_train::field::{FieldKind, Layout, NerfConfig, Rounded};
 use pocketnerf_train::random::Random;
-use pocketnerf_train::trainer::TrainConfig;
 
 use super::stage::{Crowd, Demand, Measured, StageCost, stages};
 use crate::machine::Machine;
@@ -31,7 +29,6 @@ const ROUNDS: usize = 5;
 /// The paper's network, rows of points and directions, and where gradients come from.
 struct Setting {
     nerf: NerfConfig,
-    config: FieldConfig,
     layout: Layout,
     parameters: Vec<f32>,
     rounded: Rounded,
@@ -41,19 +38,17 @@ struct Setting {
 
 impl Setting {
     fn new(simd: SimdLevel) -> Result<Self, Error> {
-        let nerf = NerfConfig { coarse: false, ..NerfConfig::paper() };
-        let config =
-            FieldConfig { encoding: EncodingConfig::Nerf(nerf), ..TrainConfig::nerf().field };
-        let layout = Layout::new(&config);
+        let nerf = NerfConfig { coarse: false, ..NerfConfig::vanilla() };
+        let layout = nerf.layout();
         let mut parameters = vec![0.0; layout.len()];
-        initialize(&layout, 0, &mut parameters);
+        nerf.build(1.0).initialize(0, &mut parameters);
         let mut rounded = Rounded::new(&layout);
         rounded.round(simd.token()?, &layout, &parameters);
         let mut gradients = NerfGradients::new(&nerf, &layout);
         gradients.update(&parameters);
         let mut random = Random::new(0, [9; 3]);
         let axes = std::array::from_fn(|_| (0..BATCH).map(|_| random.next_f32()).collect());
-        Ok(Self { nerf, config, layout, parameters, rounded, gradients, axes })
+        Ok(Self { nerf, layout, parameters, rounded, gradients, axes })
     }
 
     fn samples(&self, n: usize) -> Samples<'_> {
@@ -89,7 +84,7 @@ impl Setting {
 
     /// Forwards and backwards, as training does.
     fn both_ways<S: Simd>(&self, simd: S, field: &NerfField<'_>) {
-        let mut tape = Tape::new(&self.nerf, TOGETHER);
+        let mut tape = NerfTape::new(&self.nerf, TOGETHER);
         let mut work = self.gradients.work(TOGETHER);
         let mut gradient = vec![0.0; self.layout.len()];
         let Samples { points, directions } = self.samples(TOGETHER);
@@ -124,10 +119,9 @@ pub fn measure(simd: SimdLevel, machine: &Machine) -> Result<Vec<StageCost>, Err
     let level = simd.token()?;
     let units = (SAMPLES * machine.threads) as u64;
     let flops = 2.0 * setting.nerf.multiply_adds() as f64;
-    let half = setting.layout.view_rounded(&setting.config, &setting.rounded)?;
-    let AnyField::Nerf(full) = setting.layout.view(&setting.config, &setting.parameters)? else {
-        return Ok(Vec::new());
-    };
+    let Setting { nerf, layout, parameters, rounded, .. } = &setting;
+    let half = AnyField::Nerf(nerf.view(layout, 1.0, |range| rounded.tensor(range))?);
+    let full = nerf.view(layout, 1.0, |range| range.of(parameters))?;
     let forward = fastest(machine.threads, || {
         dispatch!(level, simd => setting.forward(simd, &half));
     });
@@ -156,7 +150,7 @@ mod tests {
 
     #[test]
     fn operations_by_hand() {
-        let nerf = NerfConfig { coarse: false, ..NerfConfig::paper() };
+        let nerf = NerfConfig { coarse: false, ..NerfConfig::vanilla() };
         let trunk = 63 * 256 + 6 * 256 * 256 + (63 + 256) * 256;
         let heads = 256 + 256 * 256 + 283 * 128 + 128 * 3;
         assert_eq!(nerf.multiply_adds(), trunk + heads);

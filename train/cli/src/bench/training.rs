@@ -54,7 +54,7 @@ pub fn measure(
     machine: &Machine,
 ) -> Result<(Trainer, Training), BenchError> {
     let image_bytes: usize = dataset.views.iter().map(|view| view.rgba.len()).sum();
-    let mut trainer = Trainer::new(dataset, config, simd)?;
+    let mut trainer = Trainer::with_prepass(dataset, config, simd)?;
     let mut run = Run::new(Length::Steps(steps), Instant::now());
     while trainer.steps() < steps / WARM_UP {
         run.step(&mut trainer)?;

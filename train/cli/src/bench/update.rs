@@ -69,18 +69,16 @@ pub(super) fn changed(old: &[u8], trainer: &Trainer, lanes: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pocketnerf_train::field::{EncodingConfig, Layout};
     use pocketnerf_train::trainer::TrainConfig;
 
     #[test]
     fn a_small_field_by_hand() {
         let mut config = TrainConfig::hash_grid().field;
-        if let EncodingConfig::HashGrid(grid) = &mut config.encoding {
-            (grid.n_levels, grid.log2_hashmap_size) = (2, 8);
-        }
-        let layout = Layout::new(&config);
-        let parameters = vec![0.0; layout.len()];
-        let sizes = Sizes::new(&layout.view(&config, &parameters).unwrap());
+        let grid = &mut config.hash_grid_mut().unwrap().grid;
+        (grid.n_levels, grid.log2_hashmap_size) = (2, 8);
+        let field = config.kind().build(1.0);
+        let parameters = vec![0.0; field.layout().len()];
+        let sizes = Sizes::new(&field.view(&parameters).unwrap());
         // Two tables of 256 entries; 8 -> 64 -> 16 and 31 -> 64 -> 64 -> 3.
         let networks = (9 * 64 + 65 * 16 + 32 * 64 + 65 * 64 + 65 * 3) as f64;
         assert_eq!(sizes, Sizes { grid: 2048.0, networks });

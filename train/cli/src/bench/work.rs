@@ -88,60 +88,51 @@ mod tests {
     use pocketnerf_core::Error;
 
     use super::*;
-    use pocketnerf_train::field::{EncodingConfig, FieldConfig, Layout, Rounded};
+    use pocketnerf_train::field::FieldConfig;
     use pocketnerf_train::trainer::TrainConfig;
 
     fn with_field<T>(
-        change: impl FnOnce(&mut FieldConfig),
+        config: &FieldConfig,
         look: impl FnOnce(&AnyField<'_>) -> T,
     ) -> Result<T, Error> {
-        let mut config = TrainConfig::hash_grid().field;
-        change(&mut config);
-        let layout = Layout::new(&config);
-        let rounded = Rounded::new(&layout);
-        Ok(look(&layout.view_rounded(&config, &rounded)?))
+        let field = config.kind().build(1.0);
+        let parameters = vec![0.0; field.layout().len()];
+        Ok(look(&field.training_view(&parameters)?))
     }
 
     #[test]
     fn the_default_field_by_hand() {
-        with_field(
-            |_| (),
-            |field| {
-                // 36 -> 64 -> 16 and 15 + 16 -> 64 -> 64 -> 3.
-                let decoder = field.decoder().expect("a hash grid");
-                assert_eq!(network_flops(&decoder.density), 2.0 * (2304.0 + 1024.0));
-                assert_eq!(hidden_flops(&decoder.density), 2.0 * 2304.0);
-                assert_eq!(network_flops(&decoder.color), 2.0 * (1984.0 + 4096.0 + 192.0));
-                assert_eq!(backward_flops(&decoder.density), 4.0 * 3328.0);
-                // 9 levels of 8 corners: 4 features of a byte; two multiplications for
-                // each weight and two operations for each feature.
-                let levels = reads(field);
-                assert_eq!(levels.iter().map(|l| l.entries).sum::<f64>(), 72.0);
-                assert!(levels.iter().all(|l| l.entry_bytes == 4.0));
-                // 16 corners along an axis are 9 blocks of 2.
-                assert_eq!(levels[0].table_bytes, 9.0 * 9.0 * 9.0 * 8.0 * 4.0);
-                assert_eq!(levels[8].table_bytes, 131_072.0 * 4.0);
-                assert_eq!(encode_flops(field), Some(72.0 * 10.0));
-            },
-        )
+        with_field(&TrainConfig::hash_grid().field, |field| {
+            // 36 -> 64 -> 16 and 15 + 16 -> 64 -> 64 -> 3.
+            let decoder = field.decoder().expect("a hash grid");
+            assert_eq!(network_flops(&decoder.density), 2.0 * (2304.0 + 1024.0));
+            assert_eq!(hidden_flops(&decoder.density), 2.0 * 2304.0);
+            assert_eq!(network_flops(&decoder.color), 2.0 * (1984.0 + 4096.0 + 192.0));
+            assert_eq!(backward_flops(&decoder.density), 4.0 * 3328.0);
+            // 9 levels of 8 corners: 4 features of a byte; two multiplications for
+            // each weight and two operations for each feature.
+            let levels = reads(field);
+            assert_eq!(levels.iter().map(|l| l.entries).sum::<f64>(), 72.0);
+            assert!(levels.iter().all(|l| l.entry_bytes == 4.0));
+            // 16 corners along an axis are 9 blocks of 2.
+            assert_eq!(levels[0].table_bytes, 9.0 * 9.0 * 9.0 * 8.0 * 4.0);
+            assert_eq!(levels[8].table_bytes, 131_072.0 * 4.0);
+            assert_eq!(encode_flops(field), Some(72.0 * 10.0));
+        })
         .unwrap();
     }
 
     #[test]
     fn two_features_and_no_grid() {
-        let two = |field: &mut FieldConfig| {
-            let EncodingConfig::HashGrid(grid) = &mut field.encoding else { return };
-            (grid.n_levels, grid.n_features_per_level) = (3, 2);
-        };
-        with_field(two, |field| {
+        let mut two = TrainConfig::hash_grid().field;
+        let grid = &mut two.hash_grid_mut().unwrap().grid;
+        (grid.n_levels, grid.n_features_per_level) = (3, 2);
+        with_field(&two, |field| {
             assert_eq!(encode_flops(field), Some(3.0 * 8.0 * 6.0));
             assert!(reads(field).iter().all(|l| l.entry_bytes == 2.0));
         })
         .unwrap();
-        let nerf = |field: &mut FieldConfig| {
-            field.encoding = TrainConfig::nerf().field.encoding;
-        };
-        with_field(nerf, |field| {
+        with_field(&TrainConfig::nerf().field, |field| {
             assert_eq!(encode_flops(field), None);
             assert!(reads(field).is_empty());
         })

@@ -6,7 +6,6 @@ use pocketnerf_formats::{About, DefaultCamera, Precision};
 use pocketnerf_train::builtin;
 use pocketnerf_train::cameras::Circle;
 use pocketnerf_train::dataset::{self, Dataset, Split};
-use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::trainer::{TrainConfig, ndc_of};
 
 use super::rendering::Rendering;
@@ -106,8 +105,8 @@ impl Bench {
         if !self.quick {
             return (self.steps, config);
         }
-        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
-            (grid.n_levels, grid.log2_hashmap_size) = (4, 12);
+        if let Some(field) = config.field.hash_grid_mut() {
+            (field.grid.n_levels, field.grid.log2_hashmap_size) = (4, 12);
         }
         config.occupancy_resolution = 32;
         config.samples_per_side = 64.0;

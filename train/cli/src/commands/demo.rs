@@ -6,7 +6,6 @@ use pocketnerf_formats::Precision;
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::Split;
 use pocketnerf_train::evaluate::{Evaluation, evaluate};
-use pocketnerf_train::field::EncodingConfig;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::image_file;
 use pocketnerf_train::trainer::{Length, Run, TrainConfig, Trainer};
@@ -37,7 +36,8 @@ impl Demo {
         let dataset = builtin::dataset(Split::Train, 1);
         let held_out = builtin::dataset(Split::Test, 1);
         let mut config = TrainConfig::hash_grid();
-        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+        if let Some(field) = config.field.hash_grid_mut() {
+            let grid = &mut field.grid;
             grid.n_levels = 8;
             grid.log2_hashmap_size = self.log2_hashmap_size;
             grid.base_resolution = 10;
@@ -45,7 +45,7 @@ impl Demo {
         }
         let path = folder.join("scene.pnerf");
         let origin = train::Origin::new(&dataset, 1, Precision::I8);
-        let mut trainer = Trainer::new(dataset, config, self.rendering.vectors.level())?;
+        let mut trainer = Trainer::with_prepass(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(Length::Seconds(self.seconds), common.started);
         let mut value =
             train::train((&mut trainer, &mut run), &origin, &path, common, |_, _| Ok(()))?;

@@ -3,7 +3,6 @@
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::{Camera, ColorSpace, Display, Error, Model, Space, math, pixel};
 use pocketnerf_train::dataset::{Dataset, Split, View};
-use pocketnerf_train::field::{EncodingConfig, Layout};
 use pocketnerf_train::picture::{Renderer, Sampling, Settings};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
@@ -114,19 +113,19 @@ pub fn config(
     length: Length,
 ) -> Option<TrainConfig> {
     let mut config = TrainConfig::hash_grid().for_length(length);
-    config.field.shading = shading;
+    config.field.hash_grid_mut()?.shading = shading;
     match model.space {
         Space::Ndc(ndc) => config.ndc = Some(ndc),
         ref space => config.aabb = space.scene_box(),
     }
     loop {
-        let layout = Layout::new(&config.field);
+        let layout = config.field.kind().layout();
         let [tables, all] = [layout.networks_start(), layout.len()];
         // Smaller cells take an eighth of the parameters at most.
         if all + all / 8 + (all - tables) + CELLS <= bytes {
             return Some(config);
         }
-        let EncodingConfig::HashGrid(grid) = &mut config.field.encoding else { return None };
+        let grid = &mut config.field.hash_grid_mut()?.grid;
         if grid.log2_hashmap_size <= LEAST_TABLE {
             return None;
         }

@@ -1,4 +1,4 @@
-//! Backwards through the paper's network.
+//! Backwards through the network.
 
 use fearless_simd::{Select, Simd, SimdBase};
 use pocketnerf_core::field::Activation;
@@ -7,11 +7,11 @@ use pocketnerf_core::network::blocks::{BLOCK, Blocks, Row, dense_blocks};
 use pocketnerf_core::network::{Dense, panel_len};
 use pocketnerf_core::{DType, Layout as Order, TensorView};
 
-use super::tape::Tape;
+use super::tape::NerfTape;
 use super::weights::Transposed;
-use super::{NerfConfig, NerfLayer, NerfPart};
+use super::{NerfConfig, NerfLayer};
 use crate::aligned::Aligned;
-use crate::field::{Layout, Part};
+use crate::field::{Layout, Role};
 
 /// Where a layer's weights and biases begin among the parameters.
 #[derive(Clone, Copy, Debug)]
@@ -77,9 +77,8 @@ struct Network {
 impl Network {
     fn new(config: &NerfConfig, layout: &Layout, coarse: bool) -> Self {
         let offsets = config.layers().map(|layer| {
-            let start =
-                |bias| layout.range(Part::Nerf(NerfPart::Network { coarse, layer, bias })).start;
-            Offsets { layer, weight: start(false), bias: start(true) }
+            let start = |role| layout.range(layer.part(coarse, role)).start;
+            Offsets { layer, weight: start(Role::Weight), bias: start(Role::Bias) }
         });
         let (width, color) = (config.width, config.color_width);
         let read = if config.directions.is_some() { width } else { color };
@@ -174,7 +173,7 @@ impl NerfGradients {
         &self,
         simd: S,
         coarse: bool,
-        tape: &Tape,
+        tape: &NerfTape,
         work: &mut NerfWork,
         gradient: &mut [f32],
     ) {

@@ -1,9 +1,11 @@
-//! The shape of the paper's field.
+//! The shape of a vanilla NeRF, and how it is trained.
 
+use pocketnerf_core::TensorView;
 use pocketnerf_core::encoding::{Affine, Fourier, Waves};
 use pocketnerf_core::field::{Activation, NerfField, NerfNetwork};
-use pocketnerf_core::network::{Dense, Mlp};
-use pocketnerf_core::{Error, TensorView};
+
+use super::NerfLayer;
+use crate::field::HierarchicalTraining;
 
 /// The waves of an encoding.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +46,7 @@ impl FourierConfig {
         (waves + if self.include_input { 3 } else { 0 }) as usize
     }
 
-    fn view(self, matrix: Option<TensorView<'_>>) -> Fourier<'_> {
+    pub(super) fn view(self, matrix: Option<TensorView<'_>>) -> Fourier<'_> {
         let waves = match (self.waves, matrix) {
             (WavesConfig::Gaussian { .. }, Some(matrix)) => Waves::Gaussian(matrix),
             (WavesConfig::Octaves { n, pi }, _) => Waves::Octaves { n, pi },
@@ -54,41 +56,7 @@ impl FourierConfig {
     }
 }
 
-/// A layer of one of the field's networks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NerfLayer {
-    /// Of the trunk, counted from 0.
-    Trunk(usize),
-    /// The density.
-    Density,
-    /// The feature.
-    Feature,
-    /// Of the colour network, counted from 0.
-    Color(usize),
-}
-
-/// A tensor of the field.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum NerfPart {
-    /// `[3, n]` random frequencies, which are not trained.
-    Frequencies {
-        /// Of directions, or of positions.
-        direction: bool,
-        /// Their standard deviation.
-        deviation: f32,
-    },
-    /// Of a network.
-    Network {
-        /// Of the coarse network, or of the fine one.
-        coarse: bool,
-        /// Which layer.
-        layer: NerfLayer,
-        /// Its biases, or its weights.
-        bias: bool,
-    },
-}
-
-/// The shape of the paper's field.
+/// A vanilla NeRF (Mildenhall et al. 2020).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NerfConfig {
     /// Encoding of positions, in -1 .. 1.
@@ -108,15 +76,17 @@ pub struct NerfConfig {
     pub coarse: bool,
     /// From the network's output to a density.
     pub activation: Activation,
-    /// Factor on densities: unit lengths a scene unit.
-    pub density_scale: f32,
+    /// Whether it learns by Muon at first, else by Adam throughout.
+    pub muon: bool,
+    /// Hierarchical sampling in place of marching through occupied cells.
+    pub hierarchical: Option<HierarchicalTraining>,
 }
 
 impl NerfConfig {
-    /// The paper's: 10 and 4 octaves, eight layers of 256, of which the sixth reads the
+    /// The original: 10 and 4 octaves, eight layers of 256, of which the sixth reads the
     /// point again, 128 for the colour.
     #[must_use]
-    pub fn paper() -> Self {
+    pub fn vanilla() -> Self {
         let octaves =
             |n| FourierConfig { waves: WavesConfig::Octaves { n, pi: false }, include_input: true };
         Self {
@@ -128,7 +98,8 @@ impl NerfConfig {
             color_width: 128,
             coarse: true,
             activation: Activation::Relu,
-            density_scale: 1.0,
+            muon: false,
+            hierarchical: None,
         }
     }
 
@@ -155,7 +126,8 @@ impl NerfConfig {
             color_width: color.layers()[0].weight.cols(),
             coarse: field.coarse.is_some(),
             activation: field.activation,
-            density_scale: field.density_scale,
+            muon: false,
+            hierarchical: None,
         };
         let usual = |network: &NerfNetwork<'_>| {
             network.linear == 0
@@ -175,7 +147,7 @@ impl NerfConfig {
     }
 
     /// Whether a feature stands between trunk and colour.
-    const fn has_feature(&self) -> bool {
+    pub(super) const fn has_feature(&self) -> bool {
         self.directions.is_some()
     }
 
@@ -200,66 +172,9 @@ impl NerfConfig {
         trunk.chain(feature).chain([NerfLayer::Color(0), NerfLayer::Color(1)])
     }
 
-    /// Calls `push` with every tensor and its shape, in order.
-    pub fn parts(&self, mut push: impl FnMut(NerfPart, [usize; 2])) {
-        let encodings = [(false, Some(self.positions)), (true, self.directions)];
-        for (direction, encoding) in encodings {
-            if let Some(WavesConfig::Gaussian { n, deviation }) = encoding.map(|e| e.waves) {
-                push(NerfPart::Frequencies { direction, deviation }, [3, n as usize]);
-            }
-        }
-        for coarse in [false, true].into_iter().take(1 + usize::from(self.coarse)) {
-            for layer in self.layers() {
-                let shape = self.shape(layer);
-                push(NerfPart::Network { coarse, layer, bias: false }, shape);
-                push(NerfPart::Network { coarse, layer, bias: true }, [1, shape[1]]);
-            }
-        }
-    }
-
     /// Multiply-adds of one evaluation of a network.
     #[must_use]
     pub fn multiply_adds(&self) -> usize {
         self.layers().map(|layer| self.shape(layer)).map(|[n_in, n_out]| n_in * n_out).sum()
-    }
-
-    /// The field of these tensors.
-    ///
-    /// # Errors
-    /// Whatever core's validation reports.
-    pub(in crate::field) fn view<'a>(
-        &self,
-        tensor: impl Fn(NerfPart) -> Result<TensorView<'a>, Error>,
-    ) -> Result<NerfField<'a>, Error> {
-        let encoding = |config: FourierConfig, direction| {
-            let matrix = match config.waves {
-                WavesConfig::Gaussian { deviation, .. } => {
-                    Some(tensor(NerfPart::Frequencies { direction, deviation })?)
-                }
-                WavesConfig::Octaves { .. } => None,
-            };
-            Ok(config.view(matrix))
-        };
-        let network = |coarse| {
-            let dense = |layer| {
-                let part = |bias| tensor(NerfPart::Network { coarse, layer, bias });
-                Ok::<_, Error>(Dense { weight: part(false)?, bias: Some(part(true)?) })
-            };
-            let trunk: Result<Vec<_>, _> =
-                (0..self.depth).map(|i| dense(NerfLayer::Trunk(i))).collect();
-            let skips = if self.skip == 0 { 0 } else { 1 << self.skip };
-            let feature = self.has_feature().then(|| dense(NerfLayer::Feature)).transpose()?;
-            let color = Mlp::new(&[dense(NerfLayer::Color(0))?, dense(NerfLayer::Color(1))?])?;
-            NerfNetwork::new(&trunk?, [skips, 0], dense(NerfLayer::Density)?, feature, color)
-        };
-        Ok(NerfField {
-            positions: encoding(self.positions, false)?,
-            directions: self.directions.map(|config| encoding(config, true)).transpose()?,
-            map: Affine::CENTRED,
-            activation: self.activation,
-            density_scale: self.density_scale,
-            fine: network(false)?,
-            coarse: self.coarse.then(|| network(true)).transpose()?,
-        })
     }
 }

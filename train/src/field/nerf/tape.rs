@@ -1,4 +1,4 @@
-//! Forwards through the paper's network, with everything that the way back needs.
+//! Forwards through the network, with everything that the way back needs.
 
 use fearless_simd::{Simd, SimdBase};
 use pocketnerf_core::encoding::Affine;
@@ -35,7 +35,7 @@ impl Rows {
 
 /// What every layer gave for a batch of samples.
 #[derive(Debug)]
-pub struct Tape {
+pub struct NerfTape {
     pub(super) encoded: Rows,
     pub(super) directions: Rows,
     /// After ReLU.
@@ -52,7 +52,7 @@ pub struct Tape {
     len: usize,
 }
 
-impl Tape {
+impl NerfTape {
     /// For so many samples at most.
     pub fn new(config: &NerfConfig, samples: usize) -> Self {
         let blocks = samples.div_ceil(BLOCK);

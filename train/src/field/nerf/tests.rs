@@ -5,15 +5,16 @@ use pocketnerf_core::{
 };
 
 use super::*;
-use crate::field::{EncodingConfig, FieldConfig, Layout, initialize};
+use crate::field::{Layout, Role};
 use crate::random::Random;
-use crate::trainer::TrainConfig;
 
+/// Density's unit lengths a scene unit.
+const SCALE: f32 = 2.0;
 /// Samples, two of which fill up a register.
 const N: usize = 78;
 
 struct Case {
-    config: FieldConfig,
+    config: NerfConfig,
     layout: Layout,
     parameters: Vec<f32>,
     /// Unit points, and directions.
@@ -23,12 +24,10 @@ struct Case {
 }
 
 impl Case {
-    fn new(nerf: NerfConfig) -> Self {
-        let config =
-            FieldConfig { encoding: EncodingConfig::Nerf(nerf), ..TrainConfig::hash_grid().field };
-        let layout = Layout::new(&config);
+    fn new(config: NerfConfig) -> Self {
+        let layout = config.layout();
         let mut parameters = vec![0.0; layout.len()];
-        initialize(&layout, 3, &mut parameters);
+        init::initialize(&config, &layout, 3, &mut parameters);
         let mut random = Random::new(5, [0; 3]);
         // Biases too are to matter.
         for value in &mut parameters {
@@ -43,17 +42,16 @@ impl Case {
         Self { config, layout, parameters, at: [points, directions], factors }
     }
 
-    fn nerf(&self) -> NerfConfig {
-        let EncodingConfig::Nerf(nerf) = self.config.encoding else { unreachable!() };
-        nerf
+    fn field<'a>(&self, parameters: &'a [f32], coarse: bool) -> NerfField<'a> {
+        let tensor = |range: &crate::field::Range| range.of(parameters);
+        let field = self.config.view(&self.layout, SCALE, tensor).unwrap();
+        if coarse { field.coarse_field() } else { field }
     }
 
     /// What core's reference makes of the samples, summed up with their factors.
     fn expected(&self, parameters: &[f32], coarse: bool) -> f64 {
-        let field = self.layout.view(&self.config, parameters).unwrap();
-        let AnyField::Nerf(field) = field else { unreachable!() };
         let model = Model {
-            field: AnyField::Nerf(if coarse { field.coarse_field() } else { field }),
+            field: AnyField::Nerf(self.field(parameters, coarse)),
             space: Space::Box { min: [0.0; 3], max: [1.0; 3] },
             occupancy: None,
             hierarchical: None,
@@ -77,13 +75,11 @@ impl Case {
 
     /// The same sum from the tape, and its gradient.
     fn found<S: Simd>(&self, simd: S, coarse: bool) -> (f64, Vec<f32>) {
-        let nerf = self.nerf();
+        let nerf = self.config;
         let mut gradients = NerfGradients::new(&nerf, &self.layout);
         gradients.update(&self.parameters);
-        let field = self.layout.view(&self.config, &self.parameters).unwrap();
-        let AnyField::Nerf(field) = field else { unreachable!() };
-        let field = if coarse { field.coarse_field() } else { field };
-        let (mut tape, mut work) = (Tape::new(&nerf, 96), gradients.work(96));
+        let field = self.field(&self.parameters, coarse);
+        let (mut tape, mut work) = (NerfTape::new(&nerf, 96), gradients.work(96));
         let padded = N.next_multiple_of(16);
         let axes = self.at.map(|values| {
             [0, 1, 2].map(|a| {
@@ -103,7 +99,7 @@ impl Case {
             let rgb = tape.color(s);
             sum += f64::from(sigma * f);
             sum += (0..3).map(|c| f64::from(rgb[c] * colors[c])).sum::<f64>();
-            let d_raw = f * nerf.density_scale * slope(nerf.activation, sigma / nerf.density_scale);
+            let d_raw = back::d_raw(&field, sigma, f);
             tape.set_gradient(s, d_raw, colors);
         }
         tape.clear_from(N);
@@ -130,7 +126,8 @@ fn gradients_are_those_of_the_reference() {
         color_width: 9,
         coarse: true,
         activation: Activation::Softplus,
-        density_scale: 2.0,
+        muon: false,
+        hierarchical: None,
     };
     let cases = [
         small,
@@ -155,8 +152,9 @@ fn gradients_are_those_of_the_reference() {
 /// Differences along a random direction through each tensor.
 fn check_gradient(case: &Case, coarse: bool, gradient: &[f32]) {
     for (i, range) in case.layout.ranges().iter().enumerate() {
-        let crate::field::Part::Nerf(part) = range.part else { unreachable!() };
-        let own = matches!(part, NerfPart::Network { coarse: c, .. } if c == coarse);
+        let part = range.part;
+        let name = if coarse { "coarse" } else { "fine" };
+        let own = part.role != Role::Fixed && part.network.starts_with(name);
         if !own {
             // Of the other network, or not trained.
             assert!(gradient[range.indices()].iter().all(|g| *g == 0.0), "{part:?}");

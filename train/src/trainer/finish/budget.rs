@@ -47,7 +47,7 @@ impl Effort {
     /// long as a grid.
     #[must_use]
     pub fn usual(config: &TrainConfig) -> Self {
-        Self { part: if config.is_dear() { 0.5 } else { 1.0 }, finer: true }
+        Self { part: if config.field.kind().is_costly() { 0.5 } else { 1.0 }, finer: true }
     }
 
     /// Looks at each cell.
@@ -110,8 +110,10 @@ impl Trainer {
         let grid = seen.as_ref().unwrap_or(&known);
         let model = Model { occupancy: Some(grid.view()), ..self.model() };
         let detail = model.detail(1.0);
-        let options =
-            RenderOptions { detail, ..RenderOptions::new(&model, self.simd, Tuning::FAST) };
+        let options = RenderOptions {
+            detail,
+            ..RenderOptions::new(&model, self.backend.simd(), Tuning::FAST)
+        };
         let clock = Instant::now();
         self.trial(TIMED).render(&model, &options, |_| Ok(()))?;
         let tile = clock.elapsed().as_secs_f64() / TIMED as f64;

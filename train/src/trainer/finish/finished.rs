@@ -19,7 +19,7 @@ const MAX_RESOLUTION: u32 = 512;
 /// each.
 const PARAMETERS_A_BYTE: usize = 8;
 
-/// Width and height of a tile of which every pixel is dear.
+/// Width and height of a tile of which every pixel is costly.
 const SMALL_TILE: [u32; 2] = [32, 16];
 
 /// The parts of a finished model that training does without.
@@ -41,7 +41,7 @@ impl Trainer {
     pub fn finished(&self, effort: Effort) -> Result<Finished<'_>, Error> {
         let [few, some] = [pruning::TILES, tolerance::TILES].map(|all| effort.tiles(all));
         let mut known = self.seen_once();
-        if self.config.paper.is_some() {
+        if self.config.hierarchical_training().is_some() {
             self.look_again(known.to_mut(), effort);
         }
         let mut finer = effort.finer.then(|| self.finer_seen_once(&known)).flatten();
@@ -49,22 +49,22 @@ impl Trainer {
             self.look_again(finer, effort);
         }
         let grid = finer.as_ref().filter(|finer| self.is_worth(finer, &known)).unwrap_or(&known);
-        let cells = pruning::needed(grid, &self.model(), &self.trial(few), self.simd)?;
+        let cells = pruning::needed(grid, &self.model(), &self.trial(few), self.backend.simd())?;
         let model = Model { occupancy: Some(cells.view()), ..self.model() };
-        let tolerance = tolerance::find(&model, &self.trial(some), self.simd)?;
+        let tolerance = tolerance::find(&model, &self.trial(some), self.backend.simd())?;
         Ok(Finished { trainer: self, cells, tolerance })
     }
 
     /// So many tiles of the training views.
     pub(crate) fn trial(&self, tiles: usize) -> Trial<'_> {
-        let size = if self.config.is_dear() { SMALL_TILE } else { Tiles::LARGEST };
+        let size = if self.config.field.kind().is_costly() { SMALL_TILE } else { Tiles::LARGEST };
         Trial { source: &self.source, aim: &self.aim, seed: self.seed, tiles, size }
     }
 
     /// The occupied cells: those that training knows, or, where it has not asked for
     /// them, those that a look at each finds.
     pub(crate) fn seen_once(&self) -> Cow<'_, OccupancyGrid> {
-        if self.config.paper.is_none() {
+        if self.config.hierarchical_training().is_none() {
             return Cow::Borrowed(&self.grid);
         }
         let mut grid = self.grid.clone();
@@ -101,7 +101,8 @@ impl Trainer {
         let bytes = |grid: &OccupancyGrid| {
             grid.view().coarse_bytes().len() + grid.view().fine_bytes().len()
         };
-        bytes(finer) <= bytes(known) + self.parameters.len() / PARAMETERS_A_BYTE
+        bytes(finer)
+            <= bytes(known) + self.backend.download().field().parameters.len() / PARAMETERS_A_BYTE
     }
 }
 

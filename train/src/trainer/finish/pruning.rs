@@ -61,19 +61,18 @@ mod tests {
     use super::*;
     use crate::builtin;
     use crate::dataset::Split;
-    use crate::field::EncodingConfig;
     use crate::trainer::{StepSettings, TrainConfig, Trainer};
 
     #[test]
     fn what_is_emptied_hardly_shows() {
         let mut config = TrainConfig::hash_grid();
-        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
-            (grid.n_levels, grid.log2_hashmap_size) = (4, 12);
-        }
+        let grid = &mut config.field.hash_grid_mut().unwrap().grid;
+        (grid.n_levels, grid.log2_hashmap_size) = (4, 12);
         config.aabb = Some([[-1.4; 3], [1.4; 3]]);
         (config.samples_per_step, config.occupancy_resolution) = (4096, 64);
         let simd = SimdLevel::detect();
-        let mut trainer = Trainer::new(builtin::dataset(Split::Train, 8), config, simd).unwrap();
+        let mut trainer =
+            Trainer::with_prepass(builtin::dataset(Split::Train, 8), config, simd).unwrap();
         let settings = StepSettings { update_occupancy: true, ..StepSettings::PLAIN };
         for _ in 0..200 {
             trainer.step(&settings);

@@ -1,7 +1,7 @@
 //! Sets of cells: as core reads them, and with all their neighbours.
 
 use pocketnerf_core::occupancy::{BLOCK, BLOCK_BYTES};
-use pocketnerf_core::{Error, Occupancy};
+use pocketnerf_core::{Error, Occupancy, Space};
 use rayon::prelude::*;
 
 /// The cells of an occupancy and all their neighbours, a bit a cell.
@@ -139,6 +139,19 @@ pub fn dilated(occupancy: &Occupancy<'_>) -> Vec<u32> {
             near(z).any(|z| near(y).any(|y| near(x).any(|x| occupancy.cell(x, y, z))))
         })
         .collect()
+}
+
+/// Every cell of the cube that lies in the box of the space.
+pub(crate) fn all_cells(space: &Space, resolution: u32) -> Vec<u32> {
+    let n = resolution;
+    let map = space.unit_map();
+    let [_, max] = space.bounds();
+    let end = map.apply(max).map(|u| (u * n as f32).ceil() as u32);
+    let inside = |cell: &u32| {
+        let corner = [cell % n, cell / n % n, cell / (n * n)];
+        (0..3).all(|a| corner[a] < end[a])
+    };
+    (0..n * n * n).filter(inside).collect()
 }
 
 #[cfg(test)]

@@ -3,4 +3,3 @@
 pub(crate) mod adam;
 pub(crate) mod muon;
 pub(crate) mod schedule;
-pub(crate) mod update;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::aligned::Aligned;
 use crate::field::Layout;
-use crate::field::rounding::{Half, Rounding};
+use crate::field::rounding::Rounding;
 use crate::trainer::optim::adam::{Adam, Slices};
 
 /// Steps that are taken this way. Longer runs end better with Adam, which goes
@@ -35,43 +35,51 @@ const NARROWEST: usize = 8;
 /// One step of all networks: of their matrices at `rate`, of biases and narrow
 /// matrices as Adam, at the rate beside it, would take it. `slices` begin where
 /// the networks begin.
-pub(crate) fn update_all(
+pub(crate) fn update_all<R: Rounding<Bits: Send> + Sync>(
     level: Level,
     rate: f32,
     layout: &Layout,
     (adam, adam_rate): (&Adam, f32),
-    mut slices: Slices<'_, u16>,
+    rounding: R,
+    mut slices: Slices<'_, R::Bits>,
 ) {
     let mut tasks = Vec::with_capacity(layout.networks().len());
     for range in layout.networks() {
         tasks.push((range.shape, slices.split_off(range.len())));
     }
     tasks.into_par_iter().with_max_len(1).for_each(|(shape, slices)| {
-        dispatch!(level, simd => update_one(simd, rate, shape, (adam, adam_rate), slices));
+        dispatch!(level, simd => update_one(simd, rate, shape, (adam, adam_rate), rounding, slices));
     });
 }
 
 #[inline(always)]
-fn update_one<S: Simd>(
+fn update_one<S: Simd, R: Rounding>(
     simd: S,
     rate: f32,
     shape: [usize; 2],
     (adam, adam_rate): (&Adam, f32),
-    slices: Slices<'_, u16>,
+    rounding: R,
+    slices: Slices<'_, R::Bits>,
 ) {
     if shape.into_iter().min() >= Some(NARROWEST) {
         for (square, g) in slices.square.iter_mut().zip(slices.gradient.iter()) {
             *square += (g * g - *square) * (1.0 - adam.beta2);
         }
-        update(simd, rate, shape, slices);
+        update(simd, rate, shape, rounding, slices);
     } else {
-        adam.update(simd, adam_rate, Half, slices);
+        adam.update(simd, adam_rate, rounding, slices);
     }
 }
 
 /// One step of a matrix of `shape`, row after row.
 #[inline(always)]
-fn update<S: Simd>(simd: S, rate: f32, shape: [usize; 2], slices: Slices<'_, u16>) {
+fn update<S: Simd, R: Rounding>(
+    simd: S,
+    rate: f32,
+    shape: [usize; 2],
+    rounding: R,
+    slices: Slices<'_, R::Bits>,
+) {
     let Slices { parameters, gradient, mean, rounded, .. } = slices;
     let mut direction = Matrix::new(shape);
     for (i, (mean, gradient)) in mean.iter_mut().zip(gradient).enumerate() {
@@ -90,7 +98,7 @@ fn update<S: Simd>(simd: S, rate: f32, shape: [usize; 2], slices: Slices<'_, u16
     for (i, parameter) in parameters.iter_mut().enumerate() {
         *parameter -= length * *direction.at(i);
     }
-    Half.round_all(simd, parameters, rounded);
+    rounding.round_all(simd, parameters, rounded);
 }
 
 /// A matrix that is at least as wide as it is high, filled up with zeros to
@@ -188,6 +196,7 @@ mod tests {
     use pocketnerf_core::SimdLevel;
 
     use super::*;
+    use crate::field::rounding::Half;
     use crate::random::Random;
 
     fn random(n: usize) -> Vec<f32> {
@@ -214,7 +223,7 @@ mod tests {
         let n = shape[0] * shape[1];
         let (mut parameters, mut gradient) = (vec![0.0; n], gradient.to_vec());
         let (mut mean, mut rounded) = (vec![0.0; n], vec![0; n]);
-        dispatch!(level, simd => update(simd, 1.0, shape, Slices {
+        dispatch!(level, simd => update(simd, 1.0, shape, Half, Slices {
             parameters: &mut parameters,
             gradient: &mut gradient,
             mean: &mut mean,

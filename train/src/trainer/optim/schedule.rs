@@ -116,7 +116,7 @@ pub(crate) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
     let longer = (steps / LONG).sqrt().clamp(1.0, MOST_LONGER);
     let warm = ((step + 1) as f32 / WARM_UP as f32).min(1.0);
     let [first, last] = config.kept;
-    if config.paper.is_some() {
+    if config.hierarchical_training().is_some() {
         return StepSettings {
             rate: config.final_rate.powf(progress),
             step_scale: 1.0,

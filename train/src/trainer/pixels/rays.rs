@@ -104,6 +104,9 @@ pub struct Targets {
 /// thousand each. A prime, so that all columns have their turn.
 const PIXELS_APART: usize = 61;
 
+/// Pixels drawn at most until one counts.
+const DRAWS: u32 = 64;
+
 /// The training views as a source of rays.
 #[derive(Debug)]
 pub struct RaySource {
@@ -196,6 +199,29 @@ impl RaySource {
         let target = [r * alpha + r0, g * alpha + g0, b * alpha + b0];
         let ray = self.through(pixel);
         TrainingRay { ray, phase, background, background_variance, target, alpha, tile, weight }
+    }
+
+    /// A ray through any pixel of any view that counts, all alike; of the middle halves of
+    /// the images where `cropped`.
+    pub(crate) fn draw_anywhere(&self, cropped: bool, random: &mut Random) -> TrainingRay {
+        let mut draw = || {
+            let view = random.below(self.cameras.len());
+            let camera = &self.cameras[view];
+            let mut along = |pixels: u32| {
+                let most = if cropped { (pixels / 2).max(1) } else { pixels };
+                (pixels - most) / 2 + random.below(most as usize) as u32
+            };
+            Pixel { view: view as u32, x: along(camera.width), y: along(camera.height) }
+        };
+        let mut pixel = draw();
+        for _ in 0..DRAWS {
+            let width = self.cameras[pixel.view as usize].width;
+            if self.counts(pixel.view as usize, (pixel.y * width + pixel.x) as usize) {
+                break;
+            }
+            pixel = draw();
+        }
+        self.ray(pixel, self.rgba(pixel), (0, 1.0), random)
     }
 
     /// Averages over a fixed share of the pixels that count.

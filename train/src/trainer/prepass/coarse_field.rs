@@ -1,15 +1,14 @@
-//! A small field, trained for a second, tells how large the scene is.
+//! A small field, trained for a second, shows how large the scene is.
 //!
 //! Silhouettes leave room that no camera looks into, below a table that all of
 //! them see from above. The finer the box, the finer the grid that fills it.
 
-use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
 use pocketnerf_core::{Camera, Error, Ray, SimdLevel, Space};
 use rayon::prelude::*;
 
-use crate::field::EncodingConfig;
+use super::visual_hull::Hull;
+use super::{Prepared, carved};
 use crate::trainer::pixels::rays::{Pixel, RaySource};
-use crate::trainer::prepass::visual_hull::Hull;
 use crate::trainer::{StepSettings, TrainConfig, Trainer};
 
 /// Steps of the small field: by then empty space is known to be empty.
@@ -36,9 +35,10 @@ pub(crate) fn tighten(
     config: &TrainConfig,
     simd: SimdLevel,
 ) -> Result<(Space, RaySource), Error> {
-    let scout = trained(source, Some(hull), around, config, simd, STEPS)?;
-    let found = occupied(&scout, SIGMA);
-    let source = scout.source;
+    let small = carved(source, Some(hull), around, small(config));
+    let trainer = trained(small, simd, STEPS)?;
+    let found = occupied(&trainer, SIGMA);
+    let source = trainer.source;
     let Some([min, max]) = found else { return Ok((around, source)) };
     let [min, max] = explaining(&source, around, min, max);
     let space = Space::Box { min, max };
@@ -46,37 +46,27 @@ pub(crate) fn tighten(
     Ok((if worth { space } else { around }, source))
 }
 
-/// Which of the `candidates` among the cells of `space` may hold something, and the source
-/// back: what the small field occupies, and its neighbours. For a field that is dear to
-/// ask.
-pub(crate) fn cells(
-    source: RaySource,
+/// Which of the candidates may hold something, and the source back: what the small field
+/// occupies, and its neighbours. For a field that is costly to evaluate.
+pub(super) fn cells(
+    prepared: Prepared,
     hull: Option<&Hull>,
-    space: Space,
-    config: &TrainConfig,
     simd: SimdLevel,
-    mut candidates: Vec<u32>,
 ) -> Result<(Vec<u32>, RaySource), Error> {
-    let scout = trained(source, hull, space, config, simd, LONGER)?;
-    let (grown, n) = (scout.grid.grown(), config.occupancy_resolution);
+    let Prepared { source, space, mut candidates, config } = prepared;
+    let trainer = trained(carved(source, hull, space, small(&config)), simd, LONGER)?;
+    let (grown, n) = (trainer.grid.grown(), config.occupancy_resolution);
     let at = |c: u32| (c as f32 + 0.5) / n as f32;
     candidates.retain(|cell| grown.at([at(cell % n), at(cell / n % n), at(cell / (n * n))]));
-    Ok((candidates, scout.source))
+    Ok((candidates, trainer.source))
 }
 
 /// The small field after so many steps.
-fn trained(
-    source: RaySource,
-    hull: Option<&Hull>,
-    space: Space,
-    config: &TrainConfig,
-    simd: SimdLevel,
-    steps: u32,
-) -> Result<Trainer, Error> {
-    let mut scout = Trainer::in_space(source, hull, space, small(config), simd)?;
+fn trained(small: Prepared, simd: SimdLevel, steps: u32) -> Result<Trainer, Error> {
+    let mut trainer = Trainer::from_prepared(small, simd)?;
     for step in 0..steps {
         let progress = step as f32 / steps as f32;
-        scout.step(&StepSettings {
+        trainer.step(&StepSettings {
             rate: (progress * 16.0).min(1.0) * (1.0 - 0.9 * progress),
             decay: 0.0,
             step_scale: 1.0,
@@ -87,9 +77,9 @@ fn trained(
     }
     // Another two looks at every cell.
     for _ in 0..8 {
-        scout.update_occupancy();
+        trainer.update_occupancy();
     }
-    Ok(scout)
+    Ok(trainer)
 }
 
 fn side(space: Space) -> f32 {
@@ -98,39 +88,30 @@ fn side(space: Space) -> f32 {
 
 /// The same scene with a field that learns its outline in no time.
 fn small(config: &TrainConfig) -> TrainConfig {
-    let mut small = config.clone();
-    small.field.encoding = EncodingConfig::HashGrid(HashGridConfig {
-        n_levels: 5,
-        n_features_per_level: 4,
-        log2_hashmap_size: 14,
-        base_resolution: 8,
-        per_level_scale: 1.8,
-        index: GridIndex::Blocked,
-    });
-    small.field.density_hidden = vec![32];
-    small.field.color_hidden = vec![32];
-    small.occupancy_resolution = RESOLUTION;
-    small.samples_per_side = 128.0;
-    small.samples_per_step = 1 << 13;
-    small.batch_rays = None;
-    small.network_rate = TrainConfig::hash_grid().network_rate;
-    small.paper = None;
-    small
+    TrainConfig {
+        field: config.field.kind().coarse(),
+        occupancy_resolution: RESOLUTION,
+        samples_per_side: 128.0,
+        samples_per_step: 1 << 13,
+        batch_rays: None,
+        network_rate: TrainConfig::hash_grid().network_rate,
+        ..config.clone()
+    }
 }
 
 /// The corners of what the field occupies and a cell more on every side.
-fn occupied(scout: &Trainer, sigma: f32) -> Option<[[f32; 3]; 2]> {
-    let map = scout.space.unit_map();
+fn occupied(trainer: &Trainer, sigma: f32) -> Option<[[f32; 3]; 2]> {
+    let map = trainer.space.unit_map();
     let n = RESOLUTION;
     let (mut low, mut high) = ([n; 3], [0; 3]);
-    for cell in scout.grid.denser_than(sigma * map.scale) {
+    for cell in trainer.grid.denser_than(sigma * map.scale) {
         let cell = [cell % n, cell / n % n, cell / (n * n)];
         for a in 0..3 {
             low[a] = low[a].min(cell[a]);
             high[a] = high[a].max(cell[a] + 1);
         }
     }
-    let [min, max] = scout.space.bounds();
+    let [min, max] = trainer.space.bounds();
     let at = |a: usize, cell: u32| map.min[a] + cell as f32 / n as f32 / map.scale;
     (low[0] < high[0]).then(|| {
         [
@@ -199,7 +180,7 @@ mod tests {
     fn the_box_ends_where_the_scene_does() {
         let dataset = builtin::dataset(Split::Train, 8);
         let simd = SimdLevel::detect();
-        let trainer = Trainer::new(dataset, TrainConfig::hash_grid(), simd).unwrap();
+        let trainer = Trainer::with_prepass(dataset, TrainConfig::hash_grid(), simd).unwrap();
         let Space::Box { min, max } = trainer.model().space else { unreachable!() };
         println!("{min:?} {max:?}");
         // The board, and the highest flower.

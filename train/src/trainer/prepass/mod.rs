@@ -1,7 +1,90 @@
-//! What is found out before the first step: the box of the scene and the cells that may
-//! hold something.
+//! What is found out before there is a [`Trainer`](super::Trainer): the box of the scene and
+//! the cells that may hold something.
 
 pub(crate) mod coarse_field;
 pub(crate) mod scene_box;
 pub(crate) mod scene_ndc;
 pub(crate) mod visual_hull;
+
+use pocketnerf_core::{Error, SimdLevel, Space};
+
+use super::pixels::rays::{Backdrop, RaySource};
+use super::{TrainConfig, all_cells};
+use crate::dataset::Dataset;
+use scene_box::find_box;
+use visual_hull::Hull;
+
+/// What a run begins with.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The training views.
+    pub source: RaySource,
+    /// Coordinates of the scene.
+    pub space: Space,
+    /// Cells that may hold something.
+    pub candidates: Vec<u32>,
+    /// Settings, with the box that was found.
+    pub config: TrainConfig,
+}
+
+/// Finds the space of a scene and the cells that may hold something, by silhouettes and,
+/// where that helps, by training a small field for a second or three.
+///
+/// # Errors
+/// When the configuration does not make a valid field, or the SIMD level is not there.
+pub fn run(dataset: Dataset, mut config: TrainConfig, simd: SimdLevel) -> Result<Prepared, Error> {
+    config.field.kind().validate()?;
+    let has_alpha = dataset.has_alpha;
+    let backdrop = match (config.backdrop, has_alpha) {
+        (Some(color), _) => Backdrop::Color(color),
+        (None, true) => Backdrop::Random,
+        (None, false) => Backdrop::Color(dataset.background.unwrap_or(config.opaque_backdrop)),
+    };
+    let source = RaySource::new(dataset.views, backdrop);
+    if let Some(ndc) = config.ndc {
+        // All that the cameras see lies there, and silhouettes hide little of it.
+        config.aabb = None;
+        return prepared(source, None, Space::Ndc(ndc), config, simd);
+    }
+    config.aabb = config.aabb.or(dataset.aabb);
+    let hull = has_alpha.then(|| Hull::new(&source));
+    let (space, source) = match (config.aabb, &hull) {
+        (Some([min, max]), _) => (Space::Box { min, max }, source),
+        (None, None) => (find_box(source.cameras(), None), source),
+        (None, Some(hull)) => {
+            let around = find_box(source.cameras(), Some(hull));
+            coarse_field::tighten(around, source, hull, &config, simd)?
+        }
+    };
+    // A checkpoint holds it: a resumed run does not look for it again.
+    config.aabb = space.scene_box();
+    prepared(source, hull.as_ref(), space, config, simd)
+}
+
+/// In this space.
+fn prepared(
+    source: RaySource,
+    hull: Option<&Hull>,
+    space: Space,
+    config: TrainConfig,
+    simd: SimdLevel,
+) -> Result<Prepared, Error> {
+    config.sampling(&space)?;
+    let kind = config.field.kind();
+    let prepared = carved(source, hull, space, config.clone());
+    if !kind.is_costly() || kind.hierarchical_training().is_some() {
+        return Ok(prepared);
+    }
+    let (candidates, source) = coarse_field::cells(prepared, hull, simd)?;
+    Ok(Prepared { source, space, candidates, config })
+}
+
+/// With the cells that the silhouettes allow.
+fn carved(source: RaySource, hull: Option<&Hull>, space: Space, config: TrainConfig) -> Prepared {
+    let resolution = config.occupancy_resolution;
+    let candidates = match hull {
+        Some(hull) => hull.cells(&space, resolution),
+        None => all_cells(&space, resolution),
+    };
+    Prepared { source, space, candidates, config }
+}

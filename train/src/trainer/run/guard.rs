@@ -123,9 +123,8 @@ fn psnr(squared_error: f64) -> f64 {
 
 /// Looks at a trainer after a step that gave `stats`.
 pub(crate) fn look(trainer: &Trainer, stats: &StepStats, averages: &Averages) -> Option<Trouble> {
-    let start = trainer.layout.networks_start();
-    let first = if trainer.step.is_multiple_of(TABLES_EVERY) { 0 } else { start };
-    if !stats.mean_squared_error.is_finite() || !all_finite(&trainer.parameters[first..]) {
+    let tables = trainer.step.is_multiple_of(TABLES_EVERY);
+    if !stats.mean_squared_error.is_finite() || !is_finite(trainer, tables) {
         return Some(Trouble::NotFinite);
     }
     if trainer.step < PATIENCE { None } else { judge(&trainer.targets, averages) }
@@ -147,8 +146,17 @@ fn judge(targets: &Targets, averages: &Averages) -> Option<Trouble> {
     }
 }
 
+/// Whether all parameters are finite; tables are looked at where asked.
+pub(crate) fn is_finite(trainer: &Trainer, tables: bool) -> bool {
+    trainer.backend.download().groups.iter().all(|group| {
+        // Tables have no first moment.
+        let start = group.parameters.len() - group.mean.len();
+        all_finite(&group.parameters[if tables { 0 } else { start }..])
+    })
+}
+
 /// Whether all values are finite.
-pub(crate) fn all_finite(values: &[f32]) -> bool {
+fn all_finite(values: &[f32]) -> bool {
     // Without an early end inside a piece, so that pieces are looked at in lanes.
     let piece = |piece: &[f32]| piece.iter().fold(true, |all, value| all & value.is_finite());
     values.par_chunks(1 << 14).all(piece)

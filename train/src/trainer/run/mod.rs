@@ -101,7 +101,7 @@ impl Run {
         let mut trouble = None;
         if self.is_over(trainer) {
             // The last look: the guard does not see every parameter at every step.
-            if guard::all_finite(&trainer.parameters) {
+            if guard::is_finite(trainer, true) {
                 trainer.finish();
                 return Ok(None);
             }
@@ -238,21 +238,23 @@ mod tests {
     use super::*;
     use crate::builtin;
     use crate::dataset::Split;
-    use crate::field::EncodingConfig;
     use crate::trainer::TrainConfig;
 
     fn trainer() -> Trainer {
         let mut config = TrainConfig::hash_grid();
-        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
-            (grid.n_levels, grid.log2_hashmap_size) = (2, 8);
-        }
+        let grid = &mut config.field.hash_grid_mut().unwrap().grid;
+        (grid.n_levels, grid.log2_hashmap_size) = (2, 8);
         config.aabb = Some([[-1.4; 3], [1.4; 3]]);
         config.occupancy_resolution = 16;
         config.samples_per_side = 32.0;
         config.samples_per_step = 512;
         let mut dataset = builtin::dataset(Split::Train, 40);
         dataset.views.truncate(8);
-        Trainer::new(dataset, config, SimdLevel::detect()).unwrap()
+        Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap()
+    }
+
+    fn parameters(trainer: &Trainer) -> &[f32] {
+        &trainer.backend.download().field().parameters
     }
 
     /// Steps to the end; `before` may meddle before each.
@@ -280,18 +282,20 @@ mod tests {
         expected.begin(1);
         assert!(finish((&mut expected, &mut steps(40)), |_| ()).is_empty());
         // A network's weight is noticed after a step, anything when all is done.
-        let last = expected.parameters.len() - 1;
+        let last = parameters(&expected).len() - 1;
         for (step, at) in [(30, last), (40, 0)] {
             let mut poisoned = trainer();
             let mut run = steps(40);
             let troubles = finish((&mut poisoned, &mut run), |trainer| {
                 if (trainer.step, trainer.restarts) == (step, 0) {
-                    trainer.parameters[at] = f32::NAN;
+                    let mut state = trainer.backend.download().clone();
+                    state.field_mut().parameters[at] = f32::NAN;
+                    trainer.backend.upload(state);
                 }
             });
             assert_eq!(troubles, [Trouble::NotFinite]);
             assert_eq!((poisoned.steps(), run.summary(&poisoned).restarts), (40, 1));
-            assert!(*poisoned.parameters == *expected.parameters);
+            assert!(parameters(&poisoned) == parameters(&expected));
         }
     }
 

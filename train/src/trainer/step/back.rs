@@ -1,14 +1,9 @@
-//! Backwards: from rays to samples to networks and encoded points.
+//! Backwards: from rays to samples to the field's parameters.
 
-use std::mem::take;
-
-use fearless_simd::Simd;
-use pocketnerf_core::encoding::hash_grid;
-use pocketnerf_core::field::{Decoder, HashGridField, Shading};
-use pocketnerf_core::lanes::transpose;
 use pocketnerf_core::march::LANES;
 
-use super::group::{BATCH, Group, Job, Kept, STRIDE, Worker, row_len};
+use super::group::{Group, Job, Kept, Worker};
+use crate::field::{BATCH, Back, SampleGradients};
 use crate::stopwatch::{Laps, Stage};
 
 impl Group {
@@ -51,120 +46,50 @@ impl Group {
         laps.end(Stage::Shade, 0);
     }
 
-    /// From samples to network weights and encoded points.
-    #[inline(always)]
-    pub(crate) fn back_through_networks<S: Simd>(
-        &mut self,
-        simd: S,
-        field: &HashGridField<'_>,
-        job: &Job<'_>,
+    /// From samples to the field's parameters, a batch at a time.
+    pub(super) fn back_through_field(
+        &self,
+        (row_len, per_sample): (usize, bool),
         worker: &mut Worker,
+        back: &mut dyn Back,
     ) {
-        let mut laps = Laps::begin(job.stopwatch);
-        let decoder = &field.decoder;
-        let row_len = row_len(decoder.channels());
-        let n_encoded = field.n_encoded();
-        let block_size = (3 + n_encoded) * STRIDE;
-        // Taken out, so that the rest of the group can be borrowed beside them.
-        let (all_kept, mut blocks) = (take(&mut self.kept), take(&mut self.blocks));
-        self.block_lens.clear();
-        let n_blocks = all_kept.len().div_ceil(BATCH);
-        if blocks.len() < n_blocks * block_size {
-            blocks.resize(n_blocks * block_size, 0.0);
-        }
-        for (kept, block) in all_kept.chunks(BATCH).zip(blocks.chunks_mut(block_size)) {
+        for kept in self.kept.chunks(BATCH) {
             let padded = kept.len().next_multiple_of(32);
-            self.block_lens.push(padded);
-            let (points, d_encoded) = block.split_at_mut(3 * STRIDE);
-            let axes = points.as_chunks_mut::<STRIDE>().0;
-            for (column, k) in kept.iter().enumerate() {
-                for (row, p) in axes.iter_mut().zip(self.records[k.sample as usize].point) {
-                    row[column] = p;
-                }
-            }
-            for row in &mut *axes {
+            let Worker { points, directions, sigma, d_values, .. } = &mut *worker;
+            for row in points.iter_mut().chain(&mut *directions) {
                 row[kept.len()..padded].fill(0.0);
             }
-            let points = [0, 1, 2].map(|axis| &axes[axis][..padded]);
-            hash_grid::encode(simd, &field.grid, points, &mut worker.a, STRIDE);
-            laps.end(Stage::EncodeAgain, kept.len());
-            let d_values = &mut worker.d_values[..padded * row_len];
+            let d_values = &mut d_values[..padded * row_len];
             d_values[kept.len() * row_len..].fill(0.0);
-            for (k, row) in kept.iter().zip(d_values.chunks_exact_mut(row_len)) {
-                let r = self.records[k.sample as usize].ray as usize;
-                let d_sums = &self.sums[r * row_len..][..row_len];
+            for (column, (k, row)) in
+                kept.iter().zip(d_values.chunks_exact_mut(row_len)).enumerate()
+            {
+                let record = &self.records[k.sample as usize];
+                let ray = record.ray as usize;
+                for (row, p) in points.iter_mut().zip(record.point) {
+                    row[column] = p;
+                }
+                if per_sample {
+                    for (row, d) in directions.iter_mut().zip(self.rays[ray].ray.direction) {
+                        row[column] = d;
+                    }
+                }
+                sigma[column] = self.values[record.row as usize * row_len];
+                let d_sums = &self.sums[ray * row_len..][..row_len];
                 for (value, d) in row.iter_mut().zip(d_sums) {
                     *value = k.weight * d;
                 }
                 row[0] = k.log_density;
             }
-            let rows = worker.gradients.rows();
-            for (to, part) in rows.chunks_mut(LANES * STRIDE).zip((0..row_len).step_by(LANES)) {
-                for at in (0..padded).step_by(LANES) {
-                    let from = &d_values[at * row_len + part..];
-                    transpose(simd, (from, row_len, LANES), (&mut to[at..], STRIDE), LANES);
-                }
-            }
-            if decoder.shading == Shading::PerSample {
-                self.back_through_color(simd, decoder, job, worker, kept);
-            } else {
-                let Worker { a, gradients, .. } = &mut *worker;
-                job.backward.density_forward(simd, decoder, a, gradients, padded, None);
-            }
-            let wanted = (n_encoded > 0).then_some(&mut *d_encoded);
-            let weights = &mut self.network_gradient;
-            job.backward.density(simd, &worker.a, &mut worker.gradients, padded, weights, wanted);
-            laps.end(Stage::Backward, kept.len());
+            back.samples(&SampleGradients {
+                len: kept.len(),
+                points: points.each_ref().map(|row| &row[..padded]),
+                directions: directions.each_ref().map(|row| &row[..padded]),
+                sigma: &sigma[..kept.len()],
+                gradients: d_values,
+                row_len,
+            });
         }
-        (self.kept, self.blocks) = (all_kept, blocks);
-    }
-
-    /// Per-sample shading: from the gradient of each sample's colour (rows 1
-    /// to 3 of the gradient) to that of its features, with the encoded points in
-    /// `worker.a`.
-    #[inline(always)]
-    fn back_through_color<S: Simd>(
-        &mut self,
-        simd: S,
-        decoder: &Decoder<'_>,
-        job: &Job<'_>,
-        worker: &mut Worker,
-        kept: &[Kept],
-    ) {
-        let n_features = decoder.n_features as usize * STRIDE;
-        let padded = kept.len().next_multiple_of(32);
-        for row in &mut worker.directions {
-            row[kept.len()..padded].fill(0.0);
-        }
-        for (column, k) in kept.iter().enumerate() {
-            let r = self.records[k.sample as usize].ray as usize;
-            for (row, d) in worker.directions.iter_mut().zip(self.rays[r].ray.direction) {
-                row[column] = d;
-            }
-        }
-        {
-            let Worker { a, gradients, output, color_input, .. } = &mut *worker;
-            let values = Some(&mut output[..]);
-            job.backward.density_forward(simd, decoder, a, gradients, padded, values);
-            color_input[..n_features].copy_from_slice(&output[STRIDE..STRIDE + n_features]);
-        }
-        worker.colors(simd, decoder, job.backward, padded);
-        let rows = worker.gradients.rows();
-        for c in 0..3 {
-            for column in 0..padded {
-                let rgb = worker.output[c * STRIDE + column];
-                rows[c * STRIDE + column] = rows[(1 + c) * STRIDE + column] * rgb * (1.0 - rgb);
-            }
-        }
-        let Worker { color_input, d_color_input, gradients, .. } = &mut *worker;
-        let weights = &mut self.network_gradient;
-        job.backward.color(simd, color_input, gradients, padded, weights, d_color_input);
-        let rows = gradients.rows();
-        for (value, k) in rows.iter_mut().zip(kept) {
-            *value = k.log_density;
-        }
-        rows[kept.len()..padded].fill(0.0);
-        rows[STRIDE..STRIDE + n_features].copy_from_slice(&d_color_input[..n_features]);
     }
 }
 

@@ -3,26 +3,19 @@
 //! A step is cut into the same groups at any thread count, and every group
 //! adds up its own gradients, so that the sums never depend on who worked when.
 
-use fearless_simd::Simd;
-use pocketnerf_core::Space;
-use pocketnerf_core::field::{Field, HashGridField, Shading};
+use fearless_simd::{Level, dispatch};
 use pocketnerf_core::march::composite::Accumulated;
 use pocketnerf_core::march::{LANES, Marcher, RayState};
-use pocketnerf_core::scratch::Tuning;
+use pocketnerf_core::{AnyField, Space};
 
 pub(crate) use super::worker::Worker;
-use crate::field::Backward;
+pub(super) use crate::field::{BATCH, STRIDE};
+use crate::field::{Back, HierarchicalTraining};
 use crate::random::Random;
 use crate::stopwatch::Stopwatch;
-use crate::trainer::config::Paper;
-use crate::trainer::pixels::importance::Attention;
-use crate::trainer::pixels::rays::{Pixel, RaySource, TrainingRay};
-use crate::trainer::pixels::visibility::Aim;
+use crate::trainer::backend::StepInput;
+use crate::trainer::pixels::rays::{Pixel, TrainingRay};
 
-/// Samples a batch; rows lie [`STRIDE`] values apart.
-pub(super) const BATCH: usize = 2048;
-/// Distance between the rows of a batch.
-pub(crate) const STRIDE: usize = Tuning { samples: BATCH, rays: 1 }.stride();
 /// A ray ends in training where its transmittance falls below this, and counts
 /// as opaque.
 pub(crate) const MIN_TRANSMITTANCE: f32 = 2e-2;
@@ -31,7 +24,6 @@ pub(crate) const MIN_TRANSMITTANCE: f32 = 2e-2;
 #[derive(Debug)]
 pub(crate) struct Job<'j> {
     pub(crate) marcher: Marcher<'j>,
-    pub(crate) backward: &'j Backward,
     /// Distance between samples, scene units.
     pub(crate) step: f32,
     /// Where less light than this passes, samples stand for several steps.
@@ -39,14 +31,30 @@ pub(crate) struct Job<'j> {
     /// Gradients at least this large are always kept; smaller ones in
     /// proportion to their size, and enlarged accordingly. 0: all are kept.
     pub(crate) roulette: f32,
-    /// The paper's sampling, in place of marching.
-    pub(crate) paper: Option<Paper>,
+    /// Hierarchical sampling in place of marching.
+    pub(crate) hierarchical: Option<HierarchicalTraining>,
     /// Where rays enter and leave.
     pub(crate) space: Space,
     /// How near and how far.
     pub(crate) reach: [f32; 2],
     /// Where the time of each stage is written down.
     pub(crate) stopwatch: Option<&'j Stopwatch>,
+}
+
+impl<'j> Job<'j> {
+    pub(crate) fn new(input: &StepInput<'j>, coarse_step_below: f32) -> Self {
+        let StepInput { occupancy, space, sampling, .. } = *input;
+        Self {
+            marcher: Marcher::from_parts(Some(occupancy), space, sampling, true),
+            step: sampling.step,
+            coarse_step_below,
+            roulette: input.roulette,
+            hierarchical: input.hierarchical,
+            space,
+            reach: [sampling.near, sampling.far],
+            stopwatch: input.stopwatch,
+        }
+    }
 }
 
 /// What the backward pass needs of a sample.
@@ -126,12 +134,6 @@ pub(crate) struct Group {
     pub(super) values: Vec<f32>,
     pub(super) suffix: Vec<f32>,
     pub(super) kept: Vec<Kept>,
-    /// Blocks of `[3 + n_encoded][STRIDE]`: points and gradients for the scatter.
-    pub(crate) blocks: Vec<f32>,
-    /// Points in each block, a multiple of 32.
-    pub(crate) block_lens: Vec<usize>,
-    /// Gradient of the networks' parameters.
-    pub(crate) network_gradient: Vec<f32>,
     pub(crate) stats: GroupStats,
 }
 
@@ -142,36 +144,38 @@ pub(super) const fn row_len(channels: usize) -> usize {
 }
 
 impl Group {
-    /// A group for networks with so many parameters.
-    pub(crate) fn new(n_network: usize) -> Self {
-        Self { network_gradient: vec![0.0; n_network], ..Self::default() }
+    /// Draws `n` rays from the stream of this place.
+    pub(crate) fn draw(&mut self, input: &StepInput<'_>, n: usize, mut random: Random) {
+        let source = input.source;
+        match &input.hierarchical {
+            None => self.draw_weighed(input, n, &mut random),
+            Some(training) => {
+                let cropped = input.step < training.crop_steps;
+                self.rays.clear();
+                self.rays.extend((0..n).map(|_| source.draw_anywhere(cropped, &mut random)));
+            }
+        }
+        self.errors.clear();
+        self.errors.resize(n, 0.0);
+        self.random = Some(random);
     }
 
-    /// Draws `n` rays from the stream of this place.
-    pub(crate) fn draw(
-        &mut self,
-        source: &RaySource,
-        (aim, attention): (&Aim, &Attention),
-        n: usize,
-        mut random: Random,
-    ) {
+    /// Draws rays where the error is.
+    fn draw_weighed(&mut self, input: &StepInput<'_>, n: usize, random: &mut Random) {
+        let StepInput { source, aim, attention, .. } = *input;
         // In rounds: tiles and pixels lie anywhere in memory, and the processor fetches
         // many at a time where it has nothing else to do.
         self.drawn.clear();
-        self.drawn.extend((0..n).map(|_| attention.draw(&mut random)));
+        self.drawn.extend((0..n).map(|_| attention.draw(random)));
         self.pixels.clear();
         let tiles = self.drawn.iter().map(|(tile, _)| *tile as usize);
-        self.pixels.extend(tiles.map(|tile| aim.pixel(source.cameras(), tile, &mut random)));
+        self.pixels.extend(tiles.map(|tile| aim.pixel(source.cameras(), tile, random)));
         self.colors.clear();
         self.colors.extend(self.pixels.iter().map(|pixel| source.rgba(*pixel)));
         self.rays.clear();
         let pixels = self.pixels.iter().zip(&self.colors).zip(&self.drawn);
-        self.rays.extend(
-            pixels.map(|((pixel, rgba), drawn)| source.ray(*pixel, *rgba, *drawn, &mut random)),
-        );
-        self.errors.clear();
-        self.errors.resize(n, 0.0);
-        self.random = Some(random);
+        self.rays
+            .extend(pixels.map(|((pixel, rgba), drawn)| source.ray(*pixel, *rgba, *drawn, random)));
     }
 
     /// The tile that each ray came from, and its squared error a channel.
@@ -201,22 +205,30 @@ impl Group {
     }
 
     /// Everything: march, shade, and both backward passes.
-    #[inline(always)]
-    pub(crate) fn run<S: Simd>(
+    pub(crate) fn run(
         &mut self,
-        simd: S,
-        field: &HashGridField<'_>,
+        level: Level,
+        field: &AnyField<'_>,
         job: &Job<'_>,
         worker: &mut Worker,
+        back: &mut dyn Back,
     ) {
         self.stats = GroupStats::default();
-        self.network_gradient.fill(0.0);
-        self.march(simd, field, job, worker);
-        match field.decoder.shading {
-            Shading::PerRay => self.shade(simd, field, job, worker),
-            Shading::PerSample => self.compare(row_len(field.channels())),
+        if let Some(training) = &job.hierarchical {
+            if let Some(tape) = back.tape() {
+                dispatch!(level, simd => self.run_hierarchical(simd, job, training, tape));
+            }
+            return;
         }
-        self.sample_gradients(job, row_len(field.channels()));
-        self.back_through_networks(simd, field, job, worker);
+        let (channels, deferred) = (field.channels(), field.deferred().is_some());
+        dispatch!(level, simd => self.march(simd, field.kernels(), job, worker));
+        let row_len = row_len(channels);
+        if deferred {
+            self.shade(channels, job, worker, back);
+        } else {
+            self.compare(row_len);
+        }
+        dispatch!(level, _simd => self.sample_gradients(job, row_len));
+        self.back_through_field((row_len, !deferred), worker, back);
     }
 }

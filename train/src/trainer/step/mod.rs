@@ -2,25 +2,17 @@
 
 mod back;
 pub(crate) mod group;
+mod hierarchical;
 mod march;
-mod nerf;
-mod paper;
 mod shade;
-mod worker;
+pub(crate) mod worker;
 
 use std::time::Instant;
 
-use fearless_simd::{Level, dispatch};
-use pocketnerf_core::AnyField;
-use pocketnerf_core::march::Marcher;
-use rayon::prelude::*;
-
-use crate::probe::Probe;
-use crate::random::Random;
-use crate::stopwatch::{Laps, Stage};
-use crate::trainer::occupancy::density_grid::OccupancyGrid;
-use crate::trainer::{GROUPS, Trainer};
-use group::{Group, GroupStats, Job, Worker};
+use super::Trainer;
+use super::backend::{StepInput, StepOutput};
+use super::occupancy::density_grid::OccupancyGrid;
+use crate::stopwatch::Stage;
 
 /// Steps between two updates of the occupancy.
 pub(crate) const OCCUPANCY_EVERY: u32 = 16;
@@ -28,11 +20,9 @@ pub(crate) const OCCUPANCY_EVERY: u32 = 16;
 const GROWN_EVERY: u32 = 8;
 /// Steps between two looks at where the error is.
 const ATTENTION_EVERY: u32 = 128;
-/// Where less light than this passes, samples stand for several steps, as they do in
-/// rendering.
-const COARSE_STEP_BELOW: f32 = 0.3;
 /// Rays of a step at most, where their number adapts itself.
 pub(crate) const MOST_RAYS: usize = 1 << 17;
+
 /// What a step found out.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StepStats {
@@ -91,17 +81,39 @@ impl Trainer {
                 stopwatch.add(Stage::Occupancy, time, 1);
             }
         }
-        self.backward.update(&self.parameters[self.layout.networks_start()..]);
-        self.run_groups(settings);
-        let stats = self.gather_stats();
-        self.note_errors();
-        self.plan_next(settings, &stats);
+        let output = self.backend_step(settings);
+        let stats = self.stats(&output);
+        self.note_errors(&output);
+        self.plan_next(settings, &output);
         self.step += 1;
-        self.update_parameters(settings);
-        if settings.average {
-            self.accumulate();
-        }
         stats
+    }
+
+    fn backend_step(&mut self, settings: &StepSettings) -> StepOutput {
+        let mut sampling = self.sampling;
+        sampling.step *= settings.step_scale;
+        // Now and then the neighbours of what is occupied have to be empty: else what
+        // they share entries with would fill them unseen.
+        let neighbours = self.step % GROWN_EVERY == GROWN_EVERY - 1;
+        let occupancy = if neighbours { self.grid.grown() } else { self.grid.view() };
+        self.backend.step(&StepInput {
+            source: &self.source,
+            aim: &self.aim,
+            attention: &self.attention,
+            n_rays: self.n_rays,
+            seed: self.seed,
+            step: self.step,
+            space: self.space,
+            occupancy,
+            sampling,
+            hierarchical: self.config.hierarchical_training(),
+            roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
+            table_rate: self.config.grid_rate * settings.rate,
+            table_decay: settings.decay,
+            rate: self.config.network_rate * settings.rate,
+            average: settings.average,
+            stopwatch: self.stopwatch.as_ref(),
+        })
     }
 
     pub(crate) fn update_occupancy(&mut self) {
@@ -113,114 +125,40 @@ impl Trainer {
 
     /// Looks at a share of a grid's cells.
     pub(crate) fn look_at_cells(&self, grid: &mut OccupancyGrid) {
-        let Self { layout, config, parameters, rounded, level, limits, probes, seed, .. } = self;
-        let field = match config.nerf_field() {
-            Some(_) => layout.view(&config.field, parameters),
-            None => layout.view_rounded(&config.field, rounded),
-        };
-        let field = field.expect("checked when training began");
-        let new = || Probe::new(*limits);
-        grid.look(*level, &field, *seed, probes, new);
+        self.backend.densities(grid, self.seed);
     }
 
-    /// Forward and backward of every group.
-    fn run_groups(&mut self, settings: &StepSettings) {
-        let mut sampling = self.sampling;
-        sampling.step *= settings.step_scale;
-        // Now and then the neighbours of what is occupied have to be empty: else what
-        // they share entries with would fill them unseen.
-        let neighbours = self.step % GROWN_EVERY == GROWN_EVERY - 1;
-        let occupancy = if neighbours { self.grid.grown() } else { self.grid.view() };
-        let job = Job {
-            marcher: Marcher::from_parts(Some(occupancy), self.space, sampling, true),
-            backward: &self.backward,
-            step: sampling.step,
-            coarse_step_below: COARSE_STEP_BELOW,
-            roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
-            paper: self.config.paper,
-            space: self.space,
-            reach: [sampling.near, sampling.far],
-            stopwatch: self.stopwatch.as_ref(),
+    fn stats(&self, output: &StepOutput) -> StepStats {
+        // Rays that are drawn anywhere stand for all pixels, others for those of their tiles.
+        let (share, unseen_error) = match self.config.hierarchical_training() {
+            Some(_) => (1.0, 0.0),
+            None => (self.aim.share(), self.targets.unseen_error),
         };
-        // The paper's field learns as it is, others as they will be stored.
-        let field = match self.config.nerf_field() {
-            Some(_) => self.layout.view(&self.config.field, &self.parameters),
-            None => self.layout.view_rounded(&self.config.field, &self.rounded),
-        };
-        let field = field.expect("checked when training began");
-        let hierarchical = self.config.paper.map(|paper| paper.sampling);
-        let cropped = self.config.paper.is_some_and(|paper| self.step < paper.crop_steps);
-        let (seed, step) = (self.seed, u64::from(self.step));
-        let (level, limits, n_rays) = (self.level, self.limits, self.n_rays);
-        let (source, aim) = (&self.source, (&self.aim, &self.attention));
-        self.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
-            let mut worker =
-                self.workers.take(|| Worker::new(limits, &self.backward, hierarchical));
-            let n = (g + 1) * n_rays / GROUPS - g * n_rays / GROUPS;
-            let mut laps = Laps::begin(job.stopwatch);
-            let random = Random::new(seed, [1, step, g as u64]);
-            match hierarchical {
-                None => group.draw(source, aim, n, random),
-                Some(_) => group.draw_anywhere(source, n, cropped, random),
-            }
-            laps.end(Stage::Aim, n);
-            match &field {
-                AnyField::Nerf(field) => {
-                    dispatch!(level, simd => group.run_nerf(simd, field, &job, &mut worker));
-                }
-                field => run_group(level, group, field, &job, &mut worker),
-            }
-            self.workers.put(worker);
-        });
-    }
-
-    fn gather_stats(&self) -> StepStats {
-        let mut total = GroupStats::default();
-        for group in &self.groups {
-            total.squared_error += group.stats.squared_error;
-            total.opacity += group.stats.opacity;
-            total.samples += group.stats.samples;
-            total.kept += group.stats.kept;
-        }
-        if self.config.paper.is_some() {
-            return StepStats {
-                rays: self.n_rays,
-                samples: total.samples,
-                kept: total.kept,
-                mean_squared_error: total.squared_error / (3 * self.n_rays) as f64,
-                mean_opacity: total.opacity / self.n_rays as f64,
-            };
-        }
-        let share = self.aim.share();
-        let drawn_error = total.squared_error / (3 * self.n_rays) as f64;
+        let drawn_error = output.squared_error / (3 * self.n_rays) as f64;
         StepStats {
             rays: self.n_rays,
-            samples: total.samples,
-            kept: total.kept,
-            mean_squared_error: share * drawn_error + self.targets.unseen_error,
-            mean_opacity: share * total.opacity / self.n_rays as f64,
+            samples: output.samples,
+            kept: output.kept,
+            mean_squared_error: share * drawn_error + unseen_error,
+            mean_opacity: share * output.opacity / self.n_rays as f64,
         }
     }
 
     /// Where the error is, and so where rays are to be drawn.
-    fn note_errors(&mut self) {
-        if self.config.paper.is_some() {
-            return;
+    fn note_errors(&mut self, output: &StepOutput) {
+        for (tile, error) in &output.errors {
+            self.attention.note(*tile, *error);
         }
-        for (tile, error) in self.groups.iter().flat_map(Group::errors) {
-            self.attention.note(tile, error);
-        }
-        if (self.step + 1).is_multiple_of(ATTENTION_EVERY) {
+        if !output.errors.is_empty() && (self.step + 1).is_multiple_of(ATTENTION_EVERY) {
             self.attention.update();
         }
     }
 
     /// Chooses the next step's number of rays and roulette threshold from
     /// what this one met, so that steps cost about the same.
-    fn plan_next(&mut self, settings: &StepSettings, stats: &StepStats) {
-        let mean: f64 = self.groups.iter().map(|g| g.stats.gradient_size).sum::<f64>()
-            / stats.samples.max(1) as f64;
-        let share = stats.kept as f32 / stats.samples.max(1) as f32;
+    fn plan_next(&mut self, settings: &StepSettings, output: &StepOutput) {
+        let mean = output.gradient_size / output.samples.max(1) as f64;
+        let share = output.kept as f32 / output.samples.max(1) as f32;
         if settings.kept < 1.0 {
             if self.roulette == 0.0 {
                 self.roulette = mean as f32;
@@ -230,24 +168,11 @@ impl Trainer {
             }
         }
         if self.config.batch_rays.is_none() {
-            let per_ray = stats.samples as f64 / stats.rays as f64;
+            let per_ray = output.samples as f64 / self.n_rays as f64;
             let wanted = self.config.samples_per_step as f64 / per_ray.max(0.1);
             // Half of the way: one odd batch must not upset the next.
             let n = 0.5 * (self.n_rays as f64 + wanted);
             self.n_rays = (n as usize).clamp(256, MOST_RAYS);
         }
-    }
-}
-
-pub(crate) fn run_group(
-    level: Level,
-    group: &mut Group,
-    field: &AnyField<'_>,
-    job: &Job<'_>,
-    worker: &mut Worker,
-) {
-    match field {
-        AnyField::HashGrid(field) => dispatch!(level, simd => group.run(simd, field, job, worker)),
-        _ => unreachable!("kinds that this crate lays out"),
     }
 }

@@ -1,9 +1,7 @@
 //! From what rays accumulated to their colours, the error, and back.
 
-use fearless_simd::Simd;
-use pocketnerf_core::field::HashGridField;
-
-use super::group::{BATCH, Group, Job, MIN_TRANSMITTANCE, RayGradient, STRIDE, Worker, row_len};
+use super::group::{Group, Job, MIN_TRANSMITTANCE, RayGradient, Worker, row_len};
+use crate::field::{BATCH, Back, STRIDE};
 use crate::stopwatch::{Laps, Stage};
 use crate::trainer::pixels::rays::RayError;
 
@@ -48,17 +46,14 @@ impl Group {
 
     /// Deferred shading: colour of every ray that met something, the error,
     /// and back through the colour network. `sums` become their gradients.
-    #[inline(always)]
-    pub(crate) fn shade<S: Simd>(
+    pub(super) fn shade(
         &mut self,
-        simd: S,
-        field: &HashGridField<'_>,
+        channels: usize,
         job: &Job<'_>,
         worker: &mut Worker,
+        back: &mut dyn Back,
     ) {
         let mut laps = Laps::begin(job.stopwatch);
-        let decoder = &field.decoder;
-        let channels = decoder.channels();
         let row_len = row_len(channels);
         self.ray_gradients.clear();
         self.ray_gradients.resize(self.rays.len(), RayGradient::default());
@@ -78,72 +73,65 @@ impl Group {
                 laps.end(Stage::Shade, 0);
                 return;
             }
-            let padded = hits.len().next_multiple_of(32);
-            for row in worker.color_input.chunks_mut(STRIDE) {
-                row[hits.len()..padded].fill(0.0);
-            }
-            for row in &mut worker.directions {
-                row[hits.len()..padded].fill(0.0);
-            }
-            for (column, &r) in hits.iter().enumerate() {
-                let sums = &self.sums[r * row_len + 1..][..channels];
-                let rows = worker.color_input.chunks_mut(STRIDE);
-                for (row, sum) in rows.zip(sums) {
-                    row[column] = sum / self.accumulated[r].opacity;
-                }
-                for (row, d) in worker.directions.iter_mut().zip(self.rays[r].ray.direction) {
-                    row[column] = d;
-                }
-            }
-            worker.colors(simd, decoder, job.backward, padded);
-            // Gradient of the colour network's outputs, before the logistic.
-            for row in worker.gradients.rows().chunks_mut(STRIDE).take(3) {
-                row[..padded].fill(0.0);
-            }
-            for (column, &r) in hits.iter().enumerate() {
-                let opacity = self.accumulated[r].alpha(MIN_TRANSMITTANCE);
-                let background = self.rays[r].background;
-                let rgb = [0, 1, 2].map(|c| worker.output[c * STRIDE + column]);
-                let color = [0, 1, 2].map(|c| opacity * rgb[c] + (1.0 - opacity) * background[c]);
-                let error = self.error(r, color, opacity);
-                let rows = worker.gradients.rows();
-                for c in 0..3 {
-                    let slope = rgb[c] * (1.0 - rgb[c]);
-                    rows[c * STRIDE + column] = opacity * error.d_color[c] * slope;
-                }
-                // That of a ray that has ended is 1, whatever its samples.
-                if opacity < 1.0 {
-                    let unlike = |c: usize| error.d_color[c] * (rgb[c] - background[c]);
-                    self.ray_gradients[r].opacity =
-                        error.d_opacity + (0..3).map(unlike).sum::<f32>();
-                }
-            }
-            job.backward.color(
-                simd,
-                &worker.color_input,
-                &mut worker.gradients,
-                padded,
-                &mut self.network_gradient,
-                &mut worker.d_color_input,
-            );
-            for (column, &r) in hits.iter().enumerate() {
-                let inverse = 1.0 / self.accumulated[r].opacity;
-                let gradient = &mut self.ray_gradients[r];
-                let d_rows = worker.d_color_input.chunks(STRIDE);
-                let rows = worker.color_input.chunks(STRIDE);
-                let sums = &mut self.sums[r * row_len..][..row_len];
-                // Nothing depends on the sum of densities, nor on what fills up the row.
-                sums.fill(0.0);
-                let channels = sums[1..=channels].iter_mut();
-                for ((sum, d_row), row) in channels.zip(d_rows).zip(rows) {
-                    // feature = sum / opacity.
-                    let d_sum = d_row[column] * inverse;
-                    *sum = d_sum;
-                    gradient.opacity -= d_sum * row[column];
-                    gradient.size += d_sum.abs();
-                }
-            }
+            self.shade_hits(&hits, (channels, row_len), worker, back);
             laps.end(Stage::Shade, hits.len());
+        }
+    }
+
+    /// The same for a batch of rays.
+    fn shade_hits(
+        &mut self,
+        hits: &[usize],
+        (channels, row_len): (usize, usize),
+        worker: &mut Worker,
+        back: &mut dyn Back,
+    ) {
+        let padded = hits.len().next_multiple_of(32);
+        let Worker { features, directions, d_colors, .. } = worker;
+        let rows = features.chunks_mut(STRIDE).chain(d_colors.chunks_mut(STRIDE));
+        for row in rows.chain(directions.iter_mut().map(|row| &mut row[..])) {
+            row[hits.len()..padded].fill(0.0);
+        }
+        for (column, &r) in hits.iter().enumerate() {
+            let sums = &self.sums[r * row_len + 1..][..channels];
+            for (row, sum) in features.chunks_mut(STRIDE).zip(sums) {
+                row[column] = sum / self.accumulated[r].opacity;
+            }
+            for (row, d) in directions.iter_mut().zip(self.rays[r].ray.direction) {
+                row[column] = d;
+            }
+        }
+        let colors = back.colors(features, directions.each_ref().map(|row| &row[..]), padded);
+        for (column, &r) in hits.iter().enumerate() {
+            let opacity = self.accumulated[r].alpha(MIN_TRANSMITTANCE);
+            let background = self.rays[r].background;
+            let rgb = [0, 1, 2].map(|c| colors[c * STRIDE + column]);
+            let color = [0, 1, 2].map(|c| opacity * rgb[c] + (1.0 - opacity) * background[c]);
+            let error = self.error(r, color, opacity);
+            for c in 0..3 {
+                d_colors[c * STRIDE + column] = opacity * error.d_color[c];
+            }
+            // That of a ray that has ended is 1, whatever its samples.
+            if opacity < 1.0 {
+                let unlike = |c: usize| error.d_color[c] * (rgb[c] - background[c]);
+                self.ray_gradients[r].opacity = error.d_opacity + (0..3).map(unlike).sum::<f32>();
+            }
+        }
+        let d_features = back.colors_back(d_colors, padded);
+        for (column, &r) in hits.iter().enumerate() {
+            let inverse = 1.0 / self.accumulated[r].opacity;
+            let gradient = &mut self.ray_gradients[r];
+            let rows = d_features.chunks(STRIDE).zip(features.chunks(STRIDE));
+            let sums = &mut self.sums[r * row_len..][..row_len];
+            // Nothing depends on the sum of densities, nor on what fills up the row.
+            sums.fill(0.0);
+            for (sum, (d_row, row)) in sums[1..=channels].iter_mut().zip(rows) {
+                // feature = sum / opacity.
+                let d_sum = d_row[column] * inverse;
+                *sum = d_sum;
+                gradient.opacity -= d_sum * row[column];
+                gradient.size += d_sum.abs();
+            }
         }
     }
 }

@@ -53,7 +53,7 @@ impl Convert {
                 say(format!("{done} of {} views", cameras.len()));
             }
         })?;
-        let mut trainer = Trainer::new(dataset, config, self.rendering.vectors.level())?;
+        let mut trainer = Trainer::with_prepass(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(length, Instant::now());
         let mut bar = Bar::new(common.quiet);
         while let Some(progress) = run.step(&mut trainer)? {

@@ -46,7 +46,7 @@ impl Train {
             Some(checkpoint) => checkpoint.resume(dataset, self.vectors.level(), common.started)?,
             None => {
                 let config = self.config(&dataset)?;
-                let trainer = Trainer::new(dataset, config, self.vectors.level())?;
+                let trainer = Trainer::with_prepass(dataset, config, self.vectors.level())?;
                 (trainer, Run::new(self.length(), common.started))
             }
         };

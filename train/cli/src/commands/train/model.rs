@@ -1,7 +1,7 @@
 //! What is trained: options of `pocketnerf train` for the kind of field and its size.
 
 use pocketnerf_train::dataset::Dataset;
-use pocketnerf_train::field::{EncodingConfig, FieldConfig};
+use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
 use super::nerf::NerfOptions;
@@ -92,15 +92,17 @@ impl ModelOptions {
             Method::HashGrid => TrainConfig::hash_grid().for_length(length),
         };
         if self.no_view_dependence {
-            config.field.sh_degree = 1;
-            if let EncodingConfig::Nerf(nerf) = &mut config.field.encoding {
-                nerf.directions = None;
+            match &mut config.field {
+                FieldConfig::HashGrid(field) => field.sh_degree = 1,
+                FieldConfig::Nerf(nerf) => nerf.directions = None,
             }
         }
         if self.profile == Profile::Fast {
             config = config.for_speed();
         }
-        if let EncodingConfig::HashGrid(grid) = &mut config.field.encoding {
+        if let Some(HashGridFieldConfig { grid, density_hidden, color_hidden, .. }) =
+            config.field.hash_grid_mut()
+        {
             grid.log2_hashmap_size = self.log2_hashmap_size.unwrap_or(grid.log2_hashmap_size);
             if let Some(n) = self.n_levels {
                 let steps = (grid.n_levels - 1) as f32 / (n - 1) as f32;
@@ -108,7 +110,6 @@ impl ModelOptions {
                 grid.n_levels = n;
             }
             if let Some(width) = self.hidden_width {
-                let FieldConfig { density_hidden, color_hidden, .. } = &mut config.field;
                 density_hidden
                     .iter_mut()
                     .chain(color_hidden)
@@ -123,14 +124,18 @@ impl ModelOptions {
         &self,
         config: &TrainConfig,
     ) -> [(&'static str, Option<u32>, Option<u32>); 3] {
-        let (log2_hashmap_size, n_levels) = match config.field.encoding {
-            EncodingConfig::HashGrid(grid) => (Some(grid.log2_hashmap_size), Some(grid.n_levels)),
-            _ => (None, None),
+        let field = match &config.field {
+            FieldConfig::HashGrid(field) => Some(field),
+            FieldConfig::Nerf(_) => None,
         };
-        let FieldConfig { density_hidden, color_hidden, .. } = &config.field;
-        let mut widths = density_hidden.iter().chain(color_hidden);
-        let width = widths.next().filter(|&width| widths.all(|other| other == width));
-        let hidden_width = width.map(|&width| width as u32);
+        let grid = field.map(|field| field.grid);
+        let (log2_hashmap_size, n_levels) =
+            (grid.map(|grid| grid.log2_hashmap_size), grid.map(|grid| grid.n_levels));
+        let hidden_width = field.and_then(|field| {
+            let mut widths = field.density_hidden.iter().chain(&field.color_hidden);
+            let width = widths.next().filter(|&width| widths.all(|other| other == width));
+            width.map(|&width| width as u32)
+        });
         [
             ("--log2-hashmap-size", self.log2_hashmap_size, log2_hashmap_size),
             ("--n-levels", self.n_levels, n_levels),

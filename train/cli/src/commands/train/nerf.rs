@@ -2,8 +2,8 @@
 
 use pocketnerf_core::field::Activation;
 use pocketnerf_core::march::Hierarchical;
-use pocketnerf_train::field::{EncodingConfig, FourierConfig, NerfConfig, WavesConfig};
-use pocketnerf_train::trainer::{Paper, TrainConfig};
+use pocketnerf_train::field::{FourierConfig, HierarchicalTraining, NerfConfig, WavesConfig};
+use pocketnerf_train::trainer::TrainConfig;
 
 use crate::commands::Failure;
 use crate::commands::rendering::Sampling;
@@ -134,19 +134,19 @@ impl NerfOptions {
     /// The settings of a new run on images with or without alpha.
     pub(super) fn config(&self, has_alpha: bool) -> TrainConfig {
         let mut config = if self.is_hierarchical() {
-            let mut paper = Paper::PLAIN;
-            paper.noise = self.density_noise.unwrap_or(0.0);
-            paper.crop_steps = self.crop_steps.unwrap_or(if has_alpha { 500 } else { 0 });
-            let Hierarchical { n_coarse, n_fine, .. } = &mut paper.sampling;
+            let mut training = HierarchicalTraining::PLAIN;
+            training.noise = self.density_noise.unwrap_or(0.0);
+            training.crop_steps = self.crop_steps.unwrap_or(if has_alpha { 500 } else { 0 });
+            let Hierarchical { n_coarse, n_fine, .. } = &mut training.sampling;
             [*n_coarse, *n_fine] = self.samples.unwrap_or([*n_coarse, *n_fine]);
             if self.no_hierarchy {
                 (*n_coarse, *n_fine) = (*n_coarse + *n_fine, 0);
             }
-            TrainConfig::paper(paper)
+            TrainConfig::hierarchical(training)
         } else {
             TrainConfig::nerf()
         };
-        if let EncodingConfig::Nerf(nerf) = &mut config.field.encoding {
+        if let Some(nerf) = config.field.nerf_mut() {
             self.shape(nerf);
         }
         config

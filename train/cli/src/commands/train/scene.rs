@@ -61,7 +61,8 @@ impl SceneOptions {
             config.far = self.far;
         }
         // Images with alpha are on white in the original NeRF.
-        let white = (config.paper.is_some() && dataset.has_alpha).then_some([1.0; 3]);
+        let white =
+            (config.hierarchical_training().is_some() && dataset.has_alpha).then_some([1.0; 3]);
         config.backdrop = self.background.or(white);
         Ok(())
     }

@@ -9,7 +9,6 @@
 //! the same model, to the bit, as one that was not.
 
 mod error;
-mod nerf;
 mod record;
 mod sections;
 
@@ -23,7 +22,6 @@ pub use error::{CheckpointError, Problem};
 pub use sections::{kind, section_name};
 
 use crate::dataset::Dataset;
-use crate::field::rounding::EightBits;
 use crate::trainer::run::guard::{self, Averages};
 use crate::trainer::{Length, Plan, Run, TrainConfig, Trainer};
 use record::RecordV1;
@@ -53,7 +51,8 @@ pub struct Checkpoint {
     square: Vec<f32>,
     sum: Vec<f32>,
     density: Vec<f32>,
-    scales: Option<Vec<EightBits>>,
+    /// How tables are rounded; empty: as finely as holds them.
+    scales: Vec<u8>,
     /// Errors, then sizes.
     attention: Option<Vec<f32>>,
     coarse: Vec<u8>,
@@ -72,23 +71,24 @@ pub fn write(
 ) -> Result<Vec<u8>, WriteError> {
     let mut writer = ContainerWriter::new();
     writer.add_model(&trainer.model(), about, Precision::F32)?;
-    let nerf = nerf::NerfV1::of(&trainer.config).map(nerf::NerfV1::to_bytes);
+    let field = trainer.config.field.kind().section();
     let mut add = |kind, bytes| writer.add(SectionId::first(kind), V1, false, bytes);
     let record = RecordV1::new(trainer, run, trained_on).to_bytes();
     add(kind::TRAINER, &record[..]);
-    add(kind::MEAN, bytemuck::must_cast_slice(&trainer.mean));
-    add(kind::SQUARE, bytemuck::must_cast_slice(&trainer.square));
+    let state = trainer.backend.download();
+    for group in &state.groups {
+        add(group.sections.mean, bytemuck::must_cast_slice(&group.mean));
+        add(group.sections.square, bytemuck::must_cast_slice(&group.square));
+    }
     add(kind::DENSITY, bytemuck::must_cast_slice(trainer.grid.state().0));
-    let scales: Vec<u8> =
-        trainer.rounded.scales().map(|s| s.scale_log2().cast_unsigned()).collect();
-    add(kind::SCALES, &scales);
+    add(kind::SCALES, &state.scales);
     let attention = trainer.attention.state().concat();
     add(kind::ATTENTION, bytemuck::must_cast_slice(&attention));
-    if let Some(nerf) = &nerf {
-        add(kind::NERF, nerf);
+    if let Some(field) = &field {
+        add(kind::NERF, field);
     }
-    if trainer.averaged > 0 {
-        add(kind::SUM, bytemuck::must_cast_slice(&trainer.sum));
+    for group in state.groups.iter().filter(|_| state.averaged > 0) {
+        add(group.sections.sum, bytemuck::must_cast_slice(&group.sum));
     }
     writer.finish()
 }
@@ -187,26 +187,28 @@ impl Checkpoint {
             return Err(Problem::Dataset { name, given, expected, found });
         }
         let record = self.record;
-        let mut trainer = Trainer::new(dataset, self.config, simd).map_err(Problem::Model)?;
+        let mut trainer =
+            Trainer::with_prepass(dataset, self.config, simd).map_err(Problem::Model)?;
         let changed = |part, same: bool| if same { Ok(()) } else { Err(Problem::Changed(part)) };
         changed("scene box", trainer.space == self.space)?;
         changed("steps along a ray", trainer.sampling == self.sampling)?;
-        changed("number of parameters", trainer.parameters.len() == self.parameters.len())?;
+        let mut state = trainer.backend.download().clone();
+        let group = state.field_mut();
+        let same = group.parameters.len() == self.parameters.len();
+        changed("number of parameters", same)?;
+        group.parameters.copy_from_slice(&self.parameters);
+        group.mean = self.mean;
+        group.square.copy_from_slice(&self.square);
+        group.sum = self.sum;
+        (state.averaged, state.scales) = (record.averaged, self.scales);
+        trainer.backend.upload(state);
         let (density, updates) = (&self.density, record.updates);
         let restored = trainer.grid.restore(density, updates, &self.coarse, &self.fine);
         changed("cells that may be occupied", restored)?;
-        trainer.set_parameters(|_, parameters| parameters.copy_from_slice(&self.parameters));
-        if let Some(scales) = &self.scales {
-            let Trainer { rounded, level, layout, parameters, .. } = &mut trainer;
-            rounded.round_tables(*level, layout, scales, parameters);
-        }
         if let Some(attention) = &self.attention {
             let restored = trainer.attention.restore(attention);
             changed("tiles of the images", restored)?;
         }
-        trainer.mean = self.mean;
-        trainer.square.copy_from_slice(&self.square);
-        (trainer.sum, trainer.averaged) = (self.sum, record.averaged);
         trainer.step = record.step;
         trainer.n_rays = record.n_rays as usize;
         trainer.roulette = record.roulette;

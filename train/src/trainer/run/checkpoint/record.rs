@@ -80,7 +80,7 @@ impl RecordV1 {
             n_rays: trainer.n_rays as u32,
             roulette: trainer.roulette,
             updates: trainer.grid.state().1,
-            averaged: trainer.averaged,
+            averaged: trainer.backend.download().averaged,
             fingerprint: trained_on.fingerprint,
             downscale_factor: trained_on.downscale_factor,
             config: ConfigV1::new(&trainer.config),
@@ -142,8 +142,6 @@ impl RecordV1 {
             first_step_scale: config.first_step_scale,
             opaque_backdrop: config.opaque_backdrop,
             backdrop: config.backdrop,
-            orthogonal: false,
-            paper: None,
         }
     }
 
@@ -199,8 +197,6 @@ impl ConfigV1 {
             first_step_scale,
             opaque_backdrop,
             backdrop,
-            orthogonal: _,
-            paper: _,
         } = *config;
         Self {
             seed,

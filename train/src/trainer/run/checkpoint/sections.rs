@@ -2,16 +2,13 @@
 
 use std::path::Path;
 
-use pocketnerf_core::network::Mlp;
-use pocketnerf_core::{AnyField, DType};
+use pocketnerf_core::DType;
 use pocketnerf_formats::{ModelFile, Section, SectionId};
 
-use super::nerf::NerfV1;
 use super::record::RecordV1;
 use super::{Checkpoint, Problem};
 use crate::field::rounding::EightBits;
-use crate::field::{EncodingConfig, FieldConfig, Layout, NerfConfig};
-use crate::trainer::TrainConfig;
+use crate::field::{FieldConfig, Layout, Unusable};
 
 /// Kinds of the sections that a checkpoint has beside those of a model.
 pub mod kind {
@@ -37,7 +34,7 @@ pub mod kind {
     /// Programs that had none drew all alike, and without it so does this one until it
     /// has looked again.
     pub const ATTENTION: u32 = PROGRAM + 6;
-    /// What else a run of the paper's field needs; only for such a field.
+    /// What else a run needs of its kind of field; for vanilla NeRFs.
     pub const NERF: u32 = PROGRAM + 7;
 }
 
@@ -70,19 +67,10 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     if occupancy.resolution() < 16 || !occupancy.resolution().is_power_of_two() {
         return Err(Problem::Untrainable("occupancy of another resolution"));
     }
-    let nerf = match &model.field {
-        AnyField::Nerf(_) => Some(
-            NerfV1::from_bytes(section(&model_file, kind::NERF)?.bytes)
-                .ok_or(Problem::State("section NERF"))?,
-        ),
-        _ => None,
-    };
-    let field = field_config(&model.field, nerf.as_ref())?;
-    let layout = Layout::new(&field);
+    let field = field_config(&model_file)?;
+    let layout = field.kind().layout();
     let parameters = parameters(&model_file, &layout)?;
-    let mut config = record.config(field, model.space, occupancy.resolution());
-    config.paper = nerf.and_then(|nerf| nerf.paper());
-    config.orthogonal = nerf.is_some_and(|nerf| nerf.orthogonal);
+    let config = record.config(field, model.space, occupancy.resolution());
     record.check(&config).map_err(Problem::State)?;
     let moments = |kind, n: usize| {
         let section = section(&model_file, kind)?;
@@ -99,7 +87,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         0 => Vec::new(),
         _ => moments(kind::SUM, parameters.len())?,
     };
-    let scales = scales(&model_file, layout.levels().len())?;
+    let scales = scales(&model_file, layout.tables().len())?;
     // How many there must be, the dataset will tell.
     let density = floats(section(&model_file, kind::DENSITY)?.bytes);
     if !density.iter().all(|d| *d >= 0.0) {
@@ -140,18 +128,21 @@ fn section<'a>(file: &ModelFile<'a>, kind: u32) -> Result<Section<'a>, Problem> 
     Ok(section)
 }
 
-/// How the levels of the grid are rounded, where the file says it.
-fn scales(file: &ModelFile<'_>, n_levels: usize) -> Result<Option<Vec<EightBits>>, Problem> {
+/// How tables are rounded, where the file says it.
+fn scales(file: &ModelFile<'_>, n_tables: usize) -> Result<Vec<u8>, Problem> {
     if file.container().find(SectionId::first(kind::SCALES)).is_none() {
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let section = section(file, kind::SCALES)?;
-    let (expected, found) = (n_levels as u64, section.bytes.len() as u64);
+    let (expected, found) = (n_tables as u64, section.bytes.len() as u64);
     if expected != found {
         return Err(Problem::Length { section: section.id, expected, found });
     }
-    let scales = section.bytes.iter().map(|byte| EightBits::at(byte.cast_signed()));
-    scales.collect::<Option<_>>().ok_or(Problem::State("section SCALES")).map(Some)
+    let sound = |byte: &u8| EightBits::at(byte.cast_signed()).is_some();
+    if !section.bytes.iter().all(sound) {
+        return Err(Problem::State("section SCALES"));
+    }
+    Ok(section.bytes.to_vec())
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {
@@ -170,32 +161,13 @@ fn parameters(file: &ModelFile<'_>, layout: &Layout) -> Result<Vec<f32>, Problem
     Ok(file.tensors().flat_map(|(_, view)| floats(view.bytes())).collect())
 }
 
-/// The shape of a field, for training.
-fn field_config(field: &AnyField<'_>, nerf: Option<&NerfV1>) -> Result<FieldConfig, Problem> {
-    let (encoding, decoder) = match field {
-        AnyField::Nerf(field) => {
-            let deviations = nerf.map_or([0.0; 2], |nerf| nerf.deviations);
-            let config = NerfConfig::of(field, deviations)
-                .ok_or(Problem::Untrainable("layers that no run has"))?;
-            let encoding = EncodingConfig::Nerf(config);
-            return Ok(FieldConfig { encoding, ..TrainConfig::nerf().field });
-        }
-        AnyField::HashGrid(field) => (EncodingConfig::HashGrid(field.grid.config), &field.decoder),
-        _ => return Err(Problem::Untrainable("a kind of field unknown to this build")),
-    };
-    Ok(FieldConfig {
-        encoding,
-        density_hidden: hidden(&decoder.density),
-        color_hidden: hidden(&decoder.color),
-        n_features: decoder.n_features as usize,
-        sh_degree: decoder.sh_degree,
-        shading: decoder.shading,
-        log_density_bias: decoder.log_density_bias,
+/// The shape of the field, for training.
+fn field_config(file: &ModelFile<'_>) -> Result<FieldConfig, Problem> {
+    let id = SectionId::first(kind::NERF);
+    let own = file.container().find(id).map(|_| section(file, kind::NERF)).transpose()?;
+    FieldConfig::of(&file.model.field, own.map(|section| section.bytes)).map_err(|why| match why {
+        Unusable::Model(what) => Problem::Untrainable(what),
+        Unusable::NoSection => Problem::NotACheckpoint,
+        Unusable::Section => Problem::State("section NERF"),
     })
-}
-
-/// Widths of a network's hidden layers.
-fn hidden(network: &Mlp<'_>) -> Vec<usize> {
-    let widths = network.layers().iter().map(|layer| layer.weight.cols());
-    widths.take(network.layers().len().saturating_sub(1)).collect()
 }

@@ -1,5 +1,4 @@
-//! The hash grid's gradient: what encoded points asked for, added to the
-//! entries they read.
+//! The grid's gradient: that of encoded points, added to the entries they read.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x4};
 use pocketnerf_core::encoding::hash_grid::{Corners, Level};
@@ -10,7 +9,7 @@ use pocketnerf_core::lanes::LANES;
 /// `rows` holds the gradient of the level's features, `[features][stride]`.
 /// `table` is `[entries][features]`.
 #[inline(always)]
-pub fn scatter_level<S: Simd>(
+pub(super) fn scatter_level<S: Simd>(
     simd: S,
     level: &Level,
     features: usize,

@@ -4,16 +4,19 @@ use pocketnerf_core::encoding::hash_grid::{HASH_PRIMES, Level as GridLevel};
 use pocketnerf_core::encoding::spherical_harmonics;
 use pocketnerf_core::field::Shading;
 
-use crate::field::{EncodingConfig, FieldConfig, Layout, Part};
+use super::{COLOR, DENSITY, HashGridFieldConfig, MIN_TRANSMITTANCE};
+use crate::field::{Layout, Part, Role};
 use crate::trainer::TrainingRay;
-use crate::trainer::step::group::{MIN_TRANSMITTANCE, Record};
+use crate::trainer::step::group::Record;
 
 /// The loss of some rays as a function of the parameters.
 pub(super) struct Loss {
-    config: FieldConfig,
+    config: HashGridFieldConfig,
     layout: Layout,
     /// Distance between samples.
     step: f64,
+    /// Added to the logarithm of the density.
+    bias: f64,
     rays: Vec<Seen>,
 }
 
@@ -30,9 +33,9 @@ type Encoding = Vec<[(usize, f64); 8]>;
 
 impl Loss {
     pub(super) fn new(
-        config: FieldConfig,
+        config: HashGridFieldConfig,
         layout: Layout,
-        step: f32,
+        (step, bias): (f32, f32),
         rays: impl Iterator<Item = (TrainingRay, Vec<Record>)>,
     ) -> Self {
         let seen = |(ray, samples): (TrainingRay, Vec<Record>)| {
@@ -49,7 +52,7 @@ impl Loss {
             }
         };
         let rays = rays.map(seen).collect();
-        Self { config, layout, step: f64::from(step), rays }
+        Self { config, layout, step: f64::from(step), bias: f64::from(bias), rays }
     }
 
     /// Half the sum of squared errors.
@@ -64,7 +67,7 @@ impl Loss {
         for (encoding, steps) in &seen.samples {
             let mut values = self.encoded(parameters, encoding);
             self.network(parameters, false, &mut values);
-            let log_density = values.remove(0) + f64::from(self.config.log_density_bias);
+            let log_density = values.remove(0) + self.bias;
             if per_sample {
                 values = self.color(parameters, values, seen);
             }
@@ -103,7 +106,7 @@ impl Loss {
 
     fn encoded(&self, parameters: &[f64], encoding: &[[(usize, f64); 8]]) -> Vec<f64> {
         let mut values = Vec::new();
-        for (corners, range) in encoding.iter().zip(self.layout.levels()) {
+        for (corners, range) in encoding.iter().zip(self.layout.tables()) {
             let [_, n_features] = range.shape;
             values.extend((0..n_features).map(|f| {
                 let value = |(entry, w)| w * parameters[range.start + entry * n_features + f];
@@ -123,10 +126,8 @@ impl Loss {
         let config = &self.config;
         let n_hidden = if color { &config.color_hidden } else { &config.density_hidden }.len();
         for i in 0..=n_hidden {
-            let parts = match color {
-                true => [Part::ColorWeight(i), Part::ColorBias(i)],
-                false => [Part::DensityWeight(i), Part::DensityBias(i)],
-            };
+            let network = if color { COLOR } else { DENSITY };
+            let parts = [Role::Weight, Role::Bias].map(|role| Part { network, layer: i, role });
             let [weight, bias] = parts.map(|part| &parameters[self.layout.range(part).indices()]);
             let output = |o: usize| {
                 let column = weight.iter().skip(o).step_by(bias.len());
@@ -138,15 +139,9 @@ impl Loss {
     }
 }
 
-fn encoding(config: &FieldConfig, u: [f32; 3]) -> Encoding {
+fn encoding(config: &HashGridFieldConfig, u: [f32; 3]) -> Encoding {
     let u = u.map(f64::from);
-    match config.encoding {
-        EncodingConfig::HashGrid(grid) => {
-            let levels = 0..grid.n_levels as usize;
-            levels.map(|l| corners(&grid.level(l), u)).collect()
-        }
-        EncodingConfig::Nerf(_) => unreachable!("has tests of its own"),
-    }
+    (0..config.grid.n_levels as usize).map(|l| corners(&config.grid.level(l), u)).collect()
 }
 
 /// The corners of a point's cell, numbered in blocks of 2×2×2.

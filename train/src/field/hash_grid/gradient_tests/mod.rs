@@ -8,18 +8,24 @@ mod loss;
 mod roulette;
 mod samples;
 
-use fearless_simd::dispatch;
-use pocketnerf_core::Camera;
 use pocketnerf_core::encoding::{GridIndex, HashGridConfig};
 use pocketnerf_core::field::Shading;
-use pocketnerf_core::march::Marcher;
+use pocketnerf_core::{Camera, Sampling, SimdLevel, Space};
 
-use super::step::group::Job;
-use super::step::run_group;
+use super::config::{COLOR, DENSITY};
 use super::*;
-use crate::dataset::{Split, View};
-use crate::field::{FieldConfig, Part, Range};
+use crate::dataset::{Dataset, Split, View};
+use crate::field::{Part, Role};
 use crate::random::Random;
+use crate::trainer::backend::{Backend, Cpu, StepInput};
+use crate::trainer::parameters::{ParameterGroup, State};
+use crate::trainer::pixels::importance::Attention;
+use crate::trainer::pixels::rays::RaySource;
+use crate::trainer::pixels::visibility::Aim;
+use crate::trainer::prepass::{self, Prepared};
+use crate::trainer::step::group::{Group, Job, MIN_TRANSMITTANCE};
+use crate::trainer::step::worker::Worker;
+use crate::trainer::{OccupancyGrid, TrainConfig};
 use loss::Loss;
 
 /// Parameters of each range that are looked at one by one.
@@ -47,21 +53,21 @@ fn dataset(has_alpha: bool) -> Dataset {
 }
 
 /// The first level is dense, the last one hashed.
-const fn hash_grid(n_features_per_level: u32) -> EncodingConfig {
-    EncodingConfig::HashGrid(HashGridConfig {
+const fn hash_grid(n_features_per_level: u32) -> HashGridConfig {
+    HashGridConfig {
         n_levels: 3,
         n_features_per_level,
         log2_hashmap_size: 9,
         base_resolution: 3,
         per_level_scale: 2.0,
         index: GridIndex::Blocked,
-    })
+    }
 }
 
 /// A field to look at.
 #[derive(Clone, Copy, Debug)]
 struct Case {
-    encoding: EncodingConfig,
+    encoding: HashGridConfig,
     density_hidden: &'static [usize],
     color_hidden: &'static [usize],
     n_features: usize,
@@ -94,92 +100,112 @@ const SHADINGS: [Shading; 2] = [Shading::PerRay, Shading::PerSample];
 
 /// The groups of one step, which can be run again.
 struct Step {
-    rays: [usize; 2],
-    coarse_step_below: f32,
-    trainer: Trainer,
-    worker: Worker,
+    case: Case,
+    config: HashGridFieldConfig,
+    layout: Layout,
+    source: RaySource,
+    aim: Aim,
+    attention: Attention,
+    grid: OccupancyGrid,
+    space: Space,
+    sampling: Sampling,
+    cpu: Cpu,
 }
 
 impl Step {
     fn new(case: Case) -> Self {
-        let mut config = TrainConfig::hash_grid();
-        config.field = FieldConfig {
-            encoding: case.encoding,
+        let config = HashGridFieldConfig {
+            grid: case.encoding,
             density_hidden: case.density_hidden.into(),
             color_hidden: case.color_hidden.into(),
             n_features: case.n_features,
             sh_degree: case.sh_degree,
             shading: case.shading,
-            log_density_bias: 0.0,
         };
-        config.opaque_backdrop = [0.1, 0.6, 0.3];
-        config.aabb = Some([[-1.0, -1.0, -0.8], [1.0, 0.9, 1.0]]);
-        config.occupancy_resolution = 16;
-        config.samples_per_side = 8.0;
+        let training = TrainConfig {
+            field: FieldConfig::HashGrid(config.clone()),
+            opaque_backdrop: [0.1, 0.6, 0.3],
+            aabb: Some([[-1.0, -1.0, -0.8], [1.0, 0.9, 1.0]]),
+            occupancy_resolution: 16,
+            samples_per_side: 8.0,
+            ..TrainConfig::hash_grid()
+        };
         let dataset = dataset(case.shading == Shading::PerSample);
         let simd = case.simd.unwrap_or_else(SimdLevel::detect);
-        let mut trainer = Trainer::new(dataset, config, simd).unwrap();
-        let first_output = trainer.layout.range(Part::DensityBias(case.density_hidden.len())).start;
-        let mut random = Random::new(2, [0; 3]);
-        trainer.set_parameters(|layout, parameters| {
-            for range in layout.ranges() {
-                for value in &mut parameters[range.indices()] {
-                    match range.part {
-                        Part::GridLevel(_) => *value *= 5e3,
-                        Part::DensityBias(_) | Part::ColorBias(_) => {
-                            *value = random.next_f32() - 0.5;
-                        }
-                        Part::DensityWeight(_) | Part::ColorWeight(_) => *value *= 0.7,
-                        Part::Nerf(_) => unreachable!("has tests of its own"),
-                    }
-                }
-            }
-            parameters[first_output] = case.log_density;
-        });
-        trainer.groups.truncate(case.rays.len());
+        let prepared = prepass::run(dataset, training, simd).unwrap();
+        let Prepared { source, space, candidates, config: training } = prepared;
+        let scale = space.unit_map().scale;
+        let mut field = config.build(scale);
+        field.set_exact();
+        let layout = config.layout();
+        let group = ParameterGroup::of_field(&layout, training.adam());
+        let mut cpu = Cpu::new(field, State::new(group), simd).unwrap();
+        cpu.reset(0);
+        let mut state = cpu.download().clone();
+        set_parameters(&case, &layout, &mut state.field_mut().parameters);
+        cpu.upload(state);
+        let aim = Aim::new(&source, &space, 16, &candidates);
         // Rays that count as much as each other would hide what weights are for.
-        (0..).zip([0.3, 0.01, 0.1]).for_each(|(tile, e)| trainer.attention.note(tile, e));
-        trainer.attention.update();
-        let worker = Worker::new(trainer.limits, &trainer.backward, None);
-        Self { rays: case.rays, coarse_step_below: case.coarse_step_below, trainer, worker }
+        let mut attention = Attention::new(aim.n_tiles());
+        (0..).zip([0.3, 0.01, 0.1]).for_each(|(tile, e)| attention.note(tile, e));
+        attention.update();
+        Self {
+            case,
+            config,
+            sampling: training.sampling(&space).unwrap(),
+            layout,
+            source,
+            aim,
+            attention,
+            grid: OccupancyGrid::new(16, candidates),
+            space,
+            cpu,
+        }
+    }
+
+    fn parameters(&self) -> &[f32] {
+        &self.cpu.download().field().parameters
+    }
+
+    fn groups(&self) -> impl Iterator<Item = &Group> {
+        self.cpu.groups.iter().take(self.case.rays.len())
     }
 
     /// Loss and samples passed back; gradients stay in the groups. `luck` decides
     /// in the roulette.
     fn run(&mut self, roulette: f32, luck: u64) -> (f64, usize) {
-        let Trainer {
-            layout,
-            config,
-            parameters,
-            backward,
-            groups,
-            grid,
-            space,
-            sampling,
+        let Self { case, source, aim, attention, grid, space, sampling, cpu, .. } = self;
+        let input = StepInput {
             source,
-            level,
             aim,
             attention,
-            ..
-        } = &mut self.trainer;
-        backward.update(&parameters[layout.networks_start()..]);
-        let field = layout.view(&config.field, parameters).unwrap();
-        let job = Job {
-            marcher: Marcher::from_parts(Some(grid.view()), *space, *sampling, true),
-            backward,
-            step: sampling.step,
-            coarse_step_below: self.coarse_step_below,
-            roulette,
-            stopwatch: None,
-            paper: None,
+            n_rays: 0,
+            seed: 0,
+            step: 0,
             space: *space,
-            reach: [sampling.near, sampling.far],
+            occupancy: grid.view(),
+            sampling: *sampling,
+            hierarchical: None,
+            roulette,
+            table_rate: 0.0,
+            table_decay: 0.0,
+            rate: 0.0,
+            average: false,
+            stopwatch: None,
         };
+        let job = Job::new(&input, case.coarse_step_below);
+        let Cpu { field, groups, state, level, limits, .. } = cpu;
+        let parameters = &state.field().parameters[..];
+        field.prepare(parameters, case.rays.len());
+        let context = Context { level: *level, parameters, stopwatch: None };
+        let view = field.training_view(parameters).unwrap();
+        let mut worker = Worker::new(*limits);
         let (mut loss, mut kept) = (0.0, 0);
-        for ((g, group), n) in (0..).zip(groups).zip(self.rays) {
-            group.draw(source, (aim, attention), n, Random::new(3, [g, 0, 0]));
+        for ((g, group), n) in (0..).zip(groups).zip(case.rays) {
+            group.draw(&input, n, Random::new(3, [g, 0, 0]));
             group.reseed(Random::new(44, [g, luck, 0]));
-            run_group(*level, group, &field, &job, &mut self.worker);
+            let mut back = field.back(g as usize, context);
+            group.run(*level, &view, &job, &mut worker, &mut *back);
             loss += 0.5 * group.stats.squared_error;
             kept += group.stats.kept;
         }
@@ -188,32 +214,31 @@ impl Step {
 
     /// The gradient that the groups found, as the optimizer would see it.
     fn gradient(&self) -> Vec<f32> {
-        let Trainer { layout, config, groups, level, .. } = &self.trainer;
-        let mut gradient = vec![0.0; layout.len()];
-        for group in groups {
-            let networks = &mut gradient[layout.networks_start()..];
-            for (sum, g) in networks.iter_mut().zip(&group.network_gradient) {
-                *sum += g;
-            }
-        }
-        if let EncodingConfig::HashGrid(grid) = &config.field.encoding {
-            let (features, n_encoded) = (grid.n_features_per_level as usize, grid.n_output());
-            for (l, range) in layout.levels().iter().enumerate() {
-                let (table, to) = (grid.level(l), &mut gradient[range.indices()]);
-                dispatch!(*level, simd => {
-                    optim::update::scatter_groups(simd, groups, &table, l, features, n_encoded, to);
-                });
-            }
-        }
-        gradient
+        self.cpu.field.gradient(self.cpu.level)
     }
 
     /// The loss of the rays that were run last, in f64.
     fn loss(&self) -> Loss {
-        let Trainer { config, layout, sampling, groups, .. } = &self.trainer;
-        let rays = groups.iter().flat_map(Group::rays_with_samples);
-        Loss::new(config.field.clone(), layout.clone(), sampling.step, rays)
+        let rays = self.groups().flat_map(Group::rays_with_samples);
+        let bias = self.space.unit_map().scale.ln();
+        Loss::new(self.config.clone(), self.layout.clone(), (self.sampling.step, bias), rays)
     }
+}
+
+/// Values of which all count.
+fn set_parameters(case: &Case, layout: &Layout, parameters: &mut [f32]) {
+    let mut random = Random::new(2, [0; 3]);
+    for range in layout.ranges() {
+        for value in &mut parameters[range.indices()] {
+            match range.part.role {
+                Role::Table => *value *= 5e3,
+                Role::Weight => *value *= 0.7,
+                Role::Bias | Role::Fixed => *value = random.next_f32() - 0.5,
+            }
+        }
+    }
+    let last = Part { network: DENSITY, layer: case.density_hidden.len(), role: Role::Bias };
+    parameters[layout.range(last).start] = case.log_density;
 }
 
 /// Parameters and how far each goes.

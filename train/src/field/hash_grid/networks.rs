@@ -1,4 +1,4 @@
-//! A field backwards: from the gradient of densities, features and colours to
+//! Both networks backwards: from the gradient of densities, features and colours to
 //! that of encoded points and network weights.
 
 use fearless_simd::{Simd, SimdBase};
@@ -6,22 +6,22 @@ use pocketnerf_core::field::Decoder;
 use pocketnerf_core::lanes;
 use pocketnerf_core::network::panel_len;
 
-use super::network::Network;
-use super::{EncodingConfig, FieldConfig, Layout, NerfGradients};
+use super::config::{COLOR, DENSITY, HashGridFieldConfig};
 use crate::aligned::Aligned;
+use crate::field::Layout;
+use crate::field::network::Network;
 
-/// The networks of a field, ready to go backwards: those of a decoder, or the paper's.
+/// The networks of a field, ready to go backwards.
 #[derive(Clone, Debug)]
-pub struct Backward {
+pub(super) struct Networks {
     density: Network,
     color: Network,
-    max_width: usize,
-    nerf: Option<NerfGradients>,
+    pub(super) max_width: usize,
 }
 
 /// Buffers of one worker for a batch of points.
 #[derive(Clone, Debug)]
-pub struct Gradients {
+pub(super) struct Gradients {
     stride: usize,
     density_hidden: Vec<Aligned<f32>>,
     color_hidden: Vec<Aligned<f32>>,
@@ -33,45 +33,28 @@ pub struct Gradients {
 impl Gradients {
     /// The buffer that holds a gradient, `[max width][stride]`, the width rounded
     /// up to a multiple of 16.
-    pub fn rows(&mut self) -> &mut [f32] {
+    pub(super) fn rows(&mut self) -> &mut [f32] {
         &mut self.gradient
     }
 }
 
-impl Backward {
+impl Networks {
     /// For fields of this shape.
-    #[must_use]
-    pub fn new(config: &FieldConfig, layout: &Layout) -> Self {
-        if let EncodingConfig::Nerf(nerf) = &config.encoding {
-            let nerf = Some(NerfGradients::new(nerf, layout));
-            let none = Network::default();
-            return Self { density: none.clone(), color: none, max_width: 0, nerf };
-        }
-        let density = Network::new(layout, config.density_widths(), false);
-        let color = Network::new(layout, config.color_widths(), true);
-        let widths = density.widths.iter().chain(&color.widths);
-        let max_width = widths.copied().max().unwrap_or(0);
-        Self { density, color, max_width, nerf: None }
-    }
-
-    /// The paper's networks.
-    pub(crate) fn nerf(&self) -> Option<&NerfGradients> {
-        self.nerf.as_ref()
+    pub(super) fn new(config: &HashGridFieldConfig, layout: &Layout) -> Self {
+        let density = Network::new(layout, DENSITY, config.density_widths());
+        let color = Network::new(layout, COLOR, config.color_widths());
+        let max_width = density.widths.iter().chain(&color.widths).copied().max().unwrap_or(0);
+        Self { density, color, max_width }
     }
 
     /// Takes over new weights: the networks' part of the parameters.
-    pub fn update(&mut self, networks: &[f32]) {
-        if let Some(nerf) = &mut self.nerf {
-            nerf.update(networks);
-            return;
-        }
+    pub(super) fn update(&mut self, networks: &[f32]) {
         self.density.update(networks);
         self.color.update(networks);
     }
 
     /// Buffers for batches of up to `stride` points.
-    #[must_use]
-    pub fn buffers(&self, stride: usize) -> Gradients {
+    pub(super) fn buffers(&self, stride: usize) -> Gradients {
         let hidden = |network: &Network| {
             let widths = network.widths.iter().take(network.n_layers()).skip(1);
             widths.map(|w| Aligned::new(w * stride)).collect()
@@ -86,10 +69,10 @@ impl Backward {
         }
     }
 
-    /// Density network forwards over `encoded`, as [`Backward::density`] needs
+    /// Density network forwards over `encoded`, as [`Networks::density`] needs
     /// it; its `[1 + n_features][stride]` outputs go to `output` where wanted.
     #[inline(always)]
-    pub fn density_forward<S: Simd>(
+    pub(super) fn density_forward<S: Simd>(
         &self,
         simd: S,
         decoder: &Decoder<'_>,
@@ -103,13 +86,13 @@ impl Backward {
         self.density.forward(simd, layers, encoded, hidden, output, n, *stride, panel);
     }
 
-    /// Density network backwards, after [`Backward::density_forward`].
+    /// Density network backwards, after [`Networks::density_forward`].
     /// `buffers.rows()` holds the gradient of its outputs,
     /// `[1 + n_features][stride]`; `encoded` its inputs; `n` points, a multiple of
     /// 32. Adds to `weights`; the inputs' gradient goes to `d_encoded` where
     /// wanted.
     #[inline(always)]
-    pub fn density<S: Simd>(
+    pub(super) fn density<S: Simd>(
         &self,
         simd: S,
         encoded: &[f32],
@@ -124,9 +107,9 @@ impl Backward {
     }
 
     /// Colour network forwards over `input`, `[features, harmonics][stride]`, as
-    /// [`Backward::color`] needs it: colours in [0, 1] go to `rgb`, `[3][stride]`.
+    /// [`Networks::color`] needs it: colours in [0, 1] go to `rgb`, `[3][stride]`.
     #[inline(always)]
-    pub fn color_forward<S: Simd>(
+    pub(super) fn color_forward<S: Simd>(
         &self,
         simd: S,
         decoder: &Decoder<'_>,
@@ -145,11 +128,11 @@ impl Backward {
         }
     }
 
-    /// Colour network backwards, after [`Backward::color_forward`].
+    /// Colour network backwards, after [`Networks::color_forward`].
     /// `buffers.rows()` holds the gradient of its outputs before the logistic,
     /// `[3][stride]`. Afterwards `d_input` holds the inputs' gradient.
     #[inline(always)]
-    pub fn color<S: Simd>(
+    pub(super) fn color<S: Simd>(
         &self,
         simd: S,
         input: &[f32],

@@ -34,18 +34,18 @@ fn check(case: Case) -> usize {
         samples::check(&step);
     }
     let (loss, gradient) = (step.loss(), step.gradient());
-    let parameters: Vec<f64> = step.trainer.parameters.iter().copied().map(f64::from).collect();
+    let parameters: Vec<f64> = step.parameters().iter().copied().map(f64::from).collect();
     let expected = loss.at(&parameters);
     assert!((found - expected).abs() < 1e-6 * expected, "loss {found}, not {expected}");
     let mut random = Random::new(5, [0; 3]);
-    for range in step.trainer.layout.ranges() {
+    for range in step.layout.ranges() {
         for direction in directions(range, &gradient, &mut random) {
             let error = error(&loss, &parameters, &gradient, &direction);
             let (part, n) = (range.part, direction.len());
             assert!(error < TOLERANCE, "{case:?}: {part:?}, {n} parameters: off by {error:e}");
         }
     }
-    step.trainer.groups.iter().map(Group::ended).sum()
+    step.groups().map(Group::ended).sum()
 }
 
 #[test]

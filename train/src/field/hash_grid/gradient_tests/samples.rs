@@ -1,7 +1,7 @@
 //! The samples that a step takes against those that the marcher finds.
 
-use fearless_simd::Level;
-use pocketnerf_core::march::{RayPacket, RayQueue, RayState, SampleBatch};
+use fearless_simd::{Level, dispatch};
+use pocketnerf_core::march::{Marcher, RayPacket, RayQueue, RayState, SampleBatch};
 
 use super::*;
 use crate::trainer::TrainingRay;
@@ -48,9 +48,9 @@ fn found(marcher: &Marcher<'_>, ray: &TrainingRay) -> Vec<[f32; 3]> {
 /// That all rays of a step, which takes no long steps, took what the marcher finds,
 /// from the first sample to the last or until they became opaque.
 pub(super) fn check(step: &Step) {
-    let Trainer { grid, space, sampling, groups, .. } = &step.trainer;
+    let Step { grid, space, sampling, .. } = step;
     let marcher = Marcher::from_parts(Some(grid.view()), *space, *sampling, true);
-    for (ray, samples) in groups.iter().flat_map(Group::rays_with_samples) {
+    for (ray, samples) in step.groups().flat_map(Group::rays_with_samples) {
         let found = found(&marcher, &ray);
         let taken: Vec<_> = samples.iter().map(|sample| sample.point).collect();
         assert!(samples.iter().all(|sample| sample.steps == 1.0));
@@ -69,7 +69,7 @@ fn late_samples_stand_for_several_steps() {
     let mut step = Step::new(case);
     step.run(0.0, 0);
     let mut counts = [0; 5];
-    for (_, samples) in step.trainer.groups.iter().flat_map(Group::rays_with_samples) {
+    for (_, samples) in step.groups().flat_map(Group::rays_with_samples) {
         assert!(samples.windows(2).all(|pair| pair[0].steps <= pair[1].steps));
         samples.iter().for_each(|sample| counts[sample.steps as usize] += 1);
     }

@@ -10,10 +10,10 @@ fn roulette_is_unbiased() {
         let mut step = Step::new(Case { encoding: hash_grid(2), shading, ..ONE_LAYER });
         let (_, samples) = step.run(0.0, 0);
         let full = step.gradient();
-        let size: f64 = step.trainer.groups.iter().map(|g| g.stats.gradient_size).sum();
+        let size: f64 = step.groups().map(|g| g.stats.gradient_size).sum();
         let roulette = (1.5 * size / samples as f64) as f32;
         let mut random = Random::new(6, [0; 3]);
-        let ranges = step.trainer.layout.ranges();
+        let ranges = step.layout.ranges();
         // Along the gradient and along random signs.
         let whole = |r| directions(r, &full, &mut random).into_iter().take(2);
         let directions: Vec<Direction> = ranges.iter().flat_map(whole).collect();

@@ -1,0 +1,242 @@
+//! A group's way back: from batches of rays and samples to the networks' weights and to
+//! encoded points, whose gradient the update scatters to the grid.
+
+use std::sync::MutexGuard;
+
+use fearless_simd::{Level, Simd, dispatch};
+use pocketnerf_core::encoding::hash_grid::{self, Level as GridLevel};
+use pocketnerf_core::field::{Decoder, HashGridField, Shading};
+use pocketnerf_core::lanes::LANES;
+use pocketnerf_core::lanes::transpose;
+
+use super::TrainableHashGrid;
+use super::networks::{Gradients, Networks};
+use super::scatter::scatter_level;
+use crate::aligned::Aligned;
+use crate::field::{Back, Context, STRIDE, SampleGradients};
+use crate::pool::Lease;
+use crate::stopwatch::{Laps, Stage, Stopwatch};
+
+/// What the samples of a group of rays ask of the parameters.
+#[derive(Debug, Default)]
+pub(super) struct GroupGradients {
+    /// Gradient of the networks' parameters.
+    pub(super) networks: Vec<f32>,
+    /// Blocks of `[3 + n_encoded][STRIDE]`: points and gradients for the scatter.
+    blocks: Vec<f32>,
+    /// Points in each block, a multiple of 32.
+    block_lens: Vec<usize>,
+}
+
+impl GroupGradients {
+    /// For networks with so many parameters.
+    pub(super) fn new(n_network: usize) -> Self {
+        Self { networks: vec![0.0; n_network], ..Self::default() }
+    }
+
+    /// Nothing asked yet.
+    pub(super) fn clear(&mut self) {
+        self.networks.fill(0.0);
+        self.block_lens.clear();
+    }
+
+    /// The next block.
+    fn block(&mut self, size: usize, len: usize) -> (&mut [f32], &mut [f32]) {
+        let first = self.block_lens.len() * size;
+        self.block_lens.push(len);
+        if self.blocks.len() < first + size {
+            self.blocks.resize(first + size, 0.0);
+        }
+        (&mut self.blocks[first..first + size], &mut self.networks)
+    }
+
+    /// Adds what is asked of one level of the grid.
+    #[inline(always)]
+    pub(super) fn scatter<S: Simd>(
+        &self,
+        simd: S,
+        (number, level): (usize, &GridLevel),
+        [features, n_encoded]: [usize; 2],
+        gradient: &mut [f32],
+    ) {
+        let blocks = self.blocks.chunks_exact((3 + n_encoded) * STRIDE);
+        for (block, &n) in blocks.zip(&self.block_lens) {
+            let (points, rows) = block.split_at(3 * STRIDE);
+            let points = [0, 1, 2].map(|a| &points[a * STRIDE..][..n]);
+            let rows = &rows[number * features * STRIDE..];
+            scatter_level(simd, level, features, points, rows, STRIDE, gradient);
+        }
+    }
+}
+
+/// Memory of one thread.
+#[derive(Debug)]
+pub(super) struct Worker {
+    /// Encoded points.
+    encoded: Aligned<f32>,
+    /// Outputs of the density network, or colours.
+    output: Aligned<f32>,
+    color_input: Aligned<f32>,
+    d_color_input: Aligned<f32>,
+    gradients: Gradients,
+}
+
+impl Worker {
+    fn new(field: &TrainableHashGrid) -> Self {
+        let rows = |n: usize| Aligned::new(n * STRIDE);
+        let width = field.networks.max_width;
+        Self {
+            encoded: rows(width),
+            output: rows((1 + field.config.n_features).max(3).next_multiple_of(LANES)),
+            color_input: rows(width),
+            d_color_input: rows(width),
+            gradients: field.networks.buffers(STRIDE),
+        }
+    }
+}
+
+/// The way back.
+#[derive(Debug)]
+pub(super) struct HashGridBack<'a> {
+    networks: &'a Networks,
+    field: HashGridField<'a>,
+    level: Level,
+    stopwatch: Option<&'a Stopwatch>,
+    group: MutexGuard<'a, GroupGradients>,
+    worker: Lease<'a, Worker>,
+}
+
+impl<'a> HashGridBack<'a> {
+    pub(super) fn new(
+        owner: &'a TrainableHashGrid,
+        group: MutexGuard<'a, GroupGradients>,
+        context: Context<'a>,
+    ) -> Self {
+        let Context { level, stopwatch, parameters } = context;
+        let field = owner.training_field(parameters).expect("checked when training began");
+        let worker = owner.workers.lease(|| Worker::new(owner));
+        Self { networks: &owner.networks, field, level, stopwatch, group, worker }
+    }
+}
+
+impl Back for HashGridBack<'_> {
+    fn colors(&mut self, features: &[f32], directions: [&[f32]; 3], n: usize) -> &[f32] {
+        let own = self.field.decoder.n_features as usize * STRIDE;
+        self.worker.color_input[..own].copy_from_slice(&features[..own]);
+        dispatch!(self.level, simd => self.worker.colors(
+            simd, &self.field.decoder, self.networks, directions, n,
+        ));
+        &self.worker.output
+    }
+
+    fn colors_back(&mut self, d_colors: &[f32], n: usize) -> &[f32] {
+        let Worker { output, color_input, d_color_input, gradients, .. } = &mut *self.worker;
+        // Before the logistic.
+        let rows = gradients.rows().chunks_mut(STRIDE).zip(d_colors.chunks(STRIDE));
+        for ((row, d_row), rgb) in rows.zip(output.chunks(STRIDE)).take(3) {
+            for ((value, d), rgb) in row[..n].iter_mut().zip(d_row).zip(rgb) {
+                let slope = rgb * (1.0 - rgb);
+                *value = d * slope;
+            }
+        }
+        let weights = &mut self.group.networks;
+        dispatch!(self.level, simd => self.networks.color(
+            simd, color_input, gradients, n, weights, d_color_input,
+        ));
+        d_color_input
+    }
+
+    fn samples(&mut self, samples: &SampleGradients<'_>) {
+        dispatch!(self.level, simd => self.samples_back(simd, samples));
+    }
+}
+
+impl HashGridBack<'_> {
+    /// From samples to network weights and encoded points.
+    #[inline(always)]
+    fn samples_back<S: Simd>(&mut self, simd: S, samples: &SampleGradients<'_>) {
+        let Self { networks, field, stopwatch, group, worker, .. } = self;
+        let mut laps = Laps::begin(*stopwatch);
+        let (row_len, n_encoded) = (samples.row_len, field.n_encoded());
+        let padded = samples.points[0].len();
+        let (block, weights) = group.block((3 + n_encoded) * STRIDE, padded);
+        let (points, d_encoded) = block.split_at_mut(3 * STRIDE);
+        for (row, point) in points.chunks_mut(STRIDE).zip(samples.points) {
+            row[..padded].copy_from_slice(point);
+        }
+        hash_grid::encode(simd, &field.grid, samples.points, &mut worker.encoded, STRIDE);
+        laps.end(Stage::EncodeAgain, samples.len);
+        let rows = worker.gradients.rows();
+        for (to, part) in rows.chunks_mut(LANES * STRIDE).zip((0..row_len).step_by(LANES)) {
+            for at in (0..padded).step_by(LANES) {
+                let from = &samples.gradients[at * row_len + part..];
+                transpose(simd, (from, row_len, LANES), (&mut to[at..], STRIDE), LANES);
+            }
+        }
+        if field.decoder.shading == Shading::PerSample {
+            worker.through_color(simd, &field.decoder, networks, samples, weights);
+        } else {
+            let Worker { encoded, gradients, .. } = &mut **worker;
+            networks.density_forward(simd, &field.decoder, encoded, gradients, padded, None);
+        }
+        let Worker { encoded, gradients, .. } = &mut **worker;
+        networks.density(simd, encoded, gradients, padded, weights, Some(d_encoded));
+        laps.end(Stage::Backward, samples.len);
+    }
+}
+
+impl Worker {
+    /// From the features in the first rows of `color_input` and the directions to colours
+    /// in the first three rows of `output`.
+    #[inline(always)]
+    fn colors<S: Simd>(
+        &mut self,
+        simd: S,
+        decoder: &Decoder<'_>,
+        networks: &Networks,
+        directions: [&[f32]; 3],
+        n: usize,
+    ) {
+        let Self { output, color_input, gradients, .. } = self;
+        let harmonics = &mut color_input[decoder.n_features as usize * STRIDE..];
+        decoder.harmonics(simd, directions, n, harmonics, STRIDE);
+        networks.color_forward(simd, decoder, color_input, gradients, n, output);
+    }
+
+    /// Per-sample shading: from the gradient of each sample's colour (rows 1 to 3 of the
+    /// gradient) to that of its features.
+    #[inline(always)]
+    fn through_color<S: Simd>(
+        &mut self,
+        simd: S,
+        decoder: &Decoder<'_>,
+        networks: &Networks,
+        samples: &SampleGradients<'_>,
+        weights: &mut [f32],
+    ) {
+        let n_features = decoder.n_features as usize * STRIDE;
+        let padded = samples.points[0].len();
+        {
+            let Self { encoded, gradients, output, color_input, .. } = self;
+            let values = Some(&mut output[..]);
+            networks.density_forward(simd, decoder, encoded, gradients, padded, values);
+            color_input[..n_features].copy_from_slice(&output[STRIDE..STRIDE + n_features]);
+        }
+        self.colors(simd, decoder, networks, samples.directions, padded);
+        let rows = self.gradients.rows();
+        for c in 0..3 {
+            for column in 0..padded {
+                let rgb = self.output[c * STRIDE + column];
+                rows[c * STRIDE + column] = rows[(1 + c) * STRIDE + column] * rgb * (1.0 - rgb);
+            }
+        }
+        let Self { color_input, d_color_input, gradients, .. } = self;
+        networks.color(simd, color_input, gradients, padded, weights, d_color_input);
+        let rows = gradients.rows();
+        for (value, row) in rows.iter_mut().zip(samples.gradients.chunks_exact(samples.row_len)) {
+            *value = row[0];
+        }
+        rows[samples.len..padded].fill(0.0);
+        rows[STRIDE..STRIDE + n_features].copy_from_slice(&d_color_input[..n_features]);
+    }
+}

@@ -1,0 +1,99 @@
+//! The wall between training and the machine that computes it.
+//!
+//! A [`Trainer`](super::Trainer) decides which rays and which settings, and what follows
+//! from a step; a backend holds the parameters and takes the steps. The processor's is
+//! [`Cpu`].
+
+mod cpu;
+
+use std::fmt::Debug;
+
+use pocketnerf_core::{AnyField, Occupancy, Sampling, SimdLevel, Space};
+
+pub(crate) use cpu::Cpu;
+
+use super::OccupancyGrid;
+use super::parameters::State;
+use super::pixels::importance::Attention;
+use super::pixels::rays::RaySource;
+use super::pixels::visibility::Aim;
+use crate::field::HierarchicalTraining;
+use crate::stopwatch::Stopwatch;
+
+/// What computes the steps of a run.
+pub(crate) trait Backend: Debug + Send + Sync {
+    /// Forgets all that is learnt: parameters are what training starts from.
+    fn reset(&mut self, seed: u64);
+
+    /// Takes over all that is learnt.
+    fn upload(&mut self, state: State);
+
+    /// All that is learnt, after the last step.
+    fn download(&self) -> &State;
+
+    /// Takes a step.
+    fn step(&mut self, input: &StepInput<'_>) -> StepOutput;
+
+    /// Looks at a share of a grid's cells: the field's densities at random points of them.
+    fn densities(&self, grid: &mut OccupancyGrid, seed: u64);
+
+    /// The field of the parameters.
+    fn field(&self) -> AnyField<'_>;
+
+    /// How pictures are rendered for tests of the finished model.
+    fn simd(&self) -> SimdLevel;
+}
+
+/// All that a step depends on, beside what the backend holds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepInput<'s> {
+    /// Pixels to learn from, which of them see something, and how often each is drawn.
+    pub(crate) source: &'s RaySource,
+    pub(crate) aim: &'s Aim,
+    pub(crate) attention: &'s Attention,
+    /// Rays.
+    pub(crate) n_rays: usize,
+    /// Where random numbers begin.
+    pub(crate) seed: u64,
+    /// Steps taken before.
+    pub(crate) step: u32,
+    /// Coordinates of the scene.
+    pub(crate) space: Space,
+    /// Cells to march through.
+    pub(crate) occupancy: Occupancy<'s>,
+    /// Distance of samples and limits of rays.
+    pub(crate) sampling: Sampling,
+    /// Hierarchical sampling in place of marching.
+    pub(crate) hierarchical: Option<HierarchicalTraining>,
+    /// Gradients at least this large are always passed back; smaller ones in proportion
+    /// to their size, and enlarged accordingly. 0: all are.
+    pub(crate) roulette: f32,
+    /// Learning rate of tables.
+    pub(crate) table_rate: f32,
+    /// Part of a table's entry that is taken away where there is a gradient, times the
+    /// learning rate.
+    pub(crate) table_decay: f32,
+    /// Learning rate of all else.
+    pub(crate) rate: f32,
+    /// Whether the parameters after the step count in their average.
+    pub(crate) average: bool,
+    /// Where the time of each stage is written down.
+    pub(crate) stopwatch: Option<&'s Stopwatch>,
+}
+
+/// What a step found out.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct StepOutput {
+    /// Sum of squared errors over rays and colours, weighed.
+    pub(crate) squared_error: f64,
+    /// Sum of opacities over rays, weighed.
+    pub(crate) opacity: f64,
+    /// Samples at which the field was evaluated.
+    pub(crate) samples: usize,
+    /// Samples that were passed back.
+    pub(crate) kept: usize,
+    /// Sum of the samples' gradient magnitudes.
+    pub(crate) gradient_size: f64,
+    /// The tile that each ray came from, and its squared error a channel.
+    pub(crate) errors: Vec<(u32, f32)>,
+}

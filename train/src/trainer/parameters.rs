@@ -1,0 +1,163 @@
+//! All that is learnt, in named groups.
+
+use rayon::prelude::*;
+
+use super::Adam;
+use super::run::checkpoint::kind;
+use crate::aligned::Aligned;
+use crate::field::Layout;
+
+/// Parameters that are learnt alike, with what the optimizer and the average keep of each.
+#[derive(Clone, Debug)]
+pub(crate) struct ParameterGroup {
+    /// The parameters.
+    pub(crate) parameters: Aligned<f32>,
+    /// First moments: of the last so many parameters.
+    pub(crate) mean: Vec<f32>,
+    /// Second moments.
+    pub(crate) square: Aligned<f32>,
+    /// Sum of the parameters after [`State::averaged`] steps; empty before the first.
+    pub(crate) sum: Vec<f32>,
+    /// Constants of its optimizer.
+    pub(crate) adam: Adam,
+    /// Where a checkpoint holds it.
+    pub(crate) sections: GroupSections,
+}
+
+/// Kinds of the sections that hold a group in a checkpoint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GroupSections {
+    /// First moments.
+    pub(crate) mean: u32,
+    /// Second moments.
+    pub(crate) square: u32,
+    /// The sum, where there is one.
+    pub(crate) sum: u32,
+}
+
+impl ParameterGroup {
+    /// The parameters of a field, which the model itself holds; all 0.
+    pub(crate) fn of_field(layout: &Layout, adam: Adam) -> Self {
+        Self {
+            parameters: Aligned::new(layout.len()),
+            mean: vec![0.0; layout.len() - layout.networks_start()],
+            square: Aligned::new(layout.len()),
+            sum: Vec::new(),
+            adam,
+            sections: GroupSections { mean: kind::MEAN, square: kind::SQUARE, sum: kind::SUM },
+        }
+    }
+}
+
+impl ParameterGroup {
+    /// All 0 again.
+    pub(crate) fn reset(&mut self) {
+        for values in [&mut self.parameters[..], &mut self.mean, &mut self.square] {
+            values.fill(0.0);
+        }
+        self.sum = Vec::new();
+    }
+}
+
+/// All that is learnt.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    /// The groups; the first is the field's.
+    pub(crate) groups: Vec<ParameterGroup>,
+    /// Steps whose parameters are in the groups' sums.
+    pub(crate) averaged: u32,
+    /// How the field's tables are rounded, a byte each; empty: as finely as holds them.
+    pub(crate) scales: Vec<u8>,
+}
+
+impl State {
+    /// Before the first step.
+    pub(crate) fn new(field: ParameterGroup) -> Self {
+        Self { groups: vec![field], averaged: 0, scales: Vec::new() }
+    }
+
+    /// The field's.
+    pub(crate) fn field(&self) -> &ParameterGroup {
+        &self.groups[0]
+    }
+
+    /// The field's.
+    pub(crate) fn field_mut(&mut self) -> &mut ParameterGroup {
+        &mut self.groups[0]
+    }
+
+    /// Adds the parameters to their sums.
+    pub(crate) fn accumulate(&mut self) {
+        /// Values of a task.
+        const TASK: usize = 1 << 16;
+        for group in &mut self.groups {
+            group.sum.resize(group.parameters.len(), 0.0);
+            let sums = group.sum.par_chunks_mut(TASK).zip(group.parameters.par_chunks(TASK));
+            sums.for_each(|(sums, parameters)| {
+                for (sum, parameter) in sums.iter_mut().zip(parameters) {
+                    *sum += parameter;
+                }
+            });
+        }
+        self.averaged += 1;
+    }
+
+    /// With the means of the sums in place of the parameters.
+    pub(crate) fn averaged(&self) -> Self {
+        let mut state = Self { averaged: 0, scales: Vec::new(), ..self.clone() };
+        let inverse = 1.0 / self.averaged as f32;
+        for group in &mut state.groups {
+            let sums = std::mem::take(&mut group.sum);
+            for (parameter, sum) in group.parameters.iter_mut().zip(sums) {
+                *parameter = sum * inverse;
+            }
+        }
+        state
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pocketnerf_core::SimdLevel;
+
+    use crate::builtin;
+    use crate::dataset::Split;
+    use crate::trainer::{StepSettings, TrainConfig, Trainer};
+
+    fn parameters(trainer: &Trainer) -> &[f32] {
+        &trainer.backend.download().field().parameters
+    }
+
+    #[test]
+    fn a_run_ends_with_the_mean_of_the_steps_that_count() {
+        let mut config = TrainConfig::hash_grid();
+        let grid = &mut config.field.hash_grid_mut().unwrap().grid;
+        (grid.n_levels, grid.log2_hashmap_size) = (2, 8);
+        config.aabb = Some([[-1.4; 3], [1.4; 3]]);
+        config.samples_per_step = 2048;
+        let dataset = builtin::dataset(Split::Train, 16);
+        let mut trainer = Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap();
+        let settings = |average| StepSettings { average, ..StepSettings::PLAIN };
+        // Nothing to average: nothing changes.
+        trainer.step(&settings(false));
+        let before = parameters(&trainer).to_vec();
+        trainer.finish();
+        assert_eq!(*parameters(&trainer), *before);
+        let mut sum = vec![0.0f64; before.len()];
+        for average in [true, false, true, true] {
+            trainer.step(&settings(average));
+            if average {
+                for (sum, value) in sum.iter_mut().zip(&*parameters(&trainer)) {
+                    *sum += f64::from(*value);
+                }
+            }
+        }
+        let last = parameters(&trainer).to_vec();
+        trainer.finish();
+        assert_ne!(*parameters(&trainer), *last);
+        for (value, sum) in parameters(&trainer).iter().zip(sum) {
+            let mean = sum / 3.0;
+            assert!((f64::from(*value) - mean).abs() <= 1e-6 * mean.abs() + 1e-9, "{value} {mean}");
+        }
+    }
+}
