@@ -7,7 +7,7 @@ use crate::field::{AnyField, Decoder, MAX_CHANNELS, each_kind};
 use crate::{Error, Model};
 
 /// Features of a point or of a ray; those that the field does not have are 0.
-pub(super) type Features = [f64; MAX_CHANNELS];
+pub(crate) type Features = [f64; MAX_CHANNELS];
 
 /// Checks that the parts fit together and that the reference can evaluate them.
 pub(super) fn check(model: &Model<'_>) -> Result<(), Error> {

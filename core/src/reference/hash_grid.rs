@@ -1,8 +1,9 @@
 //! The hash grid, corner by corner, from the text of [`crate::encoding::hash_grid`].
 
-use super::field::{Features, ReferenceField, shade};
+use super::field::shade;
 use super::math::exp;
 use super::network::{self, MAX_WIDTH, Values};
+use super::{Features, ReferenceField};
 use crate::encoding::hash_grid::GridIndex;
 use crate::encoding::hash_grid::{HASH_PRIMES, HashGrid, HashGridConfig};
 use crate::field::{Decoder, HashGridField, MAX_CHANNELS, Shading};

@@ -48,6 +48,7 @@ mod space;
 #[cfg(test)]
 pub(crate) mod testing;
 
+pub(crate) use field::{Features, ReferenceField};
 pub use network::MAX_WIDTH;
 pub use ray::RayResult;
 

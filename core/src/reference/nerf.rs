@@ -1,8 +1,8 @@
 //! Vanilla NeRF, one point and one value at a time.
 
-use super::field::{Features, ReferenceField};
 use super::math::{exp, logistic, sin_cos_pi};
 use super::network::{MAX_WIDTH, Values, one};
+use super::{Features, ReferenceField};
 use crate::encoding::{Affine, Fourier, Waves};
 use crate::field::{Activation, MAX_CHANNELS, NerfField};
 
