@@ -6,7 +6,7 @@ use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::{AnyField, Error};
 
 use super::hash_grid::HashGridFieldConfig;
-use super::nerf::NerfConfig;
+use super::nerf::{self, NerfConfig, NetworksReport};
 use super::{HierarchicalTraining, Layout, TrainableField};
 
 /// The kind of a trainable field, and its shape.
@@ -54,6 +54,15 @@ impl FieldConfig {
             Self::HashGrid(_) => None,
             Self::Nerf(config) => Some(config),
         }
+    }
+}
+
+/// Describes the networks of a field; `None` for kinds whose networks stand behind a grid.
+#[must_use]
+pub fn networks(field: &AnyField<'_>) -> Option<NetworksReport> {
+    match field {
+        AnyField::Nerf(field) => Some(nerf::report(field)),
+        _ => None,
     }
 }
 

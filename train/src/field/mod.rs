@@ -12,7 +12,7 @@ mod rounded;
 pub mod rounding;
 mod trainable;
 
-pub use config::{FieldConfig, FieldKind, Unusable};
+pub use config::{FieldConfig, FieldKind, Unusable, networks};
 pub use hash_grid::HashGridFieldConfig;
 pub use layout::{Layout, Part, Range, Role};
 pub use nerf::{FourierConfig, NerfConfig, WavesConfig};

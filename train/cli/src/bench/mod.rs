@@ -30,6 +30,12 @@ pub enum BenchError {
     /// Training.
     #[error(transparent)]
     Diverged(#[from] Diverged),
+    /// The networks' model cannot be written.
+    #[error(transparent)]
+    Write(#[from] pocketnerf_formats::WriteError),
+    /// Nor read.
+    #[error(transparent)]
+    Read(#[from] pocketnerf_formats::FormatError),
     /// Threads cannot be started.
     #[error("no thread can be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -1,70 +1,50 @@
-//! What the paper's network costs, 8 layers of 256: asked as rendering asks it, and
-//! forwards and backwards as a training step goes.
+//! The cost of vanilla NeRF's network, 8 layers of 256: evaluated as in rendering, and
+//! forwards and backwards as in a training step.
 
 use std::time::{Duration, Instant};
 
 use fearless_simd::{Simd, dispatch};
-use pocketnerf_core::field::{NerfField, Samples};
 use pocketnerf_core::march::{Output, SampleBatch, evaluate};
 use pocketnerf_core::network::panel_len;
 use pocketnerf_core::scratch::{Tuning, Workspace};
-use pocketnerf_core::{AnyField, Error, SimdLevel};
+use pocketnerf_core::{AnyField, Display, Model, Sampling, SimdLevel, Space};
+use pocketnerf_formats::{About, Precision, open_verified, write};
 use pocketnerf_train::aligned::Aligned;
-use pocketnerf_train::field::nerf::{NerfGradients, NerfTape};
-use pocketnerf_train::field::{FieldKind, Layout, NerfConfig, Rounded};
+use pocketnerf_train::field::{Context, SampleGradients, TrainableField, networks};
 use pocketnerf_train::random::Random;
+use pocketnerf_train::trainer::TrainConfig;
 
+use super::BenchError;
 use super::stage::{Crowd, Demand, Measured, StageCost, stages};
 use crate::machine::Machine;
 
-/// Samples of a batch, as in rendering.
+/// Samples of a batch.
 const BATCH: usize = Tuning::FAST.samples;
-/// Samples that go forwards and back together, as in training.
-const TOGETHER: usize = 512;
 /// Samples of each thread.
 const SAMPLES: usize = 4096;
-/// Rounds, of which the fastest counts: whatever disturbs makes slower.
+/// Rounds, of which the fastest counts: disturbances only slow down.
 const ROUNDS: usize = 5;
+/// Density and colour of a sample.
+const ROW: usize = 4;
 
-/// The paper's network, rows of points and directions, and where gradients come from.
-struct Setting {
-    nerf: NerfConfig,
-    layout: Layout,
-    parameters: Vec<f32>,
-    rounded: Rounded,
-    gradients: NerfGradients,
-    axes: [Vec<f32>; 6],
-}
+/// Coordinates of a batch: points and directions.
+struct Inputs([Vec<f32>; 6]);
 
-impl Setting {
-    fn new(simd: SimdLevel) -> Result<Self, Error> {
-        let nerf = NerfConfig { coarse: false, ..NerfConfig::vanilla() };
-        let layout = nerf.layout();
-        let mut parameters = vec![0.0; layout.len()];
-        nerf.build(1.0).initialize(0, &mut parameters);
-        let mut rounded = Rounded::new(&layout);
-        rounded.round(simd.token()?, &layout, &parameters);
-        let mut gradients = NerfGradients::new(&nerf, &layout);
-        gradients.update(&parameters);
+impl Inputs {
+    fn new() -> Self {
         let mut random = Random::new(0, [9; 3]);
-        let axes = std::array::from_fn(|_| (0..BATCH).map(|_| random.next_f32()).collect());
-        Ok(Self { nerf, layout, parameters, rounded, gradients, axes })
+        Self(std::array::from_fn(|_| (0..BATCH).map(|_| random.next_f32()).collect()))
     }
 
-    fn samples(&self, n: usize) -> Samples<'_> {
-        let [x, y, z, dx, dy, dz] = self.axes.each_ref().map(|axis| &axis[..n]);
-        Samples { points: [x, y, z], directions: [dx, dy, dz] }
-    }
-
-    /// Evaluates the field at all samples, from half-precision weights.
+    /// Evaluates the field at all samples.
     fn forward<S: Simd>(&self, simd: S, field: &AnyField<'_>) {
         let (limits, stride) = (field.limits(), Tuning::FAST.stride());
         let rows = |n: usize| Aligned::new(n * stride);
         let [mut a, mut b] = limits.rows.map(rows);
-        let (mut output, mut panel) = (rows(4), Aligned::new(panel_len(limits.width)));
+        let (mut output, mut panel) = (rows(ROW), Aligned::new(panel_len(limits.width)));
         let (a, b, output, panel) = (&mut a[..], &mut b[..], &mut output[..], &mut panel[..]);
         let mut work = Workspace { a, b, output, panel, stride };
-        let mut axes = self.axes.clone();
+        let mut axes = self.0.clone();
         let [x, y, z, dx, dy, dz] = axes.each_mut().map(|axis| &mut axis[..]);
         let (points, directions) = ([x, y, z], [dx, dy, dz]);
         let mut samples = SampleBatch {
@@ -82,66 +62,78 @@ impl Setting {
         }
     }
 
-    /// Forwards and backwards, as training does.
-    fn both_ways<S: Simd>(&self, simd: S, field: &NerfField<'_>) {
-        let mut tape = NerfTape::new(&self.nerf, TOGETHER);
-        let mut work = self.gradients.work(TOGETHER);
-        let mut gradient = vec![0.0; self.layout.len()];
-        let Samples { points, directions } = self.samples(TOGETHER);
-        for _ in 0..SAMPLES / TOGETHER {
-            tape.forward(simd, field, points, directions);
-            for s in 0..TOGETHER {
-                tape.set_gradient(s, 1e-3, [1e-3; 3]);
-            }
-            self.gradients.backward(simd, false, &tape, &mut work, &mut gradient);
+    /// Forwards and backwards at all samples, as a training step does for a group of rays.
+    fn both_ways(&self, field: &dyn TrainableField, group: usize, context: Context<'_>) {
+        let [x, y, z, dx, dy, dz] = self.0.each_ref().map(|axis| &axis[..]);
+        let mut back = field.back(group, context);
+        for _ in 0..SAMPLES / BATCH {
+            back.samples(&SampleGradients {
+                len: BATCH,
+                points: [x, y, z],
+                directions: [dx, dy, dz],
+                sigma: &[1.0; BATCH],
+                gradients: &[1e-3; BATCH * ROW],
+                row_len: ROW,
+            });
         }
-        std::hint::black_box(&gradient);
     }
 }
 
 /// Thread seconds of the fastest of a few rounds, on all threads at once.
-fn fastest(threads: usize, run: impl Fn() + Sync) -> f64 {
+fn fastest(threads: usize, run: impl Fn(usize) + Sync) -> f64 {
     let round = |_| {
         let begun = Instant::now();
-        rayon::broadcast(|_| run());
+        rayon::broadcast(|thread| run(thread.index()));
         begun.elapsed()
     };
     let best = (0..ROUNDS).map(round).min().unwrap_or(Duration::MAX);
     best.as_secs_f64() * threads as f64
 }
 
-/// Both ways of asking, beside the peak.
+/// Measures both, beside the peak.
 ///
 /// # Errors
-/// When the SIMD level is not there.
-pub fn measure(simd: SimdLevel, machine: &Machine) -> Result<Vec<StageCost>, Error> {
-    let setting = Setting::new(simd)?;
+/// If the machine lacks the SIMD level.
+pub fn measure(simd: SimdLevel, machine: &Machine) -> Result<Vec<StageCost>, BenchError> {
     let level = simd.token()?;
+    let mut field = TrainConfig::nerf().field.kind().build(1.0);
+    let mut parameters = vec![0.0; field.layout().len()];
+    field.initialize(0, &mut parameters);
+    field.set(level, &parameters);
+    field.prepare(&parameters, machine.threads);
+    let (field, full) = (&*field, field.view(&parameters)?);
+    let network = networks(&full).expect("a field of networks").fine;
+    // Rendering reads half precision.
+    let bytes = write(&model(full), &About::default(), Precision::F16)?;
+    let file = open_verified(&bytes)?;
+    let inputs = Inputs::new();
+    let forward = fastest(machine.threads, |_| {
+        dispatch!(level, simd => inputs.forward(simd, &file.model.field));
+    });
+    let context = Context { level, parameters: &parameters, stopwatch: None };
+    let both = fastest(machine.threads, |thread| inputs.both_ways(field, thread, context));
+    let [all, unread] = [network.multiply_adds, network.multiply_adds_of_inputs].map(|n| n as f64);
     let units = (SAMPLES * machine.threads) as u64;
-    let flops = 2.0 * setting.nerf.multiply_adds() as f64;
-    let Setting { nerf, layout, parameters, rounded, .. } = &setting;
-    let half = AnyField::Nerf(nerf.view(layout, 1.0, |range| rounded.tensor(range))?);
-    let full = nerf.view(layout, 1.0, |range| range.of(parameters))?;
-    let forward = fastest(machine.threads, || {
-        dispatch!(level, simd => setting.forward(simd, &half));
-    });
-    let both = fastest(machine.threads, || {
-        dispatch!(level, simd => setting.both_ways(simd, &full));
-    });
-    let back = 2.0 * flops - 2.0 * unread(&setting.nerf);
-    let cost = |name, seconds, flops| {
-        let demand = Demand::fma(flops);
+    let cost = |name, seconds, multiply_adds: f64| {
+        let demand = Demand::fma(2.0 * multiply_adds);
         let measured = Measured { name, unit: "sample", units, seconds, demand };
         stages(&[measured], seconds, units, machine, Crowd::All).swap_remove(0)
     };
-    Ok(vec![cost("8x256 forward", forward, flops), cost("8x256 both ways", both, flops + back)])
+    // Backwards, a layer takes as much again for its weights and for its inputs.
+    let both = cost("8x256 both ways", both, 3.0 * all - unread);
+    Ok(vec![cost("8x256 forward", forward, all), both])
 }
 
-/// Multiply-adds that the gradients of encoded points and directions would take, for
-/// which nobody asks.
-fn unread(nerf: &NerfConfig) -> f64 {
-    let positions = (2 * nerf.positions.n_output() * nerf.width) as f64;
-    positions + (nerf.n_direction() * nerf.color_width) as f64
+/// The field within a unit box.
+fn model(field: AnyField<'_>) -> Model<'_> {
+    Model {
+        field,
+        space: Space::Box { min: [0.0; 3], max: [1.0; 3] },
+        occupancy: None,
+        sampling: Sampling { step: 1e-2, near: 0.0, far: 2.0, min_transmittance: 0.0 },
+        hierarchical: None,
+        display: Display::default(),
+    }
 }
 
 #[cfg(test)]
@@ -149,11 +141,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn operations_by_hand() {
-        let nerf = NerfConfig { coarse: false, ..NerfConfig::vanilla() };
-        let trunk = 63 * 256 + 6 * 256 * 256 + (63 + 256) * 256;
-        let heads = 256 + 256 * 256 + 283 * 128 + 128 * 3;
-        assert_eq!(nerf.multiply_adds(), trunk + heads);
-        assert_eq!(unread(&nerf), f64::from(2 * 63 * 256 + 27 * 128));
+    fn both_ways_are_timed() {
+        let simd = SimdLevel::detect();
+        let machine = Machine::measure(simd, true).unwrap();
+        let costs = measure(simd, &machine).unwrap();
+        let flops = |cost: &StageCost| cost.gflops.unwrap() * cost.ns_per_unit.unwrap();
+        // Multiplications and additions by hand: see the networks' report.
+        let [forward, both] = [&costs[0], &costs[1]].map(flops);
+        assert!((forward - 2.0 * 593_408.0).abs() < 1.0, "{forward}");
+        assert!((both - (3.0 * forward - 2.0 * 35_712.0)).abs() < 1.0, "{both}");
     }
 }

@@ -1,8 +1,10 @@
 //! Counts what a field computes and reads.
 
-use pocketnerf_core::AnyField;
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::network::{Dense, Mlp};
+use pocketnerf_core::{AnyField, TensorView};
+use pocketnerf_formats::{Role, tensors};
+use pocketnerf_train::field::networks;
 
 /// Corners of a cell: the entries that a point reads per grid level.
 const CORNERS: f64 = 8.0;
@@ -34,8 +36,8 @@ fn layers(network: &Mlp<'_>) -> impl Iterator<Item = f64> {
 /// colour of a ray if that is computed once.
 #[must_use]
 pub fn field_flops(field: &AnyField<'_>) -> [f64; 2] {
-    if let AnyField::Nerf(field) = field {
-        return [field.fine.layers().map(dense_flops).sum(), 0.0];
+    if let Some(networks) = networks(field) {
+        return [2.0 * networks.fine.multiply_adds as f64, 0.0];
     }
     let Some(decoder) = field.decoder() else { return [0.0; 2] };
     let [density, color] = [&decoder.density, &decoder.color].map(network_flops);
@@ -63,24 +65,26 @@ pub struct LevelReads {
 /// Reads of a point from each level; none if there is no grid.
 #[must_use]
 pub fn reads(field: &AnyField<'_>) -> Vec<LevelReads> {
-    let AnyField::HashGrid(field) = field else { return Vec::new() };
-    let n_levels = field.grid.config.n_levels as usize;
-    let level = |table: &pocketnerf_core::TensorView<'_>| LevelReads {
+    let level = |table: TensorView<'_>| LevelReads {
         entries: CORNERS,
         entry_bytes: (table.cols() * table.dtype().size()) as f64,
         table_bytes: table.bytes().len() as f64,
     };
-    field.grid.levels[..n_levels].iter().map(level).collect()
+    tables(field).map(level).collect()
 }
 
 /// Multiplications and additions to interpolate these: the weights of the corners, and the
 /// features times the weights.
 #[must_use]
 pub fn encode_flops(field: &AnyField<'_>) -> Option<f64> {
-    let AnyField::HashGrid(field) = field else { return None };
-    let config = field.grid.config;
-    let entry = f64::from(2 + 2 * config.n_features_per_level);
-    Some(f64::from(config.n_levels) * CORNERS * entry)
+    let levels: Vec<f64> =
+        tables(field).map(|table| CORNERS * (2 + 2 * table.cols()) as f64).collect();
+    (!levels.is_empty()).then(|| levels.iter().sum())
+}
+
+/// The tables of a field, one per level of a grid.
+fn tables<'a>(field: &AnyField<'a>) -> impl Iterator<Item = TensorView<'a>> {
+    tensors(field).filter(|(name, _)| name.role() == Role::Table).map(|(_, table)| table)
 }
 
 #[cfg(test)]

@@ -116,7 +116,7 @@ impl Network {
 
 /// The networks, ready to go backwards.
 #[derive(Clone, Debug)]
-pub struct NerfGradients {
+pub(super) struct NerfGradients {
     config: NerfConfig,
     /// Fine, then coarse where there is one.
     networks: Vec<Network>,
@@ -124,7 +124,7 @@ pub struct NerfGradients {
 
 /// Buffers of one worker.
 #[derive(Debug)]
-pub struct NerfWork {
+pub(super) struct NerfWork {
     a: Aligned<f32>,
     b: Aligned<f32>,
     color: Aligned<f32>,
@@ -134,26 +134,26 @@ pub struct NerfWork {
 
 impl NerfGradients {
     /// For fields of this shape.
-    pub fn new(config: &NerfConfig, layout: &Layout) -> Self {
+    pub(super) fn new(config: &NerfConfig, layout: &Layout) -> Self {
         let nets = [false, true].into_iter().take(1 + usize::from(config.coarse));
         let networks = nets.map(|coarse| Network::new(config, layout, coarse)).collect();
         Self { config: *config, networks }
     }
 
     /// The shape.
-    pub fn config(&self) -> &NerfConfig {
+    pub(super) fn config(&self) -> &NerfConfig {
         &self.config
     }
 
     /// Takes over new weights.
-    pub fn update(&mut self, parameters: &[f32]) {
+    pub(super) fn update(&mut self, parameters: &[f32]) {
         for network in &mut self.networks {
             network.update(&self.config, parameters);
         }
     }
 
     /// Buffers for so many samples at most.
-    pub fn work(&self, samples: usize) -> NerfWork {
+    pub(super) fn work(&self, samples: usize) -> NerfWork {
         let blocks = samples.div_ceil(BLOCK);
         let (width, color) = (self.config.width, self.config.color_width);
         let rows = |n: usize| Aligned::new(n * blocks * BLOCK);
@@ -169,7 +169,7 @@ impl NerfGradients {
     /// Backwards through what `tape` holds of the fine or the coarse network, whose
     /// gradients have been set there. Adds to `gradient`, laid out as the parameters.
     #[inline(always)]
-    pub fn backward<S: Simd>(
+    pub(super) fn backward<S: Simd>(
         &self,
         simd: S,
         coarse: bool,

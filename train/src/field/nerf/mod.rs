@@ -9,6 +9,7 @@ mod checkpoint;
 mod config;
 mod init;
 mod layout;
+mod report;
 mod tape;
 #[cfg(test)]
 mod tests;
@@ -21,12 +22,11 @@ use pocketnerf_core::field::NerfField;
 use pocketnerf_core::march::Hierarchical;
 use pocketnerf_core::{AnyField, Error};
 
-#[doc(hidden)]
-pub use backward::{NerfGradients, NerfWork};
+use backward::NerfGradients;
 pub use config::{FourierConfig, NerfConfig, WavesConfig};
 pub use layout::NerfLayer;
-#[doc(hidden)]
-pub use tape::NerfTape;
+pub(super) use report::report;
+pub use report::{EncodingReport, NetworkReport, NetworksReport, WavesReport};
 
 use super::rounding::Unrounded;
 use super::{

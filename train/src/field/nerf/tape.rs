@@ -35,7 +35,7 @@ impl Rows {
 
 /// What every layer gave for a batch of samples.
 #[derive(Debug)]
-pub struct NerfTape {
+pub(super) struct NerfTape {
     pub(super) encoded: Rows,
     pub(super) directions: Rows,
     /// After ReLU.
@@ -54,7 +54,7 @@ pub struct NerfTape {
 
 impl NerfTape {
     /// For so many samples at most.
-    pub fn new(config: &NerfConfig, samples: usize) -> Self {
+    pub(super) fn new(config: &NerfConfig, samples: usize) -> Self {
         let blocks = samples.div_ceil(BLOCK);
         let rows = |n| Rows::new(n, blocks);
         let most_inputs = config.layers().map(|layer| config.shape(layer)[0]).max().unwrap_or(0);
@@ -80,7 +80,7 @@ impl NerfTape {
     /// number is a multiple of 16. Then [`raw`](Self::raw) and [`color`](Self::color) are
     /// known.
     #[inline(always)]
-    pub fn forward<S: Simd>(
+    pub(super) fn forward<S: Simd>(
         &mut self,
         simd: S,
         field: &NerfField<'_>,
@@ -142,20 +142,20 @@ impl NerfTape {
     }
 
     /// The density of each sample before its activation.
-    pub fn raw(&mut self) -> &mut [f32] {
+    pub(super) fn raw(&mut self) -> &mut [f32] {
         let n = self.n_blocks();
         self.density.rows_mut(n).as_flattened_mut()
     }
 
     /// A sample's colour.
-    pub fn color(&self, s: usize) -> [f32; 3] {
+    pub(super) fn color(&self, s: usize) -> [f32; 3] {
         let rows = &self.rgb.blocks(self.n_blocks()).rows[s / BLOCK * 3..][..3];
         [0, 1, 2].map(|c| rows[c][s % BLOCK])
     }
 
     /// Sets what is to go back of a sample: the gradients of the density before its
     /// activation and of the colour, which becomes that before its logistic.
-    pub fn set_gradient(&mut self, s: usize, d_raw: f32, d_rgb: [f32; 3]) {
+    pub(super) fn set_gradient(&mut self, s: usize, d_raw: f32, d_rgb: [f32; 3]) {
         let n = self.n_blocks();
         self.density.rows_mut(n).as_flattened_mut()[s] = d_raw;
         let rows = &mut self.rgb.rows_mut(n)[s / BLOCK * 3..][..3];
@@ -167,7 +167,7 @@ impl NerfTape {
 
     /// Sets the gradients of the samples from `first` on to 0: they fill up the last
     /// block.
-    pub fn clear_from(&mut self, first: usize) {
+    pub(super) fn clear_from(&mut self, first: usize) {
         for s in first..self.n_blocks() * BLOCK {
             self.set_gradient(s, 0.0, [0.0; 3]);
         }

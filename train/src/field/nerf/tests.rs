@@ -4,6 +4,7 @@ use pocketnerf_core::{
     AnyField, ColorSpace, Display, Model, Sampling, SimdLevel, Space, reference,
 };
 
+use super::tape::NerfTape;
 use super::*;
 use crate::field::{Layout, Role};
 use crate::random::Random;

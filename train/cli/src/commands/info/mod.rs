@@ -4,14 +4,11 @@ mod table;
 
 use std::path::PathBuf;
 
-use pocketnerf_core::encoding::{Fourier, Waves};
-use pocketnerf_core::field::NerfNetwork;
+use pocketnerf_core::Space;
 use pocketnerf_core::march::Reach;
-use pocketnerf_core::network::Dense;
-use pocketnerf_core::{AnyField, Space, TensorView};
 use pocketnerf_formats::{ModelFile, Role, SectionId};
-use pocketnerf_train::dataset;
 use pocketnerf_train::trainer::checkpoint::{Checkpoint, kind, section_name};
+use pocketnerf_train::{dataset, field};
 use serde_json::{Value, json};
 
 use super::{Common, Failure, Reading, open, print_line, read_model};
@@ -62,7 +59,7 @@ impl Info {
             "method": file.model.field.kind(),
             "bytes": bytes.len(),
             "parameters": parameters,
-            "networks": networks(&file.model.field),
+            "networks": field::networks(&file.model.field),
             "paper_sampling": file.model.hierarchical.map(|h| {
                 json!({"n_coarse": h.n_coarse, "n_fine": h.n_fine, "clipped": h.reach == Reach::Clipped})
             }),
@@ -86,42 +83,6 @@ impl Info {
         }
         Ok(())
     }
-}
-
-/// The shape of the paper's networks; `null` for other kinds.
-fn networks(field: &AnyField<'_>) -> Value {
-    let AnyField::Nerf(field) = field else { return Value::Null };
-    let encoding = |encoding: &Fourier<'_>| {
-        let waves = match encoding.waves {
-            Waves::Octaves { n, pi } => json!({"octaves": n, "pi": pi}),
-            Waves::Gaussian(matrix) => json!({"random_frequencies": matrix.cols()}),
-        };
-        json!({"waves": waves, "input": encoding.include_input, "values": encoding.n_output()})
-    };
-    let network = |network: &NerfNetwork<'_>| {
-        let trunk = network.trunk();
-        let width = |layer: &Dense<'_>| layer.weight.cols();
-        let all = trunk.iter().chain([&network.density]).chain(&network.feature);
-        let all = all.chain(network.color.layers());
-        let size = |view: &TensorView<'_>| view.rows() * view.cols();
-        let parameters: usize =
-            all.map(|layer| size(&layer.weight) + layer.bias.as_ref().map_or(0, size)).sum();
-        json!({
-            "depth": trunk.len(),
-            "widths": trunk.iter().map(width).collect::<Vec<_>>(),
-            "skips": (0..trunk.len()).filter(|i| network.skips(*i)).collect::<Vec<_>>(),
-            "feature": network.feature.as_ref().map(width),
-            "color": network.color.layers().iter().map(width).collect::<Vec<_>>(),
-            "parameters": parameters,
-        })
-    };
-    json!({
-        "positions": encoding(&field.positions),
-        "directions": field.directions.as_ref().map(encoding),
-        "activation": format!("{:?}", field.activation).to_lowercase(),
-        "fine": network(&field.fine),
-        "coarse": field.coarse.as_ref().map(network),
-    })
 }
 
 /// The stored types: `f16`, or `i8 tables, f16 networks`.
