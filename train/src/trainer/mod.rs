@@ -3,6 +3,7 @@
 pub(crate) mod backend;
 mod config;
 mod finish;
+pub(crate) mod loss;
 mod occupancy;
 mod optim;
 pub(crate) mod parameters;

@@ -39,33 +39,6 @@ pub struct TrainingRay {
     pub weight: f32,
 }
 
-/// The error of a ray's colour.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RayError {
-    /// Squared, summed over the channels, expected over the backgrounds.
-    pub(crate) squared: f32,
-    /// Gradient of half of that by the colour over the mean background, weighed.
-    pub(crate) d_color: [f32; 3],
-    /// And by the opacity where that colour stays the same.
-    pub(crate) d_opacity: f32,
-}
-
-impl TrainingRay {
-    /// What is wrong with `color`, over the mean background, and `opacity`.
-    #[inline(always)]
-    pub(crate) fn error(&self, color: [f32; 3], opacity: f32) -> RayError {
-        let off = [0, 1, 2].map(|c| color[c] - self.target[c]);
-        let [r, g, b] = off;
-        // A background that is b brighter makes `b (alpha - opacity)` of difference.
-        let through = 3.0 * self.background_variance * (opacity - self.alpha);
-        RayError {
-            squared: r * r + g * g + b * b + through * (opacity - self.alpha),
-            d_color: off.map(|d| self.weight * d),
-            d_opacity: self.weight * through,
-        }
-    }
-}
-
 /// What lies behind the training images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backdrop {
@@ -260,66 +233,5 @@ impl RaySource {
             trivial_error: f64::min(nothing / n, wall).max(0.0) / 3.0,
             unseen_error: unseen.max(0.0) / (3.0 * n),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// What a pixel that is drawn as `premultiplied` and `opacity` differs from an image
-    /// of `rgba`, over `background`: half the sum of squares.
-    fn half_squared(
-        [premultiplied, rgb]: [[f32; 3]; 2],
-        [opacity, alpha]: [f32; 2],
-        background: f32,
-    ) -> f32 {
-        let off = |c: usize| {
-            let drawn = premultiplied[c] + (1.0 - opacity) * background;
-            drawn - (rgb[c] * alpha + (1.0 - alpha) * background)
-        };
-        (0..3).map(|c| 0.5 * off(c) * off(c)).sum()
-    }
-
-    #[test]
-    fn the_error_is_the_mean_over_all_backgrounds() {
-        let pose = Camera::look_at([2.0; 3], [0.0; 3], [0.0, 0.0, 1.0]);
-        let view = View::new("", Camera::from_fov_x(1, 1, 0.7, pose), vec![51, 102, 255, 153]);
-        let source = RaySource::new(vec![view], Backdrop::Random);
-        let pixel = Pixel { view: 0, x: 0, y: 0 };
-        let rgba = source.rgba(pixel);
-        let ray = source.ray(pixel, rgba, (7, 2.0), &mut Random::new(1, [0; 3]));
-        assert_eq!((ray.tile, ray.weight), (7, 2.0));
-        let (rgb, alpha) = ([0.2, 0.4, 1.0], 0.6);
-        // Simpson's rule is exact for squares.
-        let expected = |premultiplied, opacity| {
-            let at = |b| half_squared([premultiplied, rgb], [opacity, alpha], b);
-            (at(0.0) + 4.0 * at(0.5) + at(1.0)) / 6.0
-        };
-        let (premultiplied, opacity) = ([0.5, 0.1, 0.3], 0.9);
-        let color = premultiplied.map(|p| p + (1.0 - opacity) * 0.5);
-        let error = ray.error(color, opacity);
-        assert!((0.5 * error.squared - expected(premultiplied, opacity)).abs() < 1e-6);
-        // The gradients against differences, the weight included.
-        for c in 0..3 {
-            let moved = |by: f32| {
-                let mut other = premultiplied;
-                other[c] += by;
-                expected(other, opacity)
-            };
-            let slope = (moved(0.125) - moved(-0.125)) / 0.25;
-            assert!((error.d_color[c] - 2.0 * slope).abs() < 1e-5);
-        }
-        // More opacity, and as much less of the mean background.
-        let moved = |by: f32| expected(premultiplied.map(|p| p + 0.5 * by), opacity + by);
-        let slope = (moved(0.125) - moved(-0.125)) / 0.25;
-        assert!((error.d_opacity - 2.0 * slope).abs() < 1e-5);
-        // One colour behind: nothing is spread.
-        let source = RaySource { backdrop: Backdrop::Color([1.0; 3]), ..source };
-        let ray = source.ray(pixel, rgba, (0, 1.0), &mut Random::new(1, [0; 3]));
-        let error = ray.error(premultiplied.map(|p| p + (1.0 - opacity)), opacity);
-        let expected = half_squared([premultiplied, rgb], [opacity, alpha], 1.0);
-        assert!((0.5 * error.squared - expected).abs() < 1e-6);
-        assert_eq!(error.d_opacity, 0.0);
     }
 }

@@ -12,7 +12,18 @@ impl Group {
     /// enlarged, so that the expected sum is the same.
     #[inline(always)]
     pub(crate) fn sample_gradients(&mut self, job: &Job<'_>, row_len: usize) {
-        let Self { records, values, sums, ray_gradients, suffix, kept, stats, random, .. } = self;
+        let Self {
+            records,
+            distances,
+            values,
+            sums,
+            ray_gradients,
+            suffix,
+            kept,
+            stats,
+            random,
+            ..
+        } = self;
         let mut laps = Laps::begin(job.stopwatch);
         suffix.clear();
         suffix.resize(ray_gradients.len(), 0.0);
@@ -22,7 +33,10 @@ impl Group {
             let r = record.ray as usize;
             let values = &values[record.row as usize * row_len..][..row_len];
             let along = dot(&sums[r * row_len..][..row_len], values);
-            let d_weight = ray_gradients[r].opacity + along;
+            let mut d_weight = ray_gradients[r].opacity + along;
+            if let Some(distance) = distances.get(s) {
+                d_weight += ray_gradients[r].depth * distance;
+            }
             let step = job.step * record.steps;
             let d_sigma = step * (record.transmittance * d_weight - suffix[r]);
             suffix[r] += record.weight * d_weight;

@@ -14,6 +14,7 @@ use crate::field::{Back, HierarchicalTraining};
 use crate::random::Random;
 use crate::stopwatch::Stopwatch;
 use crate::trainer::backend::StepInput;
+use crate::trainer::loss::{TERMS, Term};
 use crate::trainer::pixels::rays::{Pixel, TrainingRay};
 
 /// A ray ends in training where its transmittance falls below this, and counts
@@ -37,6 +38,8 @@ pub(crate) struct Job<'j> {
     pub(crate) space: Space,
     /// How near and how far.
     pub(crate) reach: [f32; 2],
+    /// Terms of the loss beside the squared error.
+    pub(crate) terms: &'j [&'j dyn Term],
     /// Where the time of each stage is written down.
     pub(crate) stopwatch: Option<&'j Stopwatch>,
 }
@@ -52,8 +55,16 @@ impl<'j> Job<'j> {
             hierarchical: input.hierarchical,
             space,
             reach: [sampling.near, sampling.far],
+            terms: TERMS,
             stopwatch: input.stopwatch,
         }
+    }
+}
+
+impl Job<'_> {
+    /// Whether a term needs the rays' depths.
+    pub(super) fn needs_depth(&self) -> bool {
+        self.terms.iter().any(|term| term.needs_depth())
     }
 }
 
@@ -77,6 +88,8 @@ pub(crate) struct Record {
 pub(super) struct RayGradient {
     /// Of the opacity.
     pub(super) opacity: f32,
+    /// Of the depth.
+    pub(super) depth: f32,
     /// Sum of the magnitudes of the channels' gradients.
     pub(super) size: f32,
 }
@@ -130,6 +143,8 @@ pub(crate) struct Group {
     pub(super) sums: Vec<f32>,
     pub(super) ray_gradients: Vec<RayGradient>,
     pub(super) records: Vec<Record>,
+    /// Distance of each record; empty where no term of the loss needs it.
+    pub(super) distances: Vec<f32>,
     /// `[sample][row_len]`: sigma, then the channels.
     pub(super) values: Vec<f32>,
     pub(super) suffix: Vec<f32>,
@@ -195,12 +210,17 @@ impl Group {
         self.accumulated.iter().filter(|ray| ray.transmittance < MIN_TRANSMITTANCE).count()
     }
 
-    /// The rays that were run last, each with its samples.
+    /// The rays that were run last, each with its samples and, where a term of the loss
+    /// needs them, their distances.
     #[cfg(test)]
-    pub(crate) fn rays_with_samples(&self) -> impl Iterator<Item = (TrainingRay, Vec<Record>)> {
-        self.rays.iter().enumerate().map(|(r, ray)| {
-            let own = self.records.iter().filter(move |record| record.ray as usize == r);
-            (*ray, own.copied().collect())
+    pub(crate) fn rays_with_samples(
+        &self,
+    ) -> impl Iterator<Item = (TrainingRay, Vec<(Record, f32)>)> {
+        let distance = |s: usize| self.distances.get(s).copied().unwrap_or(0.0);
+        self.rays.iter().enumerate().map(move |(r, ray)| {
+            let own = self.records.iter().enumerate();
+            let own = own.filter(|(_, record)| record.ray as usize == r);
+            (*ray, own.map(|(s, record)| (*record, distance(s))).collect())
         })
     }
 
@@ -226,7 +246,7 @@ impl Group {
         if deferred {
             self.shade(channels, job, worker, back);
         } else {
-            self.compare(row_len);
+            self.compare(job, row_len);
         }
         dispatch!(level, _simd => self.sample_gradients(job, row_len));
         self.back_through_field((row_len, !deferred), worker, back);

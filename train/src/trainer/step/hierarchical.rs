@@ -17,6 +17,7 @@ use pocketnerf_core::network::blocks::BLOCK;
 use super::group::{Group, Job};
 use crate::field::{HIERARCHICAL_RAYS, HierarchicalTraining, Network, Tape};
 use crate::random::{Random, normal};
+use crate::trainer::loss::{Rendered, loss};
 
 /// A ray in its space.
 #[derive(Clone, Copy, Debug)]
@@ -128,10 +129,7 @@ impl Group {
             while next < self.rays.len() && lines.len() < HIERARCHICAL_RAYS {
                 match self.line(next, job, sampling) {
                     Some(line) => lines.push(line),
-                    None => {
-                        let background = self.rays[next].background;
-                        let _ = self.error(next, background, 0.0);
-                    }
+                    None => self.loss_of_nothing(job, next),
                 }
                 next += 1;
             }
@@ -167,9 +165,9 @@ impl Group {
             self.stats.samples += lines.len() * (n_coarse + n_all);
             for (r, line) in lines.iter().enumerate() {
                 let own = r * n_all..(r + 1) * n_all;
-                self.compare_along(&all, own, (Network::Fine, &mut *tape), line);
+                self.compare_along(job, &all, own, (Network::Fine, &mut *tape), line);
                 let own = r * n_coarse..(r + 1) * n_coarse;
-                self.compare_along(&first, own, (Network::Coarse, &mut *tape), line);
+                self.compare_along(job, &first, own, (Network::Coarse, &mut *tape), line);
             }
             tape.back(Network::Fine, all.t.len());
             tape.back(Network::Coarse, first.t.len());
@@ -191,14 +189,16 @@ impl Group {
     /// fine one, and its gradient, which goes to the tape. `own` are the ray's samples.
     fn compare_along(
         &mut self,
+        job: &Job<'_>,
         samples: &Samples,
         own: Range<usize>,
         (network, tape): (Network, &mut dyn Tape),
         line: &Line,
     ) {
-        let (mut color, mut opacity) = ([0.0; 3], 0.0);
+        let (mut color, mut opacity, mut depth) = ([0.0; 3], 0.0, 0.0);
         for s in own.clone() {
             opacity += samples.weights[s];
+            depth += samples.weights[s] * samples.t[s];
             for (sum, c) in color.iter_mut().zip(tape.color(network, s)) {
                 *sum += samples.weights[s] * c;
             }
@@ -207,23 +207,28 @@ impl Group {
         for (sum, b) in color.iter_mut().zip(background) {
             *sum += (1.0 - opacity) * b;
         }
-        let error = match network {
-            Network::Fine => self.error(line.ray, color, opacity),
-            Network::Coarse => self.rays[line.ray].error(color, opacity),
+        let rendered = Rendered { color, opacity, depth };
+        let loss = match network {
+            Network::Fine => self.loss(job, line.ray, &rendered),
+            Network::Coarse => loss(job.terms, &self.rays[line.ray], &rendered),
         };
+        let needs_depth = job.needs_depth();
         // Where the last sample's part is endless, it is opaque or nothing.
         let mut next =
             if line.extent.end < ENDLESS { line.extent.end } else { samples.t[own.end - 1] };
         let mut suffix = 0.0;
         for s in own.rev() {
             let rgb = tape.color(network, s);
-            let unlike = (0..3).map(|c| error.d_color[c] * (rgb[c] - background[c]));
-            let d_weight = error.d_opacity + unlike.sum::<f32>();
+            let unlike = (0..3).map(|c| loss.d_color[c] * (rgb[c] - background[c]));
+            let mut d_weight = loss.d_opacity + unlike.sum::<f32>();
+            if needs_depth {
+                d_weight += loss.d_depth * samples.t[s];
+            }
             let passed = samples.before[s] * (1.0 - samples.alpha[s]);
             let d_sigma = (next - samples.t[s]) * (passed * d_weight - suffix);
             suffix += samples.weights[s] * d_weight;
             next = samples.t[s];
-            let d_color = error.d_color.map(|d| samples.weights[s] * d);
+            let d_color = loss.d_color.map(|d| samples.weights[s] * d);
             tape.set_gradient(network, s, samples.sigma[s], d_sigma, d_color);
         }
     }

@@ -28,6 +28,7 @@ impl Group {
         let laps = Laps::begin(job.stopwatch);
         let (n_rays, row_len) = (self.rays.len(), row_len(field.channels()));
         self.records.clear();
+        self.distances.clear();
         self.values.clear();
         refill(&mut self.sums, n_rays * row_len, 0.0);
         refill(&mut self.accumulated, n_rays, Accumulated::EMPTY);
@@ -50,8 +51,18 @@ impl Group {
         let mut samples =
             SampleBatch { points, directions, t, capacity: BATCH, len: 0, directed: false };
         let mut work = Workspace { a, b, output, panel, stride: STRIDE };
-        let Self { states, accumulated, last_transmittance, records, values, sums, stats, .. } =
-            self;
+        let needs_depth = job.needs_depth();
+        let Self {
+            states,
+            accumulated,
+            last_transmittance,
+            records,
+            distances,
+            values,
+            sums,
+            stats,
+            ..
+        } = self;
         let (coarse_step_below, step) = (job.coarse_step_below, job.step);
         let rays = TrainingRays {
             states,
@@ -62,7 +73,9 @@ impl Group {
             coarse_step_below,
         };
         let n_samples = &mut stats.samples;
-        let mut sink = Recorder { rays, records, values, sums, row_len, step, n_samples, laps };
+        let distances = needs_depth.then_some(distances);
+        let mut sink =
+            Recorder { rays, records, distances, values, sums, row_len, step, n_samples, laps };
         let batch = (&mut samples, &mut work);
         march(simd, field, Output::Channels, &job.marcher, batch, &mut active, &mut sink);
         self.active = active;
@@ -111,6 +124,8 @@ impl RayQueue for TrainingRays<'_> {
 struct Recorder<'g> {
     rays: TrainingRays<'g>,
     records: &'g mut Vec<Record>,
+    /// Where a term of the loss needs them.
+    distances: Option<&'g mut Vec<f32>>,
     /// `[sample][row_len]`.
     values: &'g mut Vec<f32>,
     /// `[ray][row_len]`.
@@ -179,7 +194,12 @@ impl Recorder<'_> {
                 // It has become opaque within this batch.
                 continue;
             }
-            let weight = accumulated.add(alpha[s], 0.0);
+            let mut t = 0.0;
+            if let Some(distances) = &mut self.distances {
+                t = samples.t[s];
+                distances.push(t);
+            }
+            let weight = accumulated.add(alpha[s], t);
             let sums = &mut self.sums[ray as usize * row_len..][..row_len];
             let values = &self.values[(first + s) * row_len..][..row_len];
             let pairs = sums.as_chunks_mut::<LANES>().0.iter_mut();

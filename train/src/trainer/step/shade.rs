@@ -3,23 +3,29 @@
 use super::group::{Group, Job, MIN_TRANSMITTANCE, RayGradient, Worker, row_len};
 use crate::field::{BATCH, Back, STRIDE};
 use crate::stopwatch::{Laps, Stage};
-use crate::trainer::pixels::rays::RayError;
+use crate::trainer::loss::{RayLoss, Rendered, loss};
 
 impl Group {
-    /// The error of a ray's colour, noted.
+    /// The loss of a ray, noted.
     #[inline(always)]
-    pub(crate) fn error(&mut self, ray: usize, color: [f32; 3], opacity: f32) -> RayError {
+    pub(super) fn loss(&mut self, job: &Job<'_>, ray: usize, rendered: &Rendered) -> RayLoss {
         let weight = f64::from(self.rays[ray].weight);
-        let error = self.rays[ray].error(color, opacity);
-        self.errors[ray] = error.squared / 3.0;
-        self.stats.squared_error += weight * f64::from(error.squared);
-        self.stats.opacity += weight * f64::from(opacity);
-        error
+        let loss = loss(job.terms, &self.rays[ray], rendered);
+        self.errors[ray] = loss.squared_error / 3.0;
+        self.stats.squared_error += weight * f64::from(loss.squared_error);
+        self.stats.opacity += weight * f64::from(rendered.opacity);
+        loss
+    }
+
+    /// The loss of a ray that met nothing.
+    pub(super) fn loss_of_nothing(&mut self, job: &Job<'_>, ray: usize) {
+        let color = self.rays[ray].background;
+        let _ = self.loss(job, ray, &Rendered { color, opacity: 0.0, depth: 0.0 });
     }
 
     /// Per-sample shading: the sums are the colour over black, and of a ray that
     /// has ended, their mean is its colour.
-    pub(crate) fn compare(&mut self, row_len: usize) {
+    pub(super) fn compare(&mut self, job: &Job<'_>, row_len: usize) {
         self.ray_gradients.clear();
         for r in 0..self.rays.len() {
             let (accumulated, background) = (self.accumulated[r], self.rays[r].background);
@@ -29,16 +35,18 @@ impl Group {
             let sums = r * row_len..(r + 1) * row_len;
             let over_black = [0, 1, 2].map(|c| scale * self.sums[sums.start + 1 + c]);
             let color = [0, 1, 2].map(|c| over_black[c] + (1.0 - opacity) * background[c]);
-            let error = self.error(r, color, opacity);
-            let d_sum = error.d_color.map(|d| scale * d);
+            let rendered = Rendered { color, opacity, depth: accumulated.depth };
+            let loss = self.loss(job, r, &rendered);
+            let d_sum = loss.d_color.map(|d| scale * d);
             // Features fill the rest of the row: nothing depends on their sums.
             let sums = &mut self.sums[sums];
             sums.fill(0.0);
             sums[1..4].copy_from_slice(&d_sum);
             let unlike = |c: usize| if ended { over_black[c] } else { background[c] };
-            let d_opacity = if ended { 0.0 } else { error.d_opacity };
+            let d_opacity = if ended { 0.0 } else { loss.d_opacity };
             self.ray_gradients.push(RayGradient {
                 opacity: d_opacity - (0..3).map(|c| d_sum[c] * unlike(c)).sum::<f32>(),
+                depth: loss.d_depth,
                 size: d_sum.iter().map(|d| d.abs()).sum(),
             });
         }
@@ -65,7 +73,7 @@ impl Group {
                 if self.accumulated[next].opacity > 0.0 {
                     hits.push(next);
                 } else {
-                    let _ = self.error(next, self.rays[next].background, 0.0);
+                    self.loss_of_nothing(job, next);
                 }
                 next += 1;
             }
@@ -73,7 +81,7 @@ impl Group {
                 laps.end(Stage::Shade, 0);
                 return;
             }
-            self.shade_hits(&hits, (channels, row_len), worker, back);
+            self.shade_hits(&hits, (channels, row_len), job, worker, back);
             laps.end(Stage::Shade, hits.len());
         }
     }
@@ -83,6 +91,7 @@ impl Group {
         &mut self,
         hits: &[usize],
         (channels, row_len): (usize, usize),
+        job: &Job<'_>,
         worker: &mut Worker,
         back: &mut dyn Back,
     ) {
@@ -107,14 +116,16 @@ impl Group {
             let background = self.rays[r].background;
             let rgb = [0, 1, 2].map(|c| colors[c * STRIDE + column]);
             let color = [0, 1, 2].map(|c| opacity * rgb[c] + (1.0 - opacity) * background[c]);
-            let error = self.error(r, color, opacity);
+            let depth = self.accumulated[r].depth;
+            let loss = self.loss(job, r, &Rendered { color, opacity, depth });
+            self.ray_gradients[r].depth = loss.d_depth;
             for c in 0..3 {
-                d_colors[c * STRIDE + column] = opacity * error.d_color[c];
+                d_colors[c * STRIDE + column] = opacity * loss.d_color[c];
             }
             // That of a ray that has ended is 1, whatever its samples.
             if opacity < 1.0 {
-                let unlike = |c: usize| error.d_color[c] * (rgb[c] - background[c]);
-                self.ray_gradients[r].opacity = error.d_opacity + (0..3).map(unlike).sum::<f32>();
+                let unlike = |c: usize| loss.d_color[c] * (rgb[c] - background[c]);
+                self.ray_gradients[r].opacity = loss.d_opacity + (0..3).map(unlike).sum::<f32>();
             }
         }
         let d_features = back.colors_back(d_colors, padded);

@@ -4,7 +4,7 @@ use pocketnerf_core::encoding::hash_grid::{HASH_PRIMES, Level as GridLevel};
 use pocketnerf_core::encoding::spherical_harmonics;
 use pocketnerf_core::field::Shading;
 
-use super::{COLOR, DENSITY, HashGridFieldConfig, MIN_TRANSMITTANCE};
+use super::{COLOR, DENSITY, DepthTerm, HashGridFieldConfig, MIN_TRANSMITTANCE};
 use crate::field::{Layout, Part, Role};
 use crate::trainer::TrainingRay;
 use crate::trainer::step::group::Record;
@@ -18,14 +18,16 @@ pub(super) struct Loss {
     /// Added to the logarithm of the density.
     bias: f64,
     rays: Vec<Seen>,
+    /// Whether depths count, see [`DepthTerm`].
+    with_depth: bool,
 }
 
 /// A ray with all that no parameter changes.
 struct Seen {
     ray: TrainingRay,
     harmonics: Vec<f64>,
-    /// Each with the steps that it stands for.
-    samples: Vec<(Encoding, f64)>,
+    /// Each with the steps that it stands for, and its distance.
+    samples: Vec<(Encoding, [f64; 2])>,
 }
 
 /// An encoded point: eight entries and their weights a level.
@@ -36,9 +38,10 @@ impl Loss {
         config: HashGridFieldConfig,
         layout: Layout,
         (step, bias): (f32, f32),
-        rays: impl Iterator<Item = (TrainingRay, Vec<Record>)>,
+        with_depth: bool,
+        rays: impl Iterator<Item = (TrainingRay, Vec<(Record, f32)>)>,
     ) -> Self {
-        let seen = |(ray, samples): (TrainingRay, Vec<Record>)| {
+        let seen = |(ray, samples): (TrainingRay, Vec<(Record, f32)>)| {
             let mut harmonics = [0.0; 16];
             spherical_harmonics::evaluate(config.sh_degree, ray.ray.direction, &mut harmonics);
             let n = spherical_harmonics::n_output(config.sh_degree);
@@ -47,24 +50,24 @@ impl Loss {
                 ray,
                 harmonics: harmonics[..n].iter().copied().map(f64::from).collect(),
                 samples: samples
-                    .map(|s| (encoding(&config, s.point), f64::from(s.steps)))
+                    .map(|(s, t)| (encoding(&config, s.point), [s.steps, *t].map(f64::from)))
                     .collect(),
             }
         };
         let rays = rays.map(seen).collect();
-        Self { config, layout, step: f64::from(step), bias: f64::from(bias), rays }
+        Self { config, layout, step: f64::from(step), bias: f64::from(bias), rays, with_depth }
     }
 
-    /// Half the sum of squared errors.
+    /// Half the sum of squared errors of colours and, where they count, depths.
     pub(super) fn at(&self, parameters: &[f64]) -> f64 {
         0.5 * self.rays.iter().map(|seen| self.squared_error(parameters, seen)).sum::<f64>()
     }
 
     fn squared_error(&self, parameters: &[f64], seen: &Seen) -> f64 {
         let per_sample = self.config.shading == Shading::PerSample;
-        let (mut transmittance, mut opacity) = (1.0, 0.0);
+        let (mut transmittance, mut opacity, mut depth) = (1.0, 0.0, 0.0);
         let mut sums = vec![0.0; if per_sample { 3 } else { self.config.n_features }];
-        for (encoding, steps) in &seen.samples {
+        for (encoding, [steps, t]) in &seen.samples {
             let mut values = self.encoded(parameters, encoding);
             self.network(parameters, false, &mut values);
             let log_density = values.remove(0) + self.bias;
@@ -75,6 +78,7 @@ impl Loss {
             let weight = transmittance * alpha;
             transmittance -= weight;
             opacity += weight;
+            depth += weight * t;
             for (sum, value) in sums.iter_mut().zip(values) {
                 *sum += weight * value;
             }
@@ -101,7 +105,9 @@ impl Loss {
         // Expected over the backgrounds: the mean's, and the variance's.
         let through = opacity - f64::from(alpha);
         let spread = 3.0 * f64::from(background_variance) * through * through;
-        f64::from(weight) * ((0..3).map(|c| error(c) * error(c)).sum::<f64>() + spread)
+        let color = (0..3).map(|c| error(c) * error(c)).sum::<f64>() + spread;
+        let off = if self.with_depth { depth - f64::from(DepthTerm::TARGET) } else { 0.0 };
+        f64::from(weight) * (color + off * off)
     }
 
     fn encoded(&self, parameters: &[f64], encoding: &[[(usize, f64); 8]]) -> Vec<f64> {

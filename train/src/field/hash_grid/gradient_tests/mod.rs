@@ -18,6 +18,7 @@ use crate::dataset::{Dataset, Split, View};
 use crate::field::{Part, Role};
 use crate::random::Random;
 use crate::trainer::backend::{Backend, Cpu, StepInput};
+use crate::trainer::loss::{RayLoss, Rendered, Term};
 use crate::trainer::parameters::{ParameterGroup, State};
 use crate::trainer::pixels::importance::Attention;
 use crate::trainer::pixels::rays::RaySource;
@@ -25,7 +26,7 @@ use crate::trainer::pixels::visibility::Aim;
 use crate::trainer::prepass::{self, Prepared};
 use crate::trainer::step::group::{Group, Job, MIN_TRANSMITTANCE};
 use crate::trainer::step::worker::Worker;
-use crate::trainer::{OccupancyGrid, TrainConfig};
+use crate::trainer::{OccupancyGrid, TrainConfig, TrainingRay};
 use loss::Loss;
 
 /// Parameters of each range that are looked at one by one.
@@ -78,6 +79,8 @@ struct Case {
     rays: [usize; 2],
     /// Where less light than this passes, samples stand for several steps.
     coarse_step_below: f32,
+    /// Whether [`DepthTerm`] counts.
+    depth: bool,
     /// `None`: the best there is.
     simd: Option<SimdLevel>,
 }
@@ -92,11 +95,30 @@ const ONE_LAYER: Case = Case {
     log_density: 0.5,
     rays: RAYS,
     coarse_step_below: 0.0,
+    depth: false,
     simd: None,
 };
 const TWO_LAYERS: Case = Case { density_hidden: &[24, 13], color_hidden: &[16, 9], ..ONE_LAYER };
 
 const SHADINGS: [Shading; 2] = [Shading::PerRay, Shading::PerSample];
+
+/// A term of the loss: half the squared difference of each ray's depth from a fixed one.
+#[derive(Debug)]
+struct DepthTerm;
+
+impl DepthTerm {
+    const TARGET: f32 = 2.5;
+}
+
+impl Term for DepthTerm {
+    fn needs_depth(&self) -> bool {
+        true
+    }
+
+    fn add(&self, ray: &TrainingRay, rendered: &Rendered, loss: &mut RayLoss) {
+        loss.d_depth += ray.weight * (rendered.depth - Self::TARGET);
+    }
+}
 
 /// The groups of one step, which can be run again.
 struct Step {
@@ -193,7 +215,10 @@ impl Step {
             average: false,
             stopwatch: None,
         };
-        let job = Job::new(&input, case.coarse_step_below);
+        let mut job = Job::new(&input, case.coarse_step_below);
+        if case.depth {
+            job.terms = &[&DepthTerm];
+        }
         let Cpu { field, groups, state, level, limits, .. } = cpu;
         let parameters = &state.field().parameters[..];
         field.prepare(parameters, case.rays.len());
@@ -221,7 +246,13 @@ impl Step {
     fn loss(&self) -> Loss {
         let rays = self.groups().flat_map(Group::rays_with_samples);
         let bias = self.space.unit_map().scale.ln();
-        Loss::new(self.config.clone(), self.layout.clone(), (self.sampling.step, bias), rays)
+        Loss::new(
+            self.config.clone(),
+            self.layout.clone(),
+            (self.sampling.step, bias),
+            self.case.depth,
+            rays,
+        )
     }
 }
 

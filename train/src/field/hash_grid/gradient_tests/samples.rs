@@ -52,10 +52,10 @@ pub(super) fn check(step: &Step) {
     let marcher = Marcher::from_parts(Some(grid.view()), *space, *sampling, true);
     for (ray, samples) in step.groups().flat_map(Group::rays_with_samples) {
         let found = found(&marcher, &ray);
-        let taken: Vec<_> = samples.iter().map(|sample| sample.point).collect();
-        assert!(samples.iter().all(|sample| sample.steps == 1.0));
+        let taken: Vec<_> = samples.iter().map(|(sample, _)| sample.point).collect();
+        assert!(samples.iter().all(|(sample, _)| sample.steps == 1.0));
         assert_eq!(taken, found[..taken.len()]);
-        let ended = samples.last().is_some_and(|last| last.transmittance < MIN_TRANSMITTANCE);
+        let ended = samples.last().is_some_and(|(last, _)| last.transmittance < MIN_TRANSMITTANCE);
         assert!(ended || taken.len() == found.len(), "{} of {}", taken.len(), found.len());
     }
 }
@@ -70,8 +70,8 @@ fn late_samples_stand_for_several_steps() {
     step.run(0.0, 0);
     let mut counts = [0; 5];
     for (_, samples) in step.groups().flat_map(Group::rays_with_samples) {
-        assert!(samples.windows(2).all(|pair| pair[0].steps <= pair[1].steps));
-        samples.iter().for_each(|sample| counts[sample.steps as usize] += 1);
+        assert!(samples.windows(2).all(|pair| pair[0].0.steps <= pair[1].0.steps));
+        samples.iter().for_each(|(sample, _)| counts[sample.steps as usize] += 1);
     }
     assert!([1, 2, 4].iter().all(|n| counts[*n] > 100), "{counts:?}");
     assert_eq!(counts.iter().sum::<usize>(), counts[1] + counts[2] + counts[4]);
