@@ -11,7 +11,7 @@ pub enum Stage {
     /// Rendering: rays, and their way to the first occupied cell.
     Camera,
     /// Training: random pixels, their colours and rays.
-    Aim,
+    Pixels,
     /// The next occupied samples of the rays; in training, entering the box too.
     March,
     /// Positions to numbers.

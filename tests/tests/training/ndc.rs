@@ -10,7 +10,9 @@ use pocketnerf_train::evaluate::evaluate;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::{self, Settings};
 use pocketnerf_train::trainer::checkpoint::{self, TrainedOn};
-use pocketnerf_train::trainer::{Checkpoint, Effort, Length, Run, TrainConfig, Trainer, ndc_of};
+use pocketnerf_train::trainer::{
+    Checkpoint, FinishingBudget, Length, Run, TrainConfig, Trainer, ndc_of,
+};
 
 use super::setup;
 
@@ -66,7 +68,7 @@ fn views_between_are_learnt() {
     let mut trainer = Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap();
     let mut run = Run::new(Length::Steps(1000), Instant::now());
     while run.step(&mut trainer).unwrap().is_some() {}
-    let finished = trainer.finished(Effort::usual(trainer.config())).unwrap();
+    let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
     let bytes =
         pocketnerf_formats::write(&finished.model(), &About::default(), Precision::I8).unwrap();
     let file = pocketnerf_formats::open_verified(&bytes).unwrap();
@@ -104,7 +106,7 @@ fn an_interruption_leaves_no_trace() {
         || Trainer::with_prepass(dataset.clone(), config(&dataset), SimdLevel::detect()).unwrap();
     let end = |mut trainer: Trainer, mut run: Run| {
         while run.step(&mut trainer).unwrap().is_some() {}
-        let finished = trainer.finished(Effort::usual(trainer.config())).unwrap();
+        let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
         pocketnerf_formats::write(&finished.model(), &About::default(), Precision::I8).unwrap()
     };
     let run = || Run::new(Length::Steps(40), Instant::now());

@@ -12,7 +12,9 @@ use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
 use pocketnerf_train::trainer::checkpoint::{self, TrainedOn};
-use pocketnerf_train::trainer::{Checkpoint, Diverged, Effort, Length, Run, TrainConfig, Trainer};
+use pocketnerf_train::trainer::{
+    Checkpoint, Diverged, FinishingBudget, Length, Run, TrainConfig, Trainer,
+};
 
 /// Twenty views of 25×25 pixels.
 pub(crate) fn dataset() -> Dataset {
@@ -103,7 +105,7 @@ pub(crate) fn advance(trainer: &mut Trainer, run: &mut Run, n: u32) -> Result<bo
 /// The model as `pocketnerf train` writes it, after all steps.
 pub(crate) fn finish((mut trainer, mut run): (Trainer, Run)) -> Vec<u8> {
     while run.step(&mut trainer).unwrap().is_some() {}
-    let finished = trainer.finished(Effort::usual(trainer.config())).unwrap();
+    let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
     pocketnerf_formats::write(&finished.model(), &about(&trainer, &run), Precision::F16).unwrap()
 }
 

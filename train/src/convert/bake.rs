@@ -5,7 +5,7 @@
 
 use crate::pool::Pool;
 use crate::probe::Probe;
-use crate::trainer::{OccupancyGrid, all_cells};
+use crate::trainer::{DensityGrid, all_cells};
 use fearless_simd::Level;
 use pocketnerf_core::{AnyField, Space};
 
@@ -27,8 +27,8 @@ pub(super) struct Baker<'f> {
 impl Baker<'_> {
     /// The occupied cells of the space and all their neighbours, at twice the resolution of
     /// the first search.
-    pub(super) fn cells(&self, space: &Space) -> OccupancyGrid {
-        let mut coarse = OccupancyGrid::new(COARSE, all_cells(space, COARSE));
+    pub(super) fn cells(&self, space: &Space) -> DensityGrid {
+        let mut coarse = DensityGrid::new(COARSE, all_cells(space, COARSE));
         self.look(&mut coarse);
         let mut fine = coarse.finer_and_around();
         self.look(&mut fine);
@@ -37,7 +37,7 @@ impl Baker<'_> {
 
     /// The corners of what is occupied, and a cell more on every side; unit coordinates.
     pub(super) fn bounds(&self, space: &Space) -> Option<[[f32; 3]; 2]> {
-        let mut grid = OccupancyGrid::new(COARSE, all_cells(space, COARSE));
+        let mut grid = DensityGrid::new(COARSE, all_cells(space, COARSE));
         self.look(&mut grid);
         let n = COARSE;
         let (mut low, mut high) = ([n; 3], [0; 3]);
@@ -59,7 +59,7 @@ impl Baker<'_> {
         (low[0] < high[0]).then_some(corners)
     }
 
-    fn look(&self, grid: &mut OccupancyGrid) {
+    fn look(&self, grid: &mut DensityGrid) {
         let probes = Pool::default();
         let limits = self.field.limits();
         for _ in 0..LOOKS * crate::trainer::OCCUPANCY_PERIOD {

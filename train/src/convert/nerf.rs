@@ -9,7 +9,7 @@ use pocketnerf_formats::import::nerf::Nerf;
 use super::bake::Baker;
 use super::settings::Complete;
 use super::{ConvertError, Settings};
-use crate::trainer::OccupancyGrid;
+use crate::trainer::DensityGrid;
 
 /// Samples along the longest side of the box.
 const SAMPLES_PER_SIDE: f32 = 384.0;
@@ -31,7 +31,7 @@ pub struct NerfConversion {
     nerf: Nerf,
     complete: Complete,
     space: Space,
-    cells: OccupancyGrid,
+    cells: DensityGrid,
 }
 
 impl NerfConversion {

@@ -96,7 +96,7 @@ pub struct Context<'a> {
 pub trait Back {
     /// Deferred shading: the colours of `n` rays, a multiple of 32, from their mean
     /// features and their directions. Rows are [`STRIDE`] values apart. Kinds whose samples
-    /// have their own colours are never asked for it.
+    /// have their own colours need none.
     fn colors(&mut self, _features: &[f32], _directions: [&[f32]; 3], _n: usize) -> &[f32] {
         &[]
     }

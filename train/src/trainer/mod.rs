@@ -16,10 +16,10 @@ use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Sp
 
 pub use config::TrainConfig;
 pub use finish::Finished;
-pub use finish::budget::Effort;
+pub use finish::budget::FinishingBudget;
 pub(crate) use occupancy::cells::all_cells;
 pub use occupancy::cells::{dilated, pack};
-pub use occupancy::density_grid::OccupancyGrid;
+pub use occupancy::density_grid::DensityGrid;
 pub(crate) use occupancy::density_grid::PERIOD as OCCUPANCY_PERIOD;
 pub use optim::adam::{Adam, Slices};
 pub(crate) use optim::muon;
@@ -27,7 +27,7 @@ pub use optim::schedule::{Length, Plan};
 pub use pixels::rays::{Backdrop, RaySource, Targets, TrainingRay};
 pub use prepass::scene_box::find_box;
 pub use prepass::scene_ndc::ndc_of;
-pub use prepass::visual_hull::Hull;
+pub use prepass::visual_hull::VisualHull;
 pub use run::checkpoint::{self, Checkpoint, CheckpointError};
 pub use run::guard::{Diverged, MAX_RESTARTS, Trouble};
 pub use run::{Progress, Run, Summary, run};
@@ -37,8 +37,8 @@ use crate::dataset::Dataset;
 use crate::stopwatch::Stopwatch;
 use backend::{Backend, Cpu};
 use parameters::{ParameterGroup, State};
-use pixels::importance::Attention;
-use pixels::visibility::Aim;
+use pixels::importance::PixelSampler;
+use pixels::visibility::PixelVisibility;
 use prepass::Prepared;
 use run::guard;
 
@@ -56,12 +56,12 @@ pub struct Trainer {
     /// What holds the parameters and takes the steps.
     backend: Box<dyn Backend>,
     source: RaySource,
-    aim: Aim,
-    attention: Attention,
+    visibility: PixelVisibility,
+    sampler: PixelSampler,
     targets: Targets,
     space: Space,
     sampling: Sampling,
-    grid: OccupancyGrid,
+    grid: DensityGrid,
     step: u32,
     n_rays: usize,
     /// Gradient magnitude below which the roulette plays.
@@ -102,16 +102,16 @@ impl Trainer {
         let resolution = config.occupancy_resolution;
         // Coordinates that hold all that the cameras see: every tile sees something.
         let seen = if space.scene_box().is_some() { &candidates[..] } else { &[] };
-        let aim = Aim::new(&source, &space, resolution, seen);
+        let visibility = PixelVisibility::new(&source, &space, resolution, seen);
         let mut trainer = Self {
             backend: Box::new(backend),
-            targets: source.targets(&aim),
+            targets: source.targets(&visibility),
             source,
-            attention: Attention::new(aim.n_tiles()),
-            aim,
+            sampler: PixelSampler::new(visibility.n_tiles()),
+            visibility,
             space,
             sampling,
-            grid: OccupancyGrid::new(resolution, candidates),
+            grid: DensityGrid::new(resolution, candidates),
             step: 0,
             n_rays: FIRST_RAYS,
             roulette: 0.0,
@@ -161,7 +161,7 @@ impl Trainer {
 
     /// The occupancy as it stands.
     #[must_use]
-    pub const fn occupancy(&self) -> &OccupancyGrid {
+    pub const fn occupancy(&self) -> &DensityGrid {
         &self.grid
     }
 
@@ -182,7 +182,7 @@ impl Trainer {
         self.seed = guard::seed(self.config.seed, restarts);
         self.backend.reset(self.seed);
         self.grid.reset();
-        self.attention = Attention::new(self.aim.n_tiles());
+        self.sampler = PixelSampler::new(self.visibility.n_tiles());
         self.step = 0;
         self.n_rays = self.config.batch_rays.unwrap_or(FIRST_RAYS);
         self.roulette = 0.0;

@@ -124,7 +124,7 @@ fn measured(
     let both_ways = |n| work::network_flops(n) + work::backward_flops(n);
     let density_back = work::hidden_flops(density) + work::backward_flops(density);
     vec![
-        own(S::Aim, "pixels", "ray", Demand::gather(vec![pixel], None)),
+        own(S::Pixels, "pixels", "ray", Demand::gather(vec![pixel], None)),
         own(S::March, "march", "sample", Demand::default()),
         own(S::Encode, "encode", "sample", encode()),
         own(S::Density, "density network", "sample", Demand::fma(work::network_flops(density))),

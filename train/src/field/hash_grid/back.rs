@@ -17,7 +17,7 @@ use crate::field::{Back, Context, STRIDE, SampleGradients};
 use crate::pool::Lease;
 use crate::stopwatch::{Laps, Stage, Stopwatch};
 
-/// What the samples of a group of rays ask of the parameters.
+/// Gradients of a group of rays.
 #[derive(Debug, Default)]
 pub(super) struct GroupGradients {
     /// Gradient of the networks' parameters.
@@ -34,7 +34,7 @@ impl GroupGradients {
         Self { networks: vec![0.0; n_network], ..Self::default() }
     }
 
-    /// Nothing asked yet.
+    /// All 0 again.
     pub(super) fn clear(&mut self) {
         self.networks.fill(0.0);
         self.block_lens.clear();
@@ -50,7 +50,7 @@ impl GroupGradients {
         (&mut self.blocks[first..first + size], &mut self.networks)
     }
 
-    /// Adds what is asked of one level of the grid.
+    /// Adds the gradient of one level of the grid.
     #[inline(always)]
     pub(super) fn scatter<S: Simd>(
         &self,

@@ -14,7 +14,7 @@ use crate::stopwatch::{Laps, Stage};
 use crate::trainer::parameters::State;
 use crate::trainer::step::group::{Group, Job};
 use crate::trainer::step::worker::Worker;
-use crate::trainer::{GROUPS, OccupancyGrid};
+use crate::trainer::{DensityGrid, GROUPS};
 
 /// Where less light than this passes, samples stand for several steps, as they do in
 /// rendering.
@@ -72,7 +72,7 @@ impl Cpu {
             let mut laps = Laps::begin(input.stopwatch);
             let random = Random::new(input.seed, [1, u64::from(input.step), g as u64]);
             group.draw(input, n, random);
-            laps.end(Stage::Aim, n);
+            laps.end(Stage::Pixels, n);
             let mut back = field.back(g, context);
             group.run(*level, &view, &job, &mut worker, &mut *back);
         });
@@ -146,7 +146,7 @@ impl Backend for Cpu {
         output
     }
 
-    fn densities(&self, grid: &mut OccupancyGrid, seed: u64) {
+    fn densities(&self, grid: &mut DensityGrid, seed: u64) {
         let field = self.field.training_view(&self.state.field().parameters);
         let field = field.expect("checked when training began");
         grid.look(self.level, &field, seed, &self.probes, || Probe::new(self.limits));

@@ -12,11 +12,11 @@ use pocketnerf_core::{AnyField, Occupancy, Sampling, SimdLevel, Space};
 
 pub(crate) use cpu::Cpu;
 
-use super::OccupancyGrid;
+use super::DensityGrid;
 use super::parameters::State;
-use super::pixels::importance::Attention;
+use super::pixels::importance::PixelSampler;
 use super::pixels::rays::RaySource;
-use super::pixels::visibility::Aim;
+use super::pixels::visibility::PixelVisibility;
 use crate::field::HierarchicalTraining;
 use crate::stopwatch::Stopwatch;
 
@@ -35,7 +35,7 @@ pub(crate) trait Backend: Debug + Send + Sync {
     fn step(&mut self, input: &StepInput<'_>) -> StepOutput;
 
     /// Looks at a share of a grid's cells: the field's densities at random points of them.
-    fn densities(&self, grid: &mut OccupancyGrid, seed: u64);
+    fn densities(&self, grid: &mut DensityGrid, seed: u64);
 
     /// The field of the parameters.
     fn field(&self) -> AnyField<'_>;
@@ -49,8 +49,8 @@ pub(crate) trait Backend: Debug + Send + Sync {
 pub(crate) struct StepInput<'s> {
     /// Pixels to learn from, which of them see something, and how often each is drawn.
     pub(crate) source: &'s RaySource,
-    pub(crate) aim: &'s Aim,
-    pub(crate) attention: &'s Attention,
+    pub(crate) visibility: &'s PixelVisibility,
+    pub(crate) sampler: &'s PixelSampler,
     /// Rays.
     pub(crate) n_rays: usize,
     /// Where random numbers begin.

@@ -1,4 +1,4 @@
-//! How much a finished model is tried out, and how long that takes.
+//! The finishing budget: how much of calibration a run has time for.
 
 use std::time::Instant;
 
@@ -15,36 +15,35 @@ const LEAST_LOOKS: usize = 4;
 const LEAST_TILES: usize = 4;
 /// Tiles that are timed.
 const TIMED: usize = 8;
-/// Share of a run's time beyond which less is tried.
+/// Share of a run's time that finishing may take.
 const SHARE: f64 = 0.03;
 /// At least so many seconds are worth it.
 const WORTH: f64 = 1.8;
 /// What is rehearsed may take so many times as long in the end.
 const LATER: f64 = 1.15;
 
-/// How much a finished model is tried out.
+/// How much a finished model is calibrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
-    /// The part of all looks and tiles.
+pub struct FinishingBudget {
+    /// Share of all density samples and calibration tiles.
     part: f64,
-    /// Whether smaller cells are looked at.
+    /// Whether smaller cells are tried.
     pub(crate) finer: bool,
 }
 
-/// To choose from, the best first.
-const LADDER: [Effort; 7] = [
-    Effort { part: 1.0, finer: true },
-    Effort { part: 0.7, finer: true },
-    Effort { part: 0.5, finer: true },
-    Effort { part: 0.3, finer: true },
-    Effort { part: 0.2, finer: true },
-    Effort { part: 0.5, finer: false },
-    Effort { part: 0.2, finer: false },
+/// The choices, best first.
+const LADDER: [FinishingBudget; 7] = [
+    FinishingBudget { part: 1.0, finer: true },
+    FinishingBudget { part: 0.7, finer: true },
+    FinishingBudget { part: 0.5, finer: true },
+    FinishingBudget { part: 0.3, finer: true },
+    FinishingBudget { part: 0.2, finer: true },
+    FinishingBudget { part: 0.5, finer: false },
+    FinishingBudget { part: 0.2, finer: false },
 ];
 
-impl Effort {
-    /// Where time is no matter: all, or half with networks, which take a thousand times as
-    /// long as a grid.
+impl FinishingBudget {
+    /// Without a time limit: all, or half for a costly field.
     #[must_use]
     pub fn usual(config: &TrainConfig) -> Self {
         Self { part: if config.field.kind().is_costly() { 0.5 } else { 1.0 }, finer: true }
@@ -55,13 +54,13 @@ impl Effort {
         ((self.part * LOOKS as f64).round() as usize).clamp(LEAST_LOOKS, LOOKS)
     }
 
-    /// So many tiles, where `all` would be tried with all effort.
+    /// The number of tiles, where a full budget has `all`.
     pub(crate) fn tiles(self, all: usize) -> usize {
         ((self.part * all as f64).ceil() as usize).max(LEAST_TILES)
     }
 }
 
-/// What trying a model out takes, seconds.
+/// What calibrating a model costs, seconds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Costs {
     /// A look at every cell.
@@ -75,29 +74,29 @@ pub(crate) struct Costs {
 }
 
 impl Costs {
-    /// As much effort as a run of so many seconds leaves time for, and how long that takes.
-    pub(crate) fn effort(&self, seconds: f64) -> (Effort, f64) {
+    /// The largest budget that fits a run of so many seconds, and what it takes.
+    pub(crate) fn budget(&self, seconds: f64) -> (FinishingBudget, f64) {
         let most = (SHARE * seconds).max(WORTH);
-        let tried = LADDER.map(|effort| (effort, self.seconds(effort)));
-        let affordable = tried.into_iter().find(|(_, seconds)| *seconds <= most);
-        affordable.unwrap_or(tried[LADDER.len() - 1])
+        let costs = LADDER.map(|budget| (budget, self.seconds(budget)));
+        let affordable = costs.into_iter().find(|(_, seconds)| *seconds <= most);
+        affordable.unwrap_or(costs[LADDER.len() - 1])
     }
 
-    fn seconds(&self, effort: Effort) -> f64 {
-        let looks = effort.looks() as f64;
-        let finer = match (effort.finer, self.given_up) {
+    fn seconds(&self, budget: FinishingBudget) -> f64 {
+        let looks = budget.looks() as f64;
+        let finer = match (budget.finer, self.given_up) {
             (false, _) => 0.0,
             (true, true) => self.finer,
             (true, false) => looks * self.finer,
         };
-        let cells = effort.tiles(pruning::TILES) * pruning::MOST_RENDERED;
-        let tiles = (cells + effort.tiles(tolerance::TILES)) as f64;
+        let cells = budget.tiles(pruning::TILES) * pruning::MOST_RENDERED;
+        let tiles = (cells + budget.tiles(tolerance::TILES)) as f64;
         LATER * (looks * self.look + finer + tiles * self.tile)
     }
 }
 
 impl Trainer {
-    /// Finds out what [`Trainer::finished`] would take now, by doing a small part of it.
+    /// Estimates what [`Trainer::finished`] would cost now, by doing a small part of it.
     ///
     /// # Errors
     /// When the SIMD level is not there.
@@ -115,7 +114,7 @@ impl Trainer {
             ..RenderOptions::new(&model, self.backend.simd(), Tuning::FAST)
         };
         let clock = Instant::now();
-        self.trial(TIMED).render(&model, &options, |_| Ok(()))?;
+        self.calibration_tiles(TIMED).render(&model, &options, |_| Ok(()))?;
         let tile = clock.elapsed().as_secs_f64() / TIMED as f64;
         Ok(Costs { look, finer, given_up: seen.is_none(), tile })
     }
@@ -126,21 +125,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_dear_is_tried_less() {
+    fn what_is_costly_is_tried_less() {
         let costs = Costs { look: 0.0, finer: 0.1, given_up: false, tile: 0.005 };
         // 8 looks, 24 tiles five times and 48 once: 0.8 + 0.84 seconds, and a little more.
-        let (effort, seconds) = costs.effort(100.0);
-        assert_eq!((effort, effort.looks(), effort.tiles(24)), (LADDER[0], 8, 24));
+        let (budget, seconds) = costs.budget(100.0);
+        assert_eq!((budget, budget.looks(), budget.tiles(24)), (LADDER[0], 8, 24));
         assert!((seconds - 1.15 * 1.64).abs() < 1e-9, "{seconds}");
-        // Ten times as dear, three seconds for it: four looks alone are 4.
-        let dear = Costs { finer: 1.0, tile: 0.05, ..costs };
-        let (effort, seconds) = dear.effort(100.0);
-        assert_eq!((effort.finer, effort.tiles(24)), (false, 5));
+        // Ten times as costly, three seconds for it: four looks alone are 4.
+        let costly = Costs { finer: 1.0, tile: 0.05, ..costs };
+        let (budget, seconds) = costly.budget(100.0);
+        assert_eq!((budget.finer, budget.tiles(24)), (false, 5));
         assert!((seconds - 1.15 * 0.05 * 35.0).abs() < 1e-9, "{seconds}");
         // One look shows that they are too many.
-        let (effort, _) = Costs { given_up: true, tile: 0.005, ..dear }.effort(100.0);
-        assert_eq!(effort, LADDER[0]);
+        let (budget, _) = Costs { given_up: true, tile: 0.005, ..costly }.budget(100.0);
+        assert_eq!(budget, LADDER[0]);
         // More than there is time for: the least.
-        assert_eq!(Costs { tile: 9.0, ..costs }.effort(100.0).0, LADDER[6]);
+        assert_eq!(Costs { tile: 9.0, ..costs }.budget(100.0).0, LADDER[6]);
     }
 }

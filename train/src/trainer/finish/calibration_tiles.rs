@@ -1,4 +1,5 @@
-//! Tiles of the training views, on which it is tried what a finished model bears.
+//! Calibration tiles: random tiles of the training views on which a finished model is
+//! tuned.
 
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
 
@@ -6,16 +7,16 @@ use crate::lens::{Lens, render_through};
 use crate::pool::Pool;
 use crate::random::Random;
 use crate::trainer::pixels::rays::{Pixel, RaySource};
-use crate::trainer::pixels::visibility::Aim;
+use crate::trainer::pixels::visibility::PixelVisibility;
 
 /// Distinguishes these random numbers from others of the same seed.
 const STREAM: u64 = 4;
 
 /// Random tiles of the training views, the same for the same seed.
 #[derive(Clone, Copy)]
-pub(crate) struct Trial<'t> {
+pub(crate) struct CalibrationTiles<'t> {
     pub(crate) source: &'t RaySource,
-    pub(crate) aim: &'t Aim,
+    pub(crate) visibility: &'t PixelVisibility,
     pub(crate) seed: u64,
     /// How many.
     pub(crate) tiles: usize,
@@ -24,7 +25,7 @@ pub(crate) struct Trial<'t> {
 }
 
 /// A tile that was rendered.
-pub(crate) struct Tried<'t> {
+pub(crate) struct CalibrationTile<'t> {
     camera: &'t Camera,
     lens: &'t Lens,
     photograph: &'t [u8],
@@ -36,28 +37,28 @@ pub(crate) struct Tried<'t> {
     pub(crate) rgba: Vec<f32>,
 }
 
-impl Trial<'_> {
-    /// Renders all tiles; gives what `look` makes of each.
+impl CalibrationTiles<'_> {
+    /// Renders all tiles and returns what `look` makes of each.
     pub(crate) fn render<T: Send>(
         &self,
         model: &Model<'_>,
         options: &RenderOptions,
-        look: impl Fn(&Tried<'_>) -> Result<T, Error> + Sync,
+        look: impl Fn(&CalibrationTile<'_>) -> Result<T, Error> + Sync,
     ) -> Result<Vec<T>, Error> {
         let scratch = || vec![0.0; options.scratch_len()];
         Pool::default().map((0..self.tiles).collect(), scratch, |scratch, number| {
-            let mut tried = self.tile(number, model.display.background);
-            let Tried { camera, lens, tile, rgba, .. } = &mut tried;
+            let mut rendered = self.tile(number, model.display.background);
+            let CalibrationTile { camera, lens, tile, rgba, .. } = &mut rendered;
             render_through(model, (camera, lens), *tile, options, scratch, rgba, None)?;
-            look(&tried)
+            look(&rendered)
         })
     }
 
     /// A tile around a random pixel that sees something.
-    fn tile(&self, number: usize, background: [f32; 3]) -> Tried<'_> {
+    fn tile(&self, number: usize, background: [f32; 3]) -> CalibrationTile<'_> {
         let mut random = Random::new(self.seed, [STREAM, number as u64, 0]);
-        let seen = random.below(self.aim.n_tiles());
-        let Pixel { view, x, y } = self.aim.pixel(self.source.cameras(), seen, &mut random);
+        let seen = random.below(self.visibility.n_tiles());
+        let Pixel { view, x, y } = self.visibility.pixel(self.source.cameras(), seen, &mut random);
         let camera = &self.source.cameras()[view as usize];
         let lens = &self.source.lenses()[view as usize];
         let photograph = &self.source.images()[view as usize];
@@ -67,11 +68,11 @@ impl Trial<'_> {
         let (x, y) = (corner(x, width, camera.width), corner(y, height, camera.height));
         let tile = Tile { x, y, width, height };
         let rgba = vec![0.0; 4 * tile.pixels()];
-        Tried { camera, lens, photograph, mask, background, tile, rgba }
+        CalibrationTile { camera, lens, photograph, mask, background, tile, rgba }
     }
 }
 
-impl Tried<'_> {
+impl CalibrationTile<'_> {
     /// Of the tile's premultiplied pixels that count against those of the photograph, both
     /// over the background, all colours together.
     pub(crate) fn squared_error(&self, rgba: &[f32]) -> f64 {

@@ -1,4 +1,4 @@
-//! What becomes of a field when it has been trained: a model to be looked at.
+//! From a trained field to a finished model.
 
 use std::borrow::Cow;
 
@@ -7,10 +7,10 @@ use pocketnerf_core::{Error, Model};
 
 use super::{pruning, tolerance};
 use crate::trainer::Trainer;
-use crate::trainer::finish::budget::Effort;
-use crate::trainer::finish::calibration_tiles::Trial;
+use crate::trainer::finish::budget::FinishingBudget;
+use crate::trainer::finish::calibration_tiles::CalibrationTiles;
 use crate::trainer::occupancy::cells::Packed;
-use crate::trainer::occupancy::density_grid::{OccupancyGrid, PERIOD};
+use crate::trainer::occupancy::density_grid::{DensityGrid, PERIOD};
 
 /// Cells along an axis at most: the format's limit.
 const MAX_RESOLUTION: u32 = 512;
@@ -33,37 +33,49 @@ pub struct Finished<'t> {
 impl Trainer {
     /// The model as it stands, ready to be rendered: cells become half as wide, so
     /// that fewer samples lie in front of surfaces, unless that would make the file
-    /// much larger; and it is tried which of them pictures need, and how much of a
-    /// picture may be interpolated.
+    /// much larger; the occupied cells that pictures need and the share of a picture that
+    /// may be interpolated are then calibrated on tiles of the training views.
     ///
     /// # Errors
     /// When the SIMD level is not there.
-    pub fn finished(&self, effort: Effort) -> Result<Finished<'_>, Error> {
-        let [few, some] = [pruning::TILES, tolerance::TILES].map(|all| effort.tiles(all));
+    pub fn finished(&self, budget: FinishingBudget) -> Result<Finished<'_>, Error> {
+        let [few, some] = [pruning::TILES, tolerance::TILES].map(|all| budget.tiles(all));
         let mut known = self.seen_once();
         if self.config.hierarchical_training().is_some() {
-            self.look_again(known.to_mut(), effort);
+            self.look_again(known.to_mut(), budget);
         }
-        let mut finer = effort.finer.then(|| self.finer_seen_once(&known)).flatten();
+        let mut finer = budget.finer.then(|| self.finer_seen_once(&known)).flatten();
         if let Some(finer) = &mut finer {
-            self.look_again(finer, effort);
+            self.look_again(finer, budget);
         }
         let grid = finer.as_ref().filter(|finer| self.is_worth(finer, &known)).unwrap_or(&known);
-        let cells = pruning::needed(grid, &self.model(), &self.trial(few), self.backend.simd())?;
+        let cells = pruning::needed(
+            grid,
+            &self.model(),
+            &self.calibration_tiles(few),
+            self.backend.simd(),
+        )?;
         let model = Model { occupancy: Some(cells.view()), ..self.model() };
-        let tolerance = tolerance::find(&model, &self.trial(some), self.backend.simd())?;
+        let tolerance =
+            tolerance::find(&model, &self.calibration_tiles(some), self.backend.simd())?;
         Ok(Finished { trainer: self, cells, tolerance })
     }
 
-    /// So many tiles of the training views.
-    pub(crate) fn trial(&self, tiles: usize) -> Trial<'_> {
+    /// Tiles of the training views to calibrate on.
+    pub(crate) fn calibration_tiles(&self, tiles: usize) -> CalibrationTiles<'_> {
         let size = if self.config.field.kind().is_costly() { SMALL_TILE } else { Tiles::LARGEST };
-        Trial { source: &self.source, aim: &self.aim, seed: self.seed, tiles, size }
+        CalibrationTiles {
+            source: &self.source,
+            visibility: &self.visibility,
+            seed: self.seed,
+            tiles,
+            size,
+        }
     }
 
-    /// The occupied cells: those that training knows, or, where it has not asked for
-    /// them, those that a look at each finds.
-    pub(crate) fn seen_once(&self) -> Cow<'_, OccupancyGrid> {
+    /// The occupied cells: those that training knows, or, where it does not sample cells,
+    /// those that one sample in each finds.
+    pub(crate) fn seen_once(&self) -> Cow<'_, DensityGrid> {
         if self.config.hierarchical_training().is_none() {
             return Cow::Borrowed(&self.grid);
         }
@@ -72,9 +84,9 @@ impl Trainer {
         Cow::Owned(grid)
     }
 
-    /// Smaller cells, each looked at once; `None` where they are not to be had, or not
-    /// worth their bytes.
-    pub(crate) fn finer_seen_once(&self, known: &OccupancyGrid) -> Option<OccupancyGrid> {
+    /// Smaller cells, with one sample in each; `None` where there are none, or where they
+    /// are not worth their bytes.
+    pub(crate) fn finer_seen_once(&self, known: &DensityGrid) -> Option<DensityGrid> {
         if 2 * self.config.occupancy_resolution > MAX_RESOLUTION {
             return None;
         }
@@ -83,13 +95,13 @@ impl Trainer {
         self.is_worth(&finer, known).then_some(finer)
     }
 
-    /// The looks at each cell that are left after the first.
-    fn look_again(&self, grid: &mut OccupancyGrid, effort: Effort) {
-        self.look(grid, effort.looks() - 1);
+    /// The other samples in each cell after the first.
+    fn look_again(&self, grid: &mut DensityGrid, budget: FinishingBudget) {
+        self.look(grid, budget.looks() - 1);
     }
 
     /// Looks at each cell so many times.
-    pub(crate) fn look(&self, grid: &mut OccupancyGrid, times: usize) {
+    pub(crate) fn look(&self, grid: &mut DensityGrid, times: usize) {
         for _ in 0..times * PERIOD {
             self.look_at_cells(grid);
         }
@@ -97,10 +109,9 @@ impl Trainer {
     }
 
     /// Whether smaller cells are worth their bytes.
-    fn is_worth(&self, finer: &OccupancyGrid, known: &OccupancyGrid) -> bool {
-        let bytes = |grid: &OccupancyGrid| {
-            grid.view().coarse_bytes().len() + grid.view().fine_bytes().len()
-        };
+    fn is_worth(&self, finer: &DensityGrid, known: &DensityGrid) -> bool {
+        let bytes =
+            |grid: &DensityGrid| grid.view().coarse_bytes().len() + grid.view().fine_bytes().len();
         bytes(finer)
             <= bytes(known) + self.backend.download().field().parameters.len() / PARAMETERS_A_BYTE
     }

@@ -1,5 +1,5 @@
-//! Which cells hold so little that pictures do without: what the scene bears, tried
-//! on tiles of the training views.
+//! Occupancy pruning: cells that hold so little that pictures do without them, found on
+//! tiles of the training views.
 //!
 //! Training must sample cells that are nearly empty, to learn what is in them. Once
 //! it is over, most of them only cost time; but where a scene is thin, as glass and
@@ -7,9 +7,9 @@
 
 use pocketnerf_core::{Error, Model, RenderOptions, SimdLevel, Tuning};
 
-use crate::trainer::finish::calibration_tiles::Trial;
+use crate::trainer::finish::calibration_tiles::CalibrationTiles;
 use crate::trainer::occupancy::cells::Packed;
-use crate::trainer::occupancy::density_grid::OccupancyGrid;
+use crate::trainer::occupancy::density_grid::DensityGrid;
 
 /// Optical thickness of a step up to which a cell counts as empty, times that of
 /// training. Beyond the last, views that are not tried lose more than those that are
@@ -20,15 +20,15 @@ pub(crate) const MOST_RENDERED: usize = 5;
 /// Loss that is borne, dB of the training views' PSNR.
 const LOSS: f64 = 0.03;
 
-/// Tiles on which it is tried: each several times.
+/// Calibration tiles, each rendered several times.
 pub(crate) const TILES: usize = 24;
 
 /// The cells of a model's `grid` that pictures of the training views need. `model` is
 /// without them.
 pub(crate) fn needed(
-    grid: &OccupancyGrid,
+    grid: &DensityGrid,
     model: &Model<'_>,
-    trial: &Trial<'_>,
+    tiles: &CalibrationTiles<'_>,
     simd: SimdLevel,
 ) -> Result<Packed, Error> {
     let error = |cells: &Packed| -> Result<f64, Error> {
@@ -37,7 +37,7 @@ pub(crate) fn needed(
             detail: model.detail(1.0),
             ..RenderOptions::new(&model, simd, Tuning::FAST)
         };
-        let errors = trial.render(&model, &options, |tile| Ok(tile.squared_error(&tile.rgba)))?;
+        let errors = tiles.render(&model, &options, |tile| Ok(tile.squared_error(&tile.rgba)))?;
         Ok(errors.iter().sum())
     };
     let mut best = grid.occupied().clone();
@@ -79,17 +79,17 @@ mod tests {
         }
         let mut all = trainer.grid.finer();
         trainer.look(&mut all, 8);
-        let (model, trial) = (trainer.model(), trainer.trial(TILES));
+        let (model, tiles) = (trainer.model(), trainer.calibration_tiles(TILES));
         // This scene needs them all, so short a time after the start. Were they so many
         // times as dense, the highest thresholds would be little above the usual one.
-        let same = needed(&all, &model, &trial, simd).unwrap();
+        let same = needed(&all, &model, &tiles, simd).unwrap();
         assert_eq!(same.view().fraction(), all.view().fraction());
         let (density, updates) = all.state();
         let denser: Vec<f32> = density.iter().map(|density| density * 9.0).collect();
         let (coarse, fine) = (all.view().coarse_bytes(), all.view().fine_bytes());
         let mut some = all.clone();
         assert!(some.restore(&denser, updates, coarse, fine));
-        let some = needed(&some, &model, &trial, simd).unwrap();
+        let some = needed(&some, &model, &tiles, simd).unwrap();
         let share = some.view().fraction() / all.view().fraction();
         assert!((0.8..0.99).contains(&share), "{share}");
         let n = all.view().resolution();
@@ -97,12 +97,12 @@ mod tests {
             let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
             assert!(all.view().cell(x, y, z) || !some.view().cell(x, y, z));
         }
-        // Against the photographs, and not only those of the trial.
+        // Against the photographs, and not only those that were rendered.
         let [whole, emptied] = [all.occupied(), &some].map(|cells| {
             let model = Model { occupancy: Some(cells.view()), ..model };
             let options = RenderOptions::new(&model, simd, Tuning::FAST);
-            let trial = Trial { seed: trial.seed + 1, ..trial };
-            let errors = trial.render(&model, &options, |t| Ok(t.squared_error(&t.rgba)));
+            let tiles = CalibrationTiles { seed: tiles.seed + 1, ..tiles };
+            let errors = tiles.render(&model, &options, |t| Ok(t.squared_error(&t.rgba)));
             errors.unwrap().iter().sum::<f64>()
         });
         assert!(emptied < whole * 1.02, "{emptied} {whole}");

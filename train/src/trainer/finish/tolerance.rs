@@ -1,17 +1,17 @@
 //! How much neighbouring pixels may differ where one between them is
-//! interpolated: what the scene bears, tried on tiles of the training views.
+//! interpolated, found on tiles of the training views.
 
 use pocketnerf_core::render::{Detail, rehearse_tile};
 use pocketnerf_core::{Error, Model, RenderOptions, SimdLevel, Tuning};
 
-use crate::trainer::finish::calibration_tiles::{Trial, Tried};
+use crate::trainer::finish::calibration_tiles::{CalibrationTile, CalibrationTiles};
 
 /// Tolerances to choose from.
 const LADDER: [f32; 11] = [0.2, 0.16, 0.13, 0.1, 0.08, 0.065, 0.05, 0.04, 0.03, 0.02, 0.01];
 /// Loss that is borne, dB of the training views' PSNR.
 const LOSS: f64 = 0.03;
 
-/// Tiles on which it is tried.
+/// Calibration tiles.
 pub(crate) const TILES: usize = 48;
 
 /// Squared errors of one tile: with every tolerance of the ladder, and rendered whole.
@@ -20,12 +20,16 @@ type Errors = ([f64; LADDER.len()], f64);
 /// The [tolerance](pocketnerf_core::Display::tolerance) for a model: the largest
 /// with which pictures of the training views hardly differ more from the
 /// photographs than without.
-pub(crate) fn find(model: &Model<'_>, trial: &Trial<'_>, simd: SimdLevel) -> Result<f32, Error> {
+pub(crate) fn find(
+    model: &Model<'_>,
+    tiles: &CalibrationTiles<'_>,
+    simd: SimdLevel,
+) -> Result<f32, Error> {
     let usual = RenderOptions::new(model, simd, Tuning::FAST);
     let detail = Detail { tolerances: [0.0; 4], ..usual.detail };
-    let tiles = trial.render(model, &RenderOptions { detail, ..usual }, try_all)?;
+    let errors = tiles.render(model, &RenderOptions { detail, ..usual }, try_all)?;
     let (mut rough, mut fine) = ([0.0; LADDER.len()], 0.0);
-    for (errors, whole) in tiles {
+    for (errors, whole) in errors {
         rough.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error);
         fine += whole;
     }
@@ -35,13 +39,13 @@ pub(crate) fn find(model: &Model<'_>, trial: &Trial<'_>, simd: SimdLevel) -> Res
 }
 
 /// Tries every tolerance on a tile.
-fn try_all(tried: &Tried<'_>) -> Result<Errors, Error> {
-    let mut rough = vec![0.0; tried.rgba.len()];
+fn try_all(tile: &CalibrationTile<'_>) -> Result<Errors, Error> {
+    let mut rough = vec![0.0; tile.rgba.len()];
     let mut errors = [0.0; LADDER.len()];
     for (error, tolerance) in errors.iter_mut().zip(LADDER) {
         let detail = Detail { tolerances: [tolerance, 0.0, 0.0, 0.0], ..Detail::FINEST };
-        rehearse_tile([tried.tile.width, tried.tile.height], &detail, &tried.rgba, &mut rough)?;
-        *error = tried.squared_error(&rough);
+        rehearse_tile([tile.tile.width, tile.tile.height], &detail, &tile.rgba, &mut rough)?;
+        *error = tile.squared_error(&rough);
     }
-    Ok((errors, tried.squared_error(&tried.rgba)))
+    Ok((errors, tile.squared_error(&tile.rgba)))
 }

@@ -15,9 +15,9 @@ use crate::probe::{BATCH, Probe};
 use crate::random::Random;
 use crate::trainer::occupancy::cells::{Grown, Packed};
 
-/// A cell is looked at in one of so many updates.
+/// A cell is sampled in one of so many updates.
 pub(crate) const PERIOD: usize = 4;
-/// What remains of a cell's density when it is looked at again, while the field
+/// What remains of a cell's density when it is sampled again, while the field
 /// changes.
 const DECAY: f32 = 0.8;
 /// Optical thickness of one step above which a cell is occupied.
@@ -27,13 +27,13 @@ const TASK: usize = 512;
 
 /// Decaying densities of the candidate cells, and the bits made from them.
 #[derive(Clone, Debug, Default)]
-pub struct OccupancyGrid {
+pub struct DensityGrid {
     resolution: u32,
     /// Cells that may hold something, ascending; the rest never will.
     candidates: Vec<u32>,
     /// Greatest density of each candidate, 1 / scene unit.
     density: Vec<f32>,
-    /// What remains of a density when its cell is looked at again.
+    /// What remains of a density when its cell is sampled again.
     decay: f32,
     /// The occupied cells.
     occupied: Packed,
@@ -42,7 +42,7 @@ pub struct OccupancyGrid {
     updates: u32,
 }
 
-impl OccupancyGrid {
+impl DensityGrid {
     /// All candidates occupied.
     #[must_use]
     pub fn new(resolution: u32, candidates: Vec<u32>) -> Self {
@@ -129,8 +129,8 @@ impl OccupancyGrid {
         (&self.density, self.updates)
     }
 
-    /// Takes back what [`OccupancyGrid::state`] gave, with the bits of
-    /// [`OccupancyGrid::view`]. False where the sizes differ.
+    /// Takes back what [`DensityGrid::state`] gave, with the bits of
+    /// [`DensityGrid::view`]. False where the sizes differ.
     #[must_use]
     pub fn restore(&mut self, density: &[f32], updates: u32, coarse: &[u8], fine: &[u8]) -> bool {
         let occupied = Packed::new(self.resolution, coarse.to_vec(), fine.to_vec());
@@ -183,7 +183,7 @@ impl OccupancyGrid {
         self.updates += 1;
     }
 
-    /// Sets the bits anew, once all candidates have been looked at. `step` is the distance
+    /// Updates the bits, once all candidates have been sampled. `step` is the distance
     /// between samples, scene units.
     pub(crate) fn settle(&mut self, step: f32) {
         if self.updates >= PERIOD as u32 {
@@ -222,10 +222,10 @@ mod tests {
 
     #[test]
     fn thresholds_by_hand() {
-        let mut grid = OccupancyGrid::new(16, (0..8).collect());
+        let mut grid = DensityGrid::new(16, (0..8).collect());
         grid.density.copy_from_slice(&[0.01, 0.013, 0.04, 0.1, 2.0, 2.0, 2.0, 2.0]);
         // Steps of 0.5: the usual threshold is 0.012.
-        let occupied = |grid: &OccupancyGrid, factor: f32| {
+        let occupied = |grid: &DensityGrid, factor: f32| {
             (grid.above(0.5, factor).view().fraction() * 4096.0).round()
         };
         assert_eq!(

@@ -36,7 +36,7 @@ impl Plan {
 /// Time kept for packing and writing the model, seconds.
 const WRITING: f64 = 0.4;
 /// Time kept for trying it out, as long as nobody knows how long that takes, seconds.
-const TRYING: f64 = 1.8;
+const FINISHING: f64 = 1.8;
 /// Progress from which on it can be known.
 pub(crate) const KNOWN: f32 = 0.5;
 /// Share of the time that calibrates the number of steps.
@@ -66,10 +66,10 @@ const MOST_LONGER: f32 = 2.0;
 /// Long steps are taken for this first share of the run.
 const COARSE: f32 = 0.6;
 
-/// Seconds of a run of so many that are left for steps, where the model is tried out
-/// for `trying`, if that is known.
-pub(crate) fn budget(seconds: f64, trying: Option<f64>) -> f64 {
-    (seconds - WRITING - trying.unwrap_or(TRYING)).max(0.5 * seconds)
+/// Seconds of a run of so many that are left for steps, where finishing the model takes
+/// `finishing`, if that is known.
+pub(crate) fn budget(seconds: f64, finishing: Option<f64>) -> f64 {
+    (seconds - WRITING - finishing.unwrap_or(FINISHING)).max(0.5 * seconds)
 }
 
 /// Fixes the number of steps once enough have been timed: `timed` since `begun`.

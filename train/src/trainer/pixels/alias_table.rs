@@ -6,7 +6,7 @@ use crate::random::Random;
 /// for itself with some probability, and else hands it to one other place. A draw is
 /// one read, however many places there are.
 #[derive(Clone, Debug)]
-pub(crate) struct Alias {
+pub(crate) struct AliasTable {
     places: Vec<Place>,
 }
 
@@ -18,7 +18,7 @@ struct Place {
     other: u32,
 }
 
-impl Alias {
+impl AliasTable {
     /// All of `n` equally often.
     pub(crate) fn uniform(n: usize) -> Self {
         Self { places: vec![Place { keeps: 1.0, other: 0 }; n] }
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     /// The probability of each place.
-    fn probabilities(alias: &Alias) -> Vec<f64> {
+    fn probabilities(alias: &AliasTable) -> Vec<f64> {
         let n = alias.places.len();
         let mut all = vec![0.0; n];
         for (i, place) in alias.places.iter().enumerate() {
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn places_are_as_probable_as_they_are_large() {
         let mut random = Random::new(1, [0; 3]);
-        let mut alias = Alias::uniform(3);
+        let mut alias = AliasTable::uniform(3);
         assert_eq!(probabilities(&alias), [1.0 / 3.0; 3]);
         for n in [1, 2, 3, 10, 1000, 100_000] {
             for power in [0.0, 1.0, 8.0, -0.9] {
@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn draws_follow_the_probabilities() {
-        let mut alias = Alias::uniform(4);
+        let mut alias = AliasTable::uniform(4);
         alias.update(&[0.1, 2.4, 0.5, 1.0]);
         let (mut random, mut counts) = (Random::new(2, [0; 3]), [0.0; 4]);
         (0..400_000).for_each(|_| counts[alias.draw(&mut random)] += 1e-5);

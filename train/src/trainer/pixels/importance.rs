@@ -1,4 +1,4 @@
-//! Rays where the error is.
+//! The error-weighted pixel sampler: rays where the error is.
 //!
 //! The variance of a step's gradient is smallest where pixels are drawn in proportion
 //! to the size of their gradient, about the root of their squared error, and weighed
@@ -6,7 +6,7 @@
 //! (importance sampling; for fields, Kheradmand et al. 2024).
 
 use crate::random::Random;
-use crate::trainer::pixels::alias_table::Alias;
+use crate::trainer::pixels::alias_table::AliasTable;
 
 /// Squared error a channel that is expected where nothing is known yet: much.
 const UNKNOWN: f32 = 0.05;
@@ -20,19 +20,19 @@ const LEAST: f32 = 1e-9;
 
 /// How often the tiles of the views are drawn.
 #[derive(Clone, Debug)]
-pub(crate) struct Attention {
+pub(crate) struct PixelSampler {
     /// Mean squared error of each tile's latest pixels.
     errors: Vec<f32>,
     /// How often each is drawn, 1 on average.
     sizes: Vec<f32>,
-    alias: Alias,
+    alias: AliasTable,
 }
 
-impl Attention {
+impl PixelSampler {
     /// All of so many tiles alike.
     pub(crate) fn new(n_tiles: usize) -> Self {
         let (errors, sizes) = (vec![UNKNOWN; n_tiles], vec![1.0; n_tiles]);
-        Self { errors, sizes, alias: Alias::uniform(n_tiles) }
+        Self { errors, sizes, alias: AliasTable::uniform(n_tiles) }
     }
 
     /// A random tile, and what its pixels weigh.
@@ -68,8 +68,8 @@ impl Attention {
         [&self.errors, &self.sizes]
     }
 
-    /// Goes on from such a state, one after the other; `false`, and nothing done, where
-    /// it is not one.
+    /// Restores such a state, one after the other; `false`, and nothing done, where it is
+    /// not one.
     pub(crate) fn restore(&mut self, state: &[f32]) -> bool {
         let n = self.errors.len();
         if state.len() != 2 * n {
@@ -94,22 +94,22 @@ mod tests {
 
     #[test]
     fn tiles_are_drawn_by_the_root_of_their_error() {
-        let mut attention = Attention::new(4);
+        let mut sampler = PixelSampler::new(4);
         let mut random = Random::new(1, [0; 3]);
-        assert_eq!(attention.draw(&mut random).1, 1.0);
+        assert_eq!(sampler.draw(&mut random).1, 1.0);
         // Often enough to forget what was expected.
         for _ in 0..100 {
             for (tile, error) in [(0, 0.0), (1, 0.01), (2, 0.01), (3, 0.06)] {
-                attention.note(tile, error);
+                sampler.note(tile, error);
             }
         }
-        attention.update();
+        sampler.update();
         // The mean is 0.02, a tenth is added: roots of 0.002, 0.012, 0.012, 0.062.
         let roots = [0.002f64, 0.012, 0.012, 0.062].map(f64::sqrt);
         let sum: f64 = roots.iter().sum();
         let (mut counts, mut weights) = ([0.0; 4], 0.0);
         for _ in 0..200_000 {
-            let (tile, weight) = attention.draw(&mut random);
+            let (tile, weight) = sampler.draw(&mut random);
             let expected = sum / (4.0 * roots[tile as usize]);
             assert!((f64::from(weight) / expected - 1.0).abs() < 1e-4, "{tile}: {weight}");
             counts[tile as usize] += 1.0 / 200_000.0;
@@ -124,17 +124,17 @@ mod tests {
 
     #[test]
     fn a_state_is_gone_on_from() {
-        let mut first = Attention::new(100);
+        let mut first = PixelSampler::new(100);
         (0..100).for_each(|tile| first.note(tile, tile as f32 * 1e-3));
         first.update();
         first.note(7, 0.5);
-        let mut second = Attention::new(100);
+        let mut second = PixelSampler::new(100);
         assert!(second.restore(&first.state().concat()));
         let (mut a, mut b) = (Random::new(3, [0; 3]), Random::new(3, [0; 3]));
         assert!((0..1000).all(|_| first.draw(&mut a) == second.draw(&mut b)));
         assert_eq!(first.state(), second.state());
         // No error anywhere: all alike.
-        let mut perfect = Attention::new(2);
+        let mut perfect = PixelSampler::new(2);
         assert!(perfect.restore(&[0.0, 0.0, 0.5, 1.5]));
         perfect.update();
         assert_eq!(perfect.state()[1], [1.0; 2]);

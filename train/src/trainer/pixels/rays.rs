@@ -5,7 +5,7 @@ use pocketnerf_core::{Camera, Ray};
 use crate::dataset::View;
 use crate::lens::Lens;
 use crate::random::Random;
-use crate::trainer::pixels::visibility::Aim;
+use crate::trainer::pixels::visibility::PixelVisibility;
 
 /// Which pixel of which view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,8 +65,8 @@ impl Backdrop {
 pub struct Targets {
     /// Mean alpha.
     pub alpha: f64,
-    /// Mean squared error of who has learnt nothing: who shows the background
-    /// alone, or everywhere the mean colour, whichever is better.
+    /// Mean squared error of a model that has learnt nothing: the background alone, or the
+    /// mean colour everywhere, whichever is better.
     pub trivial_error: f64,
     /// Share of that error, if everything were transparent, that lies in pixels
     /// which training does not draw: none can be explained.
@@ -116,7 +116,7 @@ impl RaySource {
         &self.cameras
     }
 
-    /// What bends each camera's rays.
+    /// Each camera's lens.
     #[must_use]
     pub fn lenses(&self) -> &[Lens] {
         &self.lenses
@@ -199,7 +199,7 @@ impl RaySource {
 
     /// Averages over a fixed share of the pixels that count.
     #[must_use]
-    pub(crate) fn targets(&self, aim: &Aim) -> Targets {
+    pub(crate) fn targets(&self, visibility: &PixelVisibility) -> Targets {
         let (mean, variance) = self.backdrop.moments();
         let (mean, variance) = (mean.map(f64::from), f64::from(variance));
         let square = mean.map(|mean| mean * mean + variance);
@@ -215,7 +215,7 @@ impl RaySource {
             alpha += a;
             let width = self.cameras[view].width;
             let (x, y) = (i as u32 % width, i as u32 / width);
-            let drawn = aim.draws(Pixel { view: view as u32, x, y });
+            let drawn = visibility.draws(Pixel { view: view as u32, x, y });
             for (c, value) in [r, g, b].into_iter().enumerate() {
                 let (own, through) = (a * value, 1.0 - a);
                 let error = own * own - 2.0 * own * a * mean[c] + a * a * square[c];

@@ -26,7 +26,7 @@ struct Tile {
 
 /// The tiles that see something.
 #[derive(Clone, Debug)]
-pub(crate) struct Aim {
+pub(crate) struct PixelVisibility {
     /// Ascending.
     tiles: Vec<Tile>,
     /// Which pixels of each tile count, a bit each, row after row of eight. Empty where
@@ -36,7 +36,7 @@ pub(crate) struct Aim {
     share: f64,
 }
 
-impl Aim {
+impl PixelVisibility {
     /// The tiles of all views to which `cells` of a grid of so many cells along
     /// an axis project. Where there are none, all tiles. Tiles in which no pixel counts
     /// are left out.
@@ -276,19 +276,19 @@ mod tests {
         let camera = Camera::from_fov_x(61, 47, 1.0, pose);
         let source = source(&[camera], Lens::Pinhole, Some(&mask));
         let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
-        let aim = Aim::new(&source, &space, 32, &[]);
-        assert!((aim.share() - 1.0).abs() < 1e-12);
+        let visibility = PixelVisibility::new(&source, &space, 32, &[]);
+        assert!((visibility.share() - 1.0).abs() < 1e-12);
         let mut random = Random::new(1, [0; 3]);
         let mut drawn = vec![0; mask.len()];
         for _ in 0..40_000 {
-            let tile = random.below(aim.n_tiles());
-            let Pixel { x, y, .. } = aim.pixel(source.cameras(), tile, &mut random);
+            let tile = random.below(visibility.n_tiles());
+            let Pixel { x, y, .. } = visibility.pixel(source.cameras(), tile, &mut random);
             drawn[(x + 61 * y) as usize] += 1;
         }
         for ((x, y), (times, counts)) in pixels().zip(drawn.iter().zip(&mask)) {
             // About 32 each.
             assert_eq!(*times > 0, *counts != 0, "{x} {y}");
-            assert_eq!(aim.draws(Pixel { view: 0, x, y }), *counts != 0, "{x} {y}");
+            assert_eq!(visibility.draws(Pixel { view: 0, x, y }), *counts != 0, "{x} {y}");
         }
     }
 
@@ -313,8 +313,8 @@ mod tests {
             Camera::from_fov_x(61, 47, 1.0, pose)
         });
         let source = source(&cameras, lens, None);
-        let aim = Aim::new(&source, &space, 32, &cells);
-        let drawn = |view: u32, x, y| aim.draws(Pixel { view, x, y });
+        let visibility = PixelVisibility::new(&source, &space, 32, &cells);
+        let drawn = |view: u32, x, y| visibility.draws(Pixel { view, x, y });
         let (mut met, mut missed) = (0, 0);
         for (view, (x, y)) in (0..3).flat_map(|view| pixels().map(move |pixel| (view, pixel))) {
             let ray = source.through(Pixel { view, x, y });
@@ -331,11 +331,11 @@ mod tests {
         assert!(met > 5 && missed > 1000, "{lens:?}: {met} {missed}");
         let mut random = Random::new(1, [0; 3]);
         for _ in 0..1000 {
-            let tile = random.below(aim.n_tiles());
-            let Pixel { view, x, y } = aim.pixel(&cameras, tile, &mut random);
+            let tile = random.below(visibility.n_tiles());
+            let Pixel { view, x, y } = visibility.pixel(&cameras, tile, &mut random);
             assert!(x < 61 && y < 47 && drawn(view, x, y));
         }
         // Nothing to see: everything may be drawn.
-        assert!((Aim::new(&source, &space, 32, &[]).share() - 1.0).abs() < 1e-12);
+        assert!((PixelVisibility::new(&source, &space, 32, &[]).share() - 1.0).abs() < 1e-12);
     }
 }

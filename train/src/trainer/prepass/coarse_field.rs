@@ -6,7 +6,7 @@
 use pocketnerf_core::{Camera, Error, Ray, SimdLevel, Space};
 use rayon::prelude::*;
 
-use super::visual_hull::Hull;
+use super::visual_hull::VisualHull;
 use super::{Prepared, carved};
 use crate::trainer::pixels::rays::{Pixel, RaySource};
 use crate::trainer::{StepSettings, TrainConfig, Trainer};
@@ -31,7 +31,7 @@ const POINTS: u32 = 64;
 pub(crate) fn tighten(
     around: Space,
     source: RaySource,
-    hull: &Hull,
+    hull: &VisualHull,
     config: &TrainConfig,
     simd: SimdLevel,
 ) -> Result<(Space, RaySource), Error> {
@@ -50,7 +50,7 @@ pub(crate) fn tighten(
 /// occupies, and its neighbours. For a field that is costly to evaluate.
 pub(super) fn cells(
     prepared: Prepared,
-    hull: Option<&Hull>,
+    hull: Option<&VisualHull>,
     simd: SimdLevel,
 ) -> Result<(Vec<u32>, RaySource), Error> {
     let Prepared { source, space, mut candidates, config } = prepared;

@@ -12,7 +12,7 @@ use super::pixels::rays::{Backdrop, RaySource};
 use super::{TrainConfig, all_cells};
 use crate::dataset::Dataset;
 use scene_box::find_box;
-use visual_hull::Hull;
+use visual_hull::VisualHull;
 
 /// What a run begins with.
 #[derive(Debug)]
@@ -47,7 +47,7 @@ pub fn run(dataset: Dataset, mut config: TrainConfig, simd: SimdLevel) -> Result
         return prepared(source, None, Space::Ndc(ndc), config, simd);
     }
     config.aabb = config.aabb.or(dataset.aabb);
-    let hull = has_alpha.then(|| Hull::new(&source));
+    let hull = has_alpha.then(|| VisualHull::new(&source));
     let (space, source) = match (config.aabb, &hull) {
         (Some([min, max]), _) => (Space::Box { min, max }, source),
         (None, None) => (find_box(source.cameras(), None), source),
@@ -64,7 +64,7 @@ pub fn run(dataset: Dataset, mut config: TrainConfig, simd: SimdLevel) -> Result
 /// In this space.
 fn prepared(
     source: RaySource,
-    hull: Option<&Hull>,
+    hull: Option<&VisualHull>,
     space: Space,
     config: TrainConfig,
     simd: SimdLevel,
@@ -80,7 +80,12 @@ fn prepared(
 }
 
 /// With the cells that the silhouettes allow.
-fn carved(source: RaySource, hull: Option<&Hull>, space: Space, config: TrainConfig) -> Prepared {
+fn carved(
+    source: RaySource,
+    hull: Option<&VisualHull>,
+    space: Space,
+    config: TrainConfig,
+) -> Prepared {
     let resolution = config.occupancy_resolution;
     let candidates = match hull {
         Some(hull) => hull.cells(&space, resolution),

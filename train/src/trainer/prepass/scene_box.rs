@@ -3,7 +3,7 @@
 use pocketnerf_core::{Camera, Space};
 
 use crate::cameras::{cube, distances, object_box};
-use crate::trainer::prepass::visual_hull::Hull;
+use crate::trainer::prepass::visual_hull::VisualHull;
 
 /// Cells along an axis when looking for the box.
 const RESOLUTION: u32 = 64;
@@ -14,7 +14,7 @@ const BACKGROUND: f32 = 1.25;
 /// The box around everything that the silhouettes allow, or, where there are none
 /// (opaque images), one that holds the cameras and what is behind what they look at.
 #[must_use]
-pub fn find_box(cameras: &[Camera], hull: Option<&Hull>) -> Space {
+pub fn find_box(cameras: &[Camera], hull: Option<&VisualHull>) -> Space {
     let Some(hull) = hull else { return background_box(cameras) };
     let around = object_box(cameras);
     let cells = hull.cells(&around, RESOLUTION);

@@ -51,11 +51,11 @@ impl Pyramid {
 
 /// Silhouettes of all training views.
 #[derive(Debug)]
-pub struct Hull {
+pub struct VisualHull {
     views: Vec<(Camera, Lens, Pyramid)>,
 }
 
-impl Hull {
+impl VisualHull {
     /// From the views' cameras and RGBA images.
     #[must_use]
     pub fn new(source: &RaySource) -> Self {
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn keeps_what_the_silhouettes_allow() {
-        let hull = Hull::new(&views(10.0));
+        let hull = VisualHull::new(&views(10.0));
         // Small enough for every view to see all of it.
         let space = Space::Box { min: [-0.9; 3], max: [0.9; 3] };
         let cells = hull.cells(&space, 64);
@@ -235,7 +235,7 @@ mod tests {
                 mask: Some(mask.clone()),
                 ..View::new("", views.cameras()[i], views.images()[i].clone())
             };
-            Hull::new(&RaySource::new((0..3).map(view).collect(), Backdrop::Random))
+            VisualHull::new(&RaySource::new((0..3).map(view).collect(), Backdrop::Random))
         };
         let all = vec![1; 101 * 101];
         assert!(!masked(all.clone()).may_hold([0.3, 0.0, 0.0], 1e-3));
@@ -268,7 +268,7 @@ mod tests {
                 // Where the lens shows (0.6, 0.6, 0.6).
                 view((camera, lens.project(camera, [0.6; 3]).unwrap()))
             });
-            Hull::new(&RaySource::new(views.collect(), Backdrop::Random))
+            VisualHull::new(&RaySource::new(views.collect(), Backdrop::Random))
         };
         assert!(source(lens).may_hold([0.6; 3], 1e-3));
         assert!(!source(lens).may_hold([0.5; 3], 1e-3));
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn one_pixel_is_never_lost() {
-        let hull = Hull::new(&views(0.5));
+        let hull = VisualHull::new(&views(0.5));
         assert!(hull.may_hold([0.0; 3], 1e-3));
         assert!(!hull.may_hold([0.3, 0.0, 0.0], 1e-3));
     }

@@ -1,10 +1,9 @@
-//! What keeps a run that has gone wrong from going on in silence.
+//! Stops a run that has gone wrong.
 //!
-//! Every step is looked at. Where numbers are no longer numbers, or nothing
-//! has been learnt after [`PATIENCE`] steps, training begins anew with other
-//! random numbers, at most [`MAX_RESTARTS`] times. What is looked at depends on
-//! the steps alone, not on threads or clocks: the same run restarts at the
-//! same step.
+//! Every step is checked. Where values are not finite, or nothing has been learnt after
+//! [`PATIENCE`] steps, training restarts with other random numbers, at most
+//! [`MAX_RESTARTS`] times. Checks depend on the steps alone, not on threads or clocks: the
+//! same run restarts at the same step.
 
 use std::fmt;
 
@@ -17,14 +16,14 @@ use crate::trainer::{StepStats, Targets, Trainer};
 pub const MAX_RESTARTS: u32 = 3;
 /// Steps of an attempt before its pictures are judged.
 const PATIENCE: u32 = 512;
-/// Steps between two looks at the tables of the encoding, which are large; the
-/// loss and the networks are looked at after every step.
+/// Steps between two checks of the tables, which are large; the loss and all other
+/// parameters are checked after every step.
 const TABLES_EVERY: u32 = 64;
 /// Opacity (or transparency) below which there is none.
 const NONE: f64 = 1e-3;
 /// Opacity (or transparency) of the images from which its lack is a fault.
 const SOME: f64 = 1e-2;
-/// Whoever has learnt something is below this share of the trivial error ...
+/// A field that has learnt something is below this share of the trivial error ...
 const LEARNT: f64 = 0.95;
 /// ... or below this mean squared error (30 dB): images may be of one colour.
 const GOOD: f64 = 1e-3;
@@ -89,7 +88,7 @@ pub struct Diverged {
     pub trouble: Trouble,
     /// The step at which it was noticed.
     pub step: u32,
-    /// How often training had begun anew.
+    /// How often training had restarted.
     pub restarts: u32,
 }
 
@@ -146,7 +145,7 @@ fn judge(targets: &Targets, averages: &Averages) -> Option<Trouble> {
     }
 }
 
-/// Whether all parameters are finite; tables are looked at where asked.
+/// Whether all parameters are finite; with or without the tables.
 pub(crate) fn is_finite(trainer: &Trainer, tables: bool) -> bool {
     trainer.backend.download().groups.iter().all(|group| {
         // Tables have no first moment.
@@ -157,7 +156,7 @@ pub(crate) fn is_finite(trainer: &Trainer, tables: bool) -> bool {
 
 /// Whether all values are finite.
 fn all_finite(values: &[f32]) -> bool {
-    // Without an early end inside a piece, so that pieces are looked at in lanes.
+    // Without an early end inside a piece, so that pieces are checked in lanes.
     let piece = |piece: &[f32]| piece.iter().fold(true, |all, value| all & value.is_finite());
     values.par_chunks(1 << 14).all(piece)
 }

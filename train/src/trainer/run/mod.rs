@@ -6,7 +6,7 @@ pub(crate) mod guard;
 use std::time::{Duration, Instant};
 
 use crate::trainer::optim::schedule::{KNOWN, WARM_UP, adjust, budget, calibrate, settings};
-use crate::trainer::{Effort, Length, Plan, Trainer};
+use crate::trainer::{FinishingBudget, Length, Plan, Trainer};
 use guard::{Averages, Diverged, MAX_RESTARTS, Trouble};
 
 /// Where a run stands.
@@ -18,9 +18,9 @@ pub struct Progress {
     pub steps: Option<u32>,
     /// PSNR of the latest rays, dB; 0 before an attempt's first step.
     pub train_psnr: f64,
-    /// How often training has begun anew.
+    /// How often training has restarted.
     pub restarts: u32,
-    /// Why it has just begun anew.
+    /// Why it has just restarted.
     pub trouble: Option<Trouble>,
 }
 
@@ -29,11 +29,11 @@ pub struct Progress {
 pub struct Summary {
     /// Rays cast, those of attempts that were given up among them.
     pub rays: u64,
-    /// Samples at which the field was asked.
+    /// Samples at which the field was evaluated.
     pub samples: u64,
     /// PSNR of the last rays against random backgrounds or the images' own, dB.
     pub train_psnr: f64,
-    /// How often training began anew.
+    /// How often training restarted.
     pub restarts: u32,
 }
 
@@ -53,9 +53,8 @@ pub struct Run {
     timed: Option<(Instant, u32)>,
     /// Whether the clock decides when it is over.
     by_clock: bool,
-    /// With how much effort the model will be tried out in the end, and how long that
-    /// takes, seconds; `None` before it is known.
-    trying: Option<(Effort, f64)>,
+    /// The finishing budget and its seconds; `None` before it is known.
+    finishing: Option<(FinishingBudget, f64)>,
 }
 
 impl Run {
@@ -89,7 +88,7 @@ impl Run {
             started,
             timed: None,
             by_clock,
-            trying: None,
+            finishing: None,
         }
     }
 
@@ -154,31 +153,32 @@ impl Run {
         let (Length::Seconds(seconds), true) = (self.length, self.by_clock) else {
             return None;
         };
-        let budget = budget(seconds, self.trying.map(|(_, trying)| trying));
+        let budget = budget(seconds, self.finishing.map(|(_, seconds)| seconds));
         Some(self.started + Duration::from_secs_f64((budget - self.before).max(0.0)))
     }
 
     /// Once the scene has taken shape: finds out how long the model's trial will take, so
     /// that there is time for it.
     fn plan_the_end(&mut self, trainer: &Trainer) {
-        let (Length::Seconds(seconds), true, None) = (self.length, self.by_clock, self.trying)
+        let (Length::Seconds(seconds), true, None) = (self.length, self.by_clock, self.finishing)
         else {
             return;
         };
         if self.plan.is_some_and(|plan| plan.progress(trainer.steps()) >= KNOWN) {
-            self.trying = trainer.rehearse().ok().map(|costs| costs.effort(seconds));
+            self.finishing = trainer.rehearse().ok().map(|costs| costs.budget(seconds));
             self.timed = None;
         }
     }
 
-    /// With how much effort the model is to be tried out.
+    /// How much the finished model is to be calibrated.
     #[must_use]
-    pub fn effort(&self, trainer: &Trainer) -> Effort {
-        self.trying.map_or_else(|| Effort::usual(trainer.config()), |(effort, _)| effort)
+    pub fn finishing_budget(&self, trainer: &Trainer) -> FinishingBudget {
+        self.finishing
+            .map_or_else(|| FinishingBudget::usual(trainer.config()), |(budget, _)| budget)
     }
 
-    /// Begins anew: with all steps where steps were asked for, with what is
-    /// left of them where time was.
+    /// Restarts: with all steps in a run of so many steps, with those that are left in a
+    /// run of so many seconds.
     fn restart(&mut self, trainer: &mut Trainer, trouble: Trouble) -> Result<(), Diverged> {
         let (step, restarts) = (trainer.steps(), trainer.restarts());
         let mut plan = self.plan;

@@ -1,7 +1,7 @@
 //! A fixed share of a step's rays, forwards and backwards.
 //!
 //! A step is cut into the same groups at any thread count, and every group
-//! adds up its own gradients, so that the sums never depend on who worked when.
+//! adds up its own gradients, so that sums do not depend on the threads.
 
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::march::composite::Accumulated;
@@ -94,7 +94,7 @@ pub(super) struct RayGradient {
     pub(super) size: f32,
 }
 
-/// A sample whose gradient goes on to the network.
+/// A sample whose gradient is passed back.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kept {
     pub(super) sample: u32,
@@ -111,7 +111,7 @@ pub(crate) struct GroupStats {
     pub(crate) squared_error: f64,
     /// Sum of opacities over rays, weighed.
     pub(crate) opacity: f64,
-    /// Samples at which the field was asked.
+    /// Samples at which the field was evaluated.
     pub(crate) samples: usize,
     /// Samples that were passed back.
     pub(crate) kept: usize,
@@ -177,14 +177,14 @@ impl Group {
 
     /// Draws rays where the error is.
     fn draw_weighed(&mut self, input: &StepInput<'_>, n: usize, random: &mut Random) {
-        let StepInput { source, aim, attention, .. } = *input;
+        let StepInput { source, visibility, sampler, .. } = *input;
         // In rounds: tiles and pixels lie anywhere in memory, and the processor fetches
         // many at a time where it has nothing else to do.
         self.drawn.clear();
-        self.drawn.extend((0..n).map(|_| attention.draw(random)));
+        self.drawn.extend((0..n).map(|_| sampler.draw(random)));
         self.pixels.clear();
         let tiles = self.drawn.iter().map(|(tile, _)| *tile as usize);
-        self.pixels.extend(tiles.map(|tile| aim.pixel(source.cameras(), tile, random)));
+        self.pixels.extend(tiles.map(|tile| visibility.pixel(source.cameras(), tile, random)));
         self.colors.clear();
         self.colors.extend(self.pixels.iter().map(|pixel| source.rgba(*pixel)));
         self.rays.clear();

@@ -11,14 +11,14 @@ use std::time::Instant;
 
 use super::Trainer;
 use super::backend::{StepInput, StepOutput};
-use super::occupancy::density_grid::OccupancyGrid;
+use super::occupancy::density_grid::DensityGrid;
 use crate::stopwatch::Stage;
 
 /// Steps between two updates of the occupancy.
 pub(crate) const OCCUPANCY_EVERY: u32 = 16;
-/// The neighbours of occupied cells are looked at in one of so many steps.
+/// The neighbours of occupied cells are sampled in one of so many steps.
 const GROWN_EVERY: u32 = 8;
-/// Steps between two looks at where the error is.
+/// Steps between two updates of the pixel sampler.
 const ATTENTION_EVERY: u32 = 128;
 /// Rays of a step at most, where their number adapts itself.
 pub(crate) const MOST_RAYS: usize = 1 << 17;
@@ -28,7 +28,7 @@ pub(crate) const MOST_RAYS: usize = 1 << 17;
 pub struct StepStats {
     /// Rays of the step.
     pub rays: usize,
-    /// Samples at which the field was asked.
+    /// Samples at which the field was evaluated.
     pub samples: usize,
     /// Samples passed back.
     pub kept: usize,
@@ -98,8 +98,8 @@ impl Trainer {
         let occupancy = if neighbours { self.grid.grown() } else { self.grid.view() };
         self.backend.step(&StepInput {
             source: &self.source,
-            aim: &self.aim,
-            attention: &self.attention,
+            visibility: &self.visibility,
+            sampler: &self.sampler,
             n_rays: self.n_rays,
             seed: self.seed,
             step: self.step,
@@ -124,7 +124,7 @@ impl Trainer {
     }
 
     /// Looks at a share of a grid's cells.
-    pub(crate) fn look_at_cells(&self, grid: &mut OccupancyGrid) {
+    pub(crate) fn look_at_cells(&self, grid: &mut DensityGrid) {
         self.backend.densities(grid, self.seed);
     }
 
@@ -132,7 +132,7 @@ impl Trainer {
         // Rays that are drawn anywhere stand for all pixels, others for those of their tiles.
         let (share, unseen_error) = match self.config.hierarchical_training() {
             Some(_) => (1.0, 0.0),
-            None => (self.aim.share(), self.targets.unseen_error),
+            None => (self.visibility.share(), self.targets.unseen_error),
         };
         let drawn_error = output.squared_error / (3 * self.n_rays) as f64;
         StepStats {
@@ -147,10 +147,10 @@ impl Trainer {
     /// Where the error is, and so where rays are to be drawn.
     fn note_errors(&mut self, output: &StepOutput) {
         for (tile, error) in &output.errors {
-            self.attention.note(*tile, *error);
+            self.sampler.note(*tile, *error);
         }
         if !output.errors.is_empty() && (self.step + 1).is_multiple_of(ATTENTION_EVERY) {
-            self.attention.update();
+            self.sampler.update();
         }
     }
 

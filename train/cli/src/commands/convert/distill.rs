@@ -60,7 +60,7 @@ impl Convert {
             bar.show(&progress);
         }
         drop(bar);
-        let finished = trainer.finished(run.effort(&trainer))?;
+        let finished = trainer.finished(run.finishing_budget(&trainer))?;
         let model = finished.model();
         let display = Display { background: source.display.srgb_background(), ..model.display };
         let model = Model { display, ..model };

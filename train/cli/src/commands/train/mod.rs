@@ -101,7 +101,7 @@ pub(super) fn train(
 /// Writes the model.
 fn finish(trainer: &Trainer, run: &Run, origin: &Origin, out: &Path) -> Result<Value, Failure> {
     let about = origin.about(trainer, run);
-    let finished = trainer.finished(run.effort(trainer))?;
+    let finished = trainer.finished(run.finishing_budget(trainer))?;
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
     output::write_atomic(out, &bytes)?;
     let (summary, seconds) = (run.summary(trainer), run.elapsed());

@@ -20,13 +20,13 @@ use crate::random::Random;
 use crate::trainer::backend::{Backend, Cpu, StepInput};
 use crate::trainer::loss::{RayLoss, Rendered, Term};
 use crate::trainer::parameters::{ParameterGroup, State};
-use crate::trainer::pixels::importance::Attention;
+use crate::trainer::pixels::importance::PixelSampler;
 use crate::trainer::pixels::rays::RaySource;
-use crate::trainer::pixels::visibility::Aim;
+use crate::trainer::pixels::visibility::PixelVisibility;
 use crate::trainer::prepass::{self, Prepared};
 use crate::trainer::step::group::{Group, Job, MIN_TRANSMITTANCE};
 use crate::trainer::step::worker::Worker;
-use crate::trainer::{OccupancyGrid, TrainConfig, TrainingRay};
+use crate::trainer::{DensityGrid, TrainConfig, TrainingRay};
 use loss::Loss;
 
 /// Parameters of each range that are looked at one by one.
@@ -126,9 +126,9 @@ struct Step {
     config: HashGridFieldConfig,
     layout: Layout,
     source: RaySource,
-    aim: Aim,
-    attention: Attention,
-    grid: OccupancyGrid,
+    visibility: PixelVisibility,
+    sampler: PixelSampler,
+    grid: DensityGrid,
     space: Space,
     sampling: Sampling,
     cpu: Cpu,
@@ -166,20 +166,20 @@ impl Step {
         let mut state = cpu.download().clone();
         set_parameters(&case, &layout, &mut state.field_mut().parameters);
         cpu.upload(state);
-        let aim = Aim::new(&source, &space, 16, &candidates);
+        let visibility = PixelVisibility::new(&source, &space, 16, &candidates);
         // Rays that count as much as each other would hide what weights are for.
-        let mut attention = Attention::new(aim.n_tiles());
-        (0..).zip([0.3, 0.01, 0.1]).for_each(|(tile, e)| attention.note(tile, e));
-        attention.update();
+        let mut sampler = PixelSampler::new(visibility.n_tiles());
+        (0..).zip([0.3, 0.01, 0.1]).for_each(|(tile, e)| sampler.note(tile, e));
+        sampler.update();
         Self {
             case,
             config,
             sampling: training.sampling(&space).unwrap(),
             layout,
             source,
-            aim,
-            attention,
-            grid: OccupancyGrid::new(16, candidates),
+            visibility,
+            sampler,
+            grid: DensityGrid::new(16, candidates),
             space,
             cpu,
         }
@@ -196,11 +196,11 @@ impl Step {
     /// Loss and samples passed back; gradients stay in the groups. `luck` decides
     /// in the roulette.
     fn run(&mut self, roulette: f32, luck: u64) -> (f64, usize) {
-        let Self { case, source, aim, attention, grid, space, sampling, cpu, .. } = self;
+        let Self { case, source, visibility, sampler, grid, space, sampling, cpu, .. } = self;
         let input = StepInput {
             source,
-            aim,
-            attention,
+            visibility,
+            sampler,
             n_rays: 0,
             seed: 0,
             step: 0,

@@ -1,8 +1,8 @@
-//! A run on disk: interrupted here, it goes on there as if nothing had been.
+//! A run on disk, to be resumed as if it had never been interrupted.
 //!
 //! A checkpoint is a model file in f32, so that whatever reads models reads
 //! checkpoints, with the trainer's state in sections of its own that readers
-//! of models skip. It holds no image: a run goes on with the dataset it began
+//! of models skip. It holds no image: a run resumes on the dataset that it began
 //! with, which its fingerprint proves.
 //!
 //! With the same steps, SIMD level and build, a run that was interrupted gives
@@ -54,7 +54,7 @@ pub struct Checkpoint {
     /// How tables are rounded; empty: as finely as holds them.
     scales: Vec<u8>,
     /// Errors, then sizes.
-    attention: Option<Vec<f32>>,
+    sampler: Option<Vec<f32>>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
 }
@@ -82,8 +82,8 @@ pub fn write(
     }
     add(kind::DENSITY, bytemuck::must_cast_slice(trainer.grid.state().0));
     add(kind::SCALES, &state.scales);
-    let attention = trainer.attention.state().concat();
-    add(kind::ATTENTION, bytemuck::must_cast_slice(&attention));
+    let sampler = trainer.sampler.state().concat();
+    add(kind::ATTENTION, bytemuck::must_cast_slice(&sampler));
     if let Some(field) = &field {
         add(kind::NERF, field);
     }
@@ -147,7 +147,7 @@ impl Checkpoint {
         self.record.step
     }
 
-    /// How often training has begun anew.
+    /// How often training has restarted.
     #[must_use]
     pub const fn restarts(&self) -> u32 {
         self.record.restarts
@@ -205,8 +205,8 @@ impl Checkpoint {
         let (density, updates) = (&self.density, record.updates);
         let restored = trainer.grid.restore(density, updates, &self.coarse, &self.fine);
         changed("cells that may be occupied", restored)?;
-        if let Some(attention) = &self.attention {
-            let restored = trainer.attention.restore(attention);
+        if let Some(sampler) = &self.sampler {
+            let restored = trainer.sampler.restore(sampler);
             changed("tiles of the images", restored)?;
         }
         trainer.step = record.step;

@@ -1,4 +1,4 @@
-//! Section TRAINER: everything small that a run needs to go on.
+//! Section TRAINER: everything small that a run needs to resume.
 //!
 //! postcard is positional: the structs here are promises about bytes and never
 //! change. What changes gets a successor under the next section version.
@@ -177,7 +177,7 @@ impl RecordV1 {
 
 impl ConfigV1 {
     fn new(config: &TrainConfig) -> Self {
-        // Without `..`: who adds a setting must decide what a checkpoint does with it.
+        // Without `..`: a new setting forces a decision here.
         let TrainConfig {
             field: _,
             seed,

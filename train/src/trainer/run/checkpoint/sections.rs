@@ -57,7 +57,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
     }
 }
 
-/// Everything but the dataset is checked here, lengths before memory is asked for.
+/// Everything but the dataset is checked here, lengths before memory is allocated.
 pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let model_file = pocketnerf_formats::open_verified(bytes)?;
     let record = RecordV1::from_bytes(section(&model_file, kind::TRAINER)?.bytes)
@@ -94,7 +94,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         return Err(Problem::State("section DENSITY"));
     }
     // These too.
-    let attention = match model_file.container().find(SectionId::first(kind::ATTENTION)) {
+    let sampler = match model_file.container().find(SectionId::first(kind::ATTENTION)) {
         Some(_) => Some(floats(section(&model_file, kind::ATTENTION)?.bytes)),
         None => None,
     };
@@ -111,7 +111,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         sum,
         density,
         scales,
-        attention,
+        sampler,
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
         parameters,
