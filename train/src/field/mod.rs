@@ -1,10 +1,10 @@
 //! Trainable fields: their parameters in one flat buffer, and their gradients.
 //!
-//! A folder a kind. Whatever is above this module sees a [`TrainableField`]; the one match
-//! over kinds is in `config`.
+//! A folder a kind. Whatever is above this module sees a [`TrainableField`]; a new kind is a
+//! module here and a variant of [`FieldConfig`].
 
-mod config;
 pub mod hash_grid;
+mod kind;
 mod layout;
 pub mod nerf;
 mod network;
@@ -12,14 +12,66 @@ mod rounded;
 pub mod rounding;
 mod trainable;
 
-pub use config::{FieldConfig, FieldKind, Unusable, networks};
 pub use hash_grid::HashGridFieldConfig;
+pub use kind::{FieldKind, Unusable};
 pub use layout::{Layout, Part, Range, Role};
-pub use nerf::{FourierConfig, NerfConfig, WavesConfig};
+pub use nerf::{FourierConfig, NerfConfig, NetworksReport, WavesConfig};
 pub use rounded::Rounded;
 pub use trainable::{
     BATCH, Back, Context, HIERARCHICAL_RAYS, HierarchicalTraining, Network, STRIDE,
     SampleGradients, Tape, TrainableField, Update,
 };
 
+use pocketnerf_core::AnyField;
 use trainable::sum_groups;
+
+/// The kind of a trainable field, and its shape: the one match over kinds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FieldConfig {
+    /// A multiresolution hash grid and two small networks.
+    HashGrid(HashGridFieldConfig),
+    /// A deep network over encoded positions (vanilla NeRF).
+    Nerf(NerfConfig),
+}
+
+impl FieldConfig {
+    /// What there is to know of the kind.
+    #[must_use]
+    pub fn kind(&self) -> &dyn FieldKind {
+        match self {
+            Self::HashGrid(config) => config,
+            Self::Nerf(config) => config,
+        }
+    }
+
+    /// The shape of a model's field, with what a checkpoint adds to it.
+    ///
+    /// # Errors
+    /// Why it cannot be trained.
+    pub fn of(field: &AnyField<'_>, section: Option<&[u8]>) -> Result<Self, Unusable> {
+        match field {
+            AnyField::HashGrid(field) => Ok(Self::HashGrid(HashGridFieldConfig::of(field))),
+            AnyField::Nerf(field) => NerfConfig::restored(field, section).map(Self::Nerf),
+            _ => Err(Unusable::Model("a kind of field unknown to this build")),
+        }
+    }
+
+    /// The hash grid, where it is one.
+    pub const fn hash_grid_mut(&mut self) -> Option<&mut HashGridFieldConfig> {
+        if let Self::HashGrid(config) = self { Some(config) } else { None }
+    }
+
+    /// The vanilla NeRF, where it is one.
+    pub const fn nerf_mut(&mut self) -> Option<&mut NerfConfig> {
+        if let Self::Nerf(config) = self { Some(config) } else { None }
+    }
+}
+
+/// Describes the networks of a field; `None` for kinds whose networks stand behind a grid.
+#[must_use]
+pub fn networks(field: &AnyField<'_>) -> Option<NetworksReport> {
+    match field {
+        AnyField::Nerf(field) => Some(nerf::report(field)),
+        _ => None,
+    }
+}

@@ -126,7 +126,7 @@ impl ModelOptions {
     ) -> [(&'static str, Option<u32>, Option<u32>); 3] {
         let field = match &config.field {
             FieldConfig::HashGrid(field) => Some(field),
-            FieldConfig::Nerf(_) => None,
+            _ => None,
         };
         let grid = field.map(|field| field.grid);
         let (log2_hashmap_size, n_levels) =

@@ -1,0 +1,68 @@
+//! What is known of a kind of field before there are parameters.
+
+use std::fmt::Debug;
+
+use pocketnerf_core::Error;
+use pocketnerf_core::march::{Hierarchical, Reach};
+
+use super::{FieldConfig, HierarchicalTraining, Layout, TrainableField};
+
+/// What is known of a kind of field before there are parameters.
+pub trait FieldKind: Debug {
+    /// A field of this shape, whose densities are per `1 / scale` scene units.
+    fn build(&self, scale: f32) -> Box<dyn TrainableField>;
+
+    /// Where each tensor lies among the parameters.
+    fn layout(&self) -> Layout;
+
+    /// A small field that learns the outline of the same scene in a second.
+    fn coarse(&self) -> FieldConfig;
+
+    /// Checks that there can be such a field.
+    ///
+    /// # Errors
+    /// What core's validation reports of an encoding.
+    fn validate(&self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Whether a sample takes a thousand times as long as one of a hash grid.
+    fn is_costly(&self) -> bool {
+        false
+    }
+
+    /// How it is trained by hierarchical sampling, where it is.
+    fn hierarchical_training(&self) -> Option<HierarchicalTraining> {
+        None
+    }
+
+    /// Numbers of samples for rendering by hierarchical sampling, where its models have them.
+    fn hierarchical_sampling(&self) -> Option<Hierarchical> {
+        None
+    }
+
+    /// What a checkpoint holds beside the model, where the kind has such a section.
+    fn section(&self) -> Option<Vec<u8>> {
+        None
+    }
+}
+
+impl HierarchicalTraining {
+    /// 64 + 128 samples, no noise, no crop.
+    pub const PLAIN: Self = Self {
+        sampling: Hierarchical { reach: Reach::Clipped, ..Hierarchical::PAPER },
+        noise: 0.0,
+        crop_steps: 0,
+    };
+}
+
+/// Why a field cannot be trained on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unusable {
+    /// The model is not one that training makes.
+    Model(&'static str),
+    /// What a checkpoint adds is missing.
+    NoSection,
+    /// What a checkpoint adds is damaged.
+    Section,
+}
