@@ -187,7 +187,7 @@ impl Recorder<'_> {
     fn composite(&mut self, samples: &SampleBatch<'_>, alpha: &[f32], first: usize) {
         let Self { rays, row_len, .. } = self;
         let row_len = *row_len;
-        for s in 0..samples.len {
+        for (s, &alpha) in alpha.iter().enumerate().take(samples.len) {
             let ray = rays.owners[s];
             let accumulated = &mut rays.accumulated[ray as usize];
             if accumulated.transmittance < MIN_TRANSMITTANCE {
@@ -199,7 +199,7 @@ impl Recorder<'_> {
                 t = samples.t[s];
                 distances.push(t);
             }
-            let weight = accumulated.add(alpha[s], t);
+            let weight = accumulated.add(alpha, t);
             let sums = &mut self.sums[ray as usize * row_len..][..row_len];
             let values = &self.values[(first + s) * row_len..][..row_len];
             let pairs = sums.as_chunks_mut::<LANES>().0.iter_mut();
@@ -216,7 +216,7 @@ impl Recorder<'_> {
                 steps: rays.steps[s],
                 transmittance: accumulated.transmittance,
             });
-            rays.last_transmittance[ray as usize] = 1.0 - alpha[s];
+            rays.last_transmittance[ray as usize] = 1.0 - alpha;
             if accumulated.transmittance < MIN_TRANSMITTANCE {
                 rays.states[ray as usize].stop();
             }
