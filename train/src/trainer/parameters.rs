@@ -147,7 +147,7 @@ mod tests {
         for average in [true, false, true, true] {
             trainer.step(&settings(average));
             if average {
-                for (sum, value) in sum.iter_mut().zip(&*parameters(&trainer)) {
+                for (sum, value) in sum.iter_mut().zip(parameters(&trainer)) {
                     *sum += f64::from(*value);
                 }
             }
