@@ -2,7 +2,7 @@
 //! colour.
 //!
 //! One file or folder a kind. This file is the one door to them: a new kind is a module, a
-//! variant of [`AnyField`] and a line of [`each_kind`], each with its Cargo feature.
+//! variant of [`AnyField`] and a line of `each_kind`, each with its Cargo feature.
 
 mod decoder;
 #[cfg(feature = "hash-grid")]

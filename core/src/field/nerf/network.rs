@@ -29,7 +29,7 @@ pub struct NerfNetwork<'a> {
 }
 
 impl<'a> NerfNetwork<'a> {
-    /// A network of these layers; [`NerfField::validate`] checks that they fit together.
+    /// A network of these layers; [`Field::validate`](crate::field::Field::validate) checks that they fit together.
     /// `skips` and `linear` come together.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! A vanilla NeRF (Mildenhall et al. 2020), trainable.
 //!
 //! Forwards it is core's kernels, layer by layer, with every layer's output kept
-//! ([`NerfTape`]); backwards, two products a layer ([`NerfGradients`]).
+//! (`tape`); backwards, two products a layer (`backward`).
 
 mod back;
 mod backward;
