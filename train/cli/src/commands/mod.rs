@@ -70,9 +70,9 @@ enum Action {
     Chart(Box<chart::Chart>),
     /// Measure the machine and every stage of training and rendering
     ///
-    /// Reports first what the machine can do, then how close each stage comes to what bounds
-    /// it: multiply-adds, random reads or memory bandwidth. Takes about half a minute; other
-    /// load on the machine makes the figures worse.
+    /// Reports first what the machine can do, then how close each stage comes to its bound,
+    /// which is multiply-adds, random reads or memory bandwidth. Takes about half a minute;
+    /// other load on the machine makes the figures worse.
     Bench(bench::Bench),
 }
 
