@@ -79,7 +79,7 @@ def options(doc):
     add("--train-seconds", type=positive(float), metavar="S", help="wall time of training")
     add("--bytes", type=positive(int), metavar="N", help="size of the model's file")
     add("--machine", metavar="TEXT", help="what it ran on")
-    add("--source", metavar="TEXT", help="who measured; the program's command unless told")
+    add("--source", metavar="TEXT", help="who measured (default: the program's command)")
     add("--append", metavar="peers.csv", help="add to this file, which begins if it is not there")
     return parser.parse_args()
 

@@ -14,7 +14,7 @@ pub enum Stage {
     /// not to be.
     Interpolate,
     /// Cells cast onto the tile, rays, and their way to the first occupied cell.
-    Aim,
+    Camera,
     /// The next samples of the rays.
     March,
     /// Positions to numbers.

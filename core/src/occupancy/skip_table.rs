@@ -17,7 +17,7 @@ const CUBES: usize = BLOCK_BYTES;
 /// Empty cubes of 1, 2 and 4 blocks a side: the first rows of a table.
 const EMPTY_ROWS: usize = 3;
 
-/// What lies around every cell, written down.
+/// What lies around every cell, as a table.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Table<'a> {
     /// The row of each block, little-endian; nothing where there is no table.

@@ -62,7 +62,7 @@ pub(super) fn render(
         true => source.foreground(model, span.to, depths),
         false => Foreground::unknown(depths),
     };
-    group.ended(Stage::Aim, 0);
+    group.ended(Stage::Camera, 0);
     let rgba = rgba.as_chunks_mut().0;
     let mut target = Target { rgba, depth, size, cell: source.cell(model), foreground };
     match &options.sampling {
@@ -131,7 +131,7 @@ fn one_pass<S: Simd>(
         group.stats.rays += n as u64;
         let known = target.foreground.is_known().then_some((&depths, target.foreground.axis));
         group.add(simd, source, &numbers[..n], known, |pixel| target.clear(pixel));
-        group.ended(Stage::Aim, n);
+        group.ended(Stage::Camera, n);
         let is_over = n < room && pass.is_read_next();
         if group.is_full() || (is_over && group.count() > 0) {
             group.march(simd, field);

@@ -65,7 +65,7 @@ pub(super) fn each_pixel<S: Simd>(
                 None => target.clear(*number),
             }
         }
-        group.ended(Stage::Aim, n);
+        group.ended(Stage::Camera, n);
         if group.count() == rays.most || n < room {
             let count = group.count();
             group.scratch.sums[..count * sums_len(fine.channels())].fill(0.0);

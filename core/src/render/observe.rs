@@ -9,7 +9,7 @@ use crate::render::{RenderOptions, RenderStats, Tile};
 use crate::{Camera, Error, Model};
 
 /// Is called when a part of a stage has ended, with the number of pixels,
-/// rays (`Aim`, `Shade`) or samples that it dealt with.
+/// rays (`Camera`, `Shade`) or samples that it dealt with.
 pub type Observer<'o> = dyn FnMut(Stage, usize) + 'o;
 
 /// [`render_tile`](crate::render_tile), observed: the same pixels.

@@ -19,7 +19,7 @@ const SANITIZERS: [&str; 3] =
 const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 const LIBRARIES: [&str; 3] = ["-lpthread", "-ldl", "-lm"];
 
-/// Held by whoever links the library, or has cargo build it anew.
+/// Held by whoever links the library, or has cargo rebuild it.
 static LIBRARY: Mutex<()> = Mutex::new(());
 
 /// Whether such a program answers.

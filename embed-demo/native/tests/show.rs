@@ -77,7 +77,7 @@ fn what_changes_while_a_picture_is_refined_begins_a_new_one() {
     show.change();
     let camera = show.view.camera(SIZE[0], SIZE[1]);
     let expected = picture(&file, &camera, 0.5);
-    // What is asked for in between is the whole picture all the same.
+    // A picture requested in between is whole all the same.
     assert!(show.whole().unwrap().rgb() == expected);
     assert!(show.work().unwrap());
     rest(&mut show);

@@ -67,7 +67,7 @@ pub enum ImportError {
     Duplicate(String),
     /// The order of bytes that the checkpoint states is neither little nor big.
     ByteOrder(String),
-    /// The pickle wants to call something that no tensor needs.
+    /// The pickle calls something that no tensor needs.
     Call(String),
     /// The pickle holds an instruction that no checkpoint needs.
     Opcode {
@@ -163,7 +163,7 @@ impl fmt::Display for ImportError {
                 write!(f, "byte order {found} where little or big was expected")
             }
             Self::Call(name) => {
-                write!(f, "the pickle wants to call {name}, which no tensor needs: refused")
+                write!(f, "the pickle calls {name}, which no tensor needs: refused")
             }
             Self::Opcode { found, at } => write!(
                 f,

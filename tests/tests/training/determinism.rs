@@ -101,13 +101,13 @@ fn rays_are_drawn_on_as_they_were() {
         let (mut trainer, mut run) = begin(config(), length);
         advance(&mut trainer, &mut run, at).unwrap();
         let saved = save(&trainer, &run);
-        let with_attention = |change: fn(&[u8]) -> Vec<u8>| with(&saved, kind::ATTENTION, change);
-        assert!(with_attention(<[u8]>::to_vec) == expected, "interrupted at {at}");
+        let with_errors = |change: fn(&[u8]) -> Vec<u8>| with(&saved, kind::PIXEL_ERRORS, change);
+        assert!(with_errors(<[u8]>::to_vec) == expected, "interrupted at {at}");
         // All alike once more: not the same run.
         let forget = |bytes: &[u8]| 1.0f32.to_le_bytes().repeat(bytes.len() / 4);
-        assert!(with_attention(forget) != expected);
+        assert!(with_errors(forget) != expected);
         // From a program that did not write it down.
-        open_verified(&with_attention(|_| Vec::new())).unwrap();
+        open_verified(&with_errors(|_| Vec::new())).unwrap();
     }
 }
 

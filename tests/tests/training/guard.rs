@@ -1,4 +1,4 @@
-//! Runs that go wrong begin anew or end with an error, always the same way.
+//! Runs that go wrong start over or end with an error, always the same way.
 
 use std::time::Instant;
 

@@ -46,7 +46,7 @@ fn with(bytes: &[u8], changed: u32, change: impl Fn(&mut u16, &mut Vec<u8>)) -> 
     writer.finish().unwrap()
 }
 
-const ANOTHER: &str = "resume from another checkpoint or train anew without --resume";
+const ANOTHER: &str = "resume from another checkpoint or train from scratch without --resume";
 
 #[test]
 fn files_that_are_no_checkpoints() {
@@ -57,7 +57,7 @@ fn files_that_are_no_checkpoints() {
         line(b"\x89PNG\r\n\x1a\n and more of a picture, more than a header"),
         "not a .pnerf file: begins with 89 50 4e 47 0d 0a 1a 0a, expected \
          ab 50 4e 52 46 0d 0a 1a; expected a checkpoint; \
-         resume from another one or train anew without --resume"
+         resume from another one or train from scratch without --resume"
     );
     assert!(line(b"").starts_with("not a .pnerf file"));
     let saved = saved_after(1);
@@ -71,7 +71,7 @@ fn files_that_are_no_checkpoints() {
     assert_eq!(
         line(&model),
         "this is a model, expected a checkpoint; give the file that ends in .ckpt.pnerf, \
-         or train anew without --resume"
+         or train from scratch without --resume"
     );
 }
 
@@ -151,7 +151,7 @@ fn models_that_no_training_makes() {
     assert_eq!(
         line(&writer.finish().unwrap()),
         "the model in it is not one that training makes (weights in f16), expected a hash grid \
-         or a NeRF in f32; train anew without --resume"
+         or a NeRF in f32; train from scratch without --resume"
     );
 }
 
@@ -187,7 +187,7 @@ fn other_data_and_other_programs() {
         |bytes| bytes[..4].copy_from_slice(&f32::NAN.to_le_bytes()),
     ];
     for change in changes {
-        let other = with(&saved, kind::ATTENTION, |_, bytes| change(bytes));
+        let other = with(&saved, kind::PIXEL_ERRORS, |_, bytes| change(bytes));
         assert_eq!(
             line_on_dataset(&other, SimdLevel::detect()),
             "this build does not find the same tiles of the images in the dataset; \
@@ -196,5 +196,5 @@ fn other_data_and_other_programs() {
     }
     let elsewhere = if cfg!(target_arch = "x86_64") { SimdLevel::Neon } else { SimdLevel::Avx2 };
     let text = line_on_dataset(&saved, elsewhere);
-    assert!(text.ends_with("; train anew without --resume"), "{text}");
+    assert!(text.ends_with("; train from scratch without --resume"), "{text}");
 }

@@ -88,7 +88,7 @@ pub struct Context<'a> {
     pub level: Level,
     /// The parameters of the step.
     pub parameters: &'a [f32],
-    /// Where the time of each stage is written down.
+    /// Where the time of each stage is recorded.
     pub stopwatch: Option<&'a Stopwatch>,
 }
 
@@ -193,7 +193,7 @@ pub struct Update<'u> {
     pub table_decay: f32,
     /// Learning rate of all else.
     pub rate: f32,
-    /// Where the time of each stage is written down.
+    /// Where the time of each stage is recorded.
     pub stopwatch: Option<&'u Stopwatch>,
 }
 

@@ -70,7 +70,7 @@ pub struct Trainer {
     restarts: u32,
     /// Where this attempt's random numbers begin.
     seed: u64,
-    /// Where the time of the steps is written down.
+    /// Where the time of the steps is recorded.
     stopwatch: Option<Stopwatch>,
 }
 
@@ -165,12 +165,12 @@ impl Trainer {
         &self.grid
     }
 
-    /// From now on the time of each stage is written down.
+    /// From now on the time of each stage is recorded.
     pub fn watch(&mut self) {
         self.stopwatch = Some(Stopwatch::default());
     }
 
-    /// What has been written down since then.
+    /// What has been recorded since then.
     pub fn stopwatch(&self) -> Option<&Stopwatch> {
         self.stopwatch.as_ref()
     }

@@ -47,9 +47,7 @@ impl ParameterGroup {
             sections: GroupSections { mean: kind::MEAN, square: kind::SQUARE, sum: kind::SUM },
         }
     }
-}
 
-impl ParameterGroup {
     /// All 0 again.
     pub(crate) fn reset(&mut self) {
         for values in [&mut self.parameters[..], &mut self.mean, &mut self.square] {

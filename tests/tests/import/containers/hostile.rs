@@ -39,7 +39,7 @@ fn calls_are_refused_by_name() {
         (b"\x80\x02cos\nsystem\n}b.", "os.system"),
     ];
     for (pickle, name) in calls {
-        let expected = format!("the pickle wants to call {name}, which no tensor needs: refused");
+        let expected = format!("the pickle calls {name}, which no tensor needs: refused");
         assert_eq!(refused(pickle), expected);
     }
     let error = Checkpoint::read(&fixture("eval.pt")).unwrap_err();

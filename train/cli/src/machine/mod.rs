@@ -60,12 +60,12 @@ impl Machine {
     /// If the machine lacks the SIMD level.
     pub fn measure(simd: SimdLevel, quick: bool) -> Result<Self, Error> {
         let level = simd.token()?;
-        let (span, looks) = effort(quick);
+        let (span, rounds) = span_and_rounds(quick);
         let (values, entries) = (values(), filled(TABLES[TABLES.len() - 1] / 8, 1));
         // In rounds, so that a disturbance does not hit all measurements of one rate.
         let look = || Look::take(level, span, &values, &entries);
         let mut best = look();
-        for _ in 1..looks {
+        for _ in 1..rounds {
             best = best.best(&look());
         }
         let Look { clock, flops, streams, gathers } = best;
@@ -77,16 +77,16 @@ impl Machine {
 }
 
 /// How long one measurement takes, and how many there are.
-const fn effort(quick: bool) -> (Span, usize) {
-    let (span, looks) = if quick { (2, 2) } else { (15, 7) };
-    (Span(Duration::from_millis(span)), looks)
+const fn span_and_rounds(quick: bool) -> (Span, usize) {
+    let (span, rounds) = if quick { (2, 2) } else { (15, 7) };
+    (Span(Duration::from_millis(span)), rounds)
 }
 
 /// Current cycles per second of one core: other load and heat slow it down.
 #[must_use]
 pub fn clock_now(quick: bool) -> f64 {
-    let (span, looks) = effort(quick);
-    (0..looks).map(|_| span.one_thread(clock::CYCLES, clock::chain)).fold(0.0, f64::max)
+    let (span, rounds) = span_and_rounds(quick);
+    (0..rounds).map(|_| span.one_thread(clock::CYCLES, clock::chain)).fold(0.0, f64::max)
 }
 
 #[inline(always)]
@@ -175,7 +175,7 @@ pub(crate) struct Probe {
 
 impl Probe {
     pub(crate) fn new(simd: SimdLevel, quick: bool) -> Result<Self, Error> {
-        Ok(Self { level: simd.token()?, span: effort(quick).0, values: values() })
+        Ok(Self { level: simd.token()?, span: span_and_rounds(quick).0, values: values() })
     }
 
     /// Floating-point operations per second in registers, and bytes per second of memory

@@ -117,7 +117,7 @@ fn from_a_sweep_to_a_page_and_a_choice() {
     page_works(&out.join("index.html"));
     what_a_chart_says_can_be_repeated(&points_of_all[0], &out);
 
-    // Again: models and scores are kept, to the bit, times are measured anew.
+    // Again: models and scores are kept, to the bit, times are measured again.
     let model = out
         .join("models")
         .join("builtin.steps20-downscale-factor8-nerf-D2-W16-batch-rays64.f32.pnerf");
@@ -149,7 +149,7 @@ fn from_a_sweep_to_a_page_and_a_choice() {
     assert!(done(&none).contains("fastest with at least 99 dB: none of the points is"));
 }
 
-/// `eval` of the written model, and training anew, give the chart's figures and bytes.
+/// `eval` of the written model, and training again, give the chart's figures and bytes.
 fn what_a_chart_says_can_be_repeated(point: &Value, out: &Path) {
     let model = out.join("models").join(format!(
         "builtin.{}.{}.pnerf",

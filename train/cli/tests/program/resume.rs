@@ -115,7 +115,7 @@ fn saved_and_resumed() {
             place.line(&format!("{resume} {options}")),
             format!(
                 "{found} {stored}, but {options} was given; \
-                 leave {option} out when resuming, or train anew without --resume"
+                 leave {option} out when resuming, or train from scratch without --resume"
             )
         );
     }

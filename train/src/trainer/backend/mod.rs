@@ -77,7 +77,7 @@ pub(crate) struct StepInput<'s> {
     pub(crate) rate: f32,
     /// Whether the parameters after the step count in their average.
     pub(crate) average: bool,
-    /// Where the time of each stage is written down.
+    /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'s Stopwatch>,
 }
 

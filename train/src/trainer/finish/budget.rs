@@ -11,7 +11,7 @@ use crate::trainer::{TrainConfig, Trainer};
 const LOOKS: usize = 8;
 /// Looks at each cell at least.
 const LEAST_LOOKS: usize = 4;
-/// Tiles of a trial at least.
+/// Calibration tiles at least.
 const LEAST_TILES: usize = 4;
 /// Tiles that are timed.
 const TIMED: usize = 8;

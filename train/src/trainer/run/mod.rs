@@ -157,7 +157,7 @@ impl Run {
         Some(self.started + Duration::from_secs_f64((budget - self.before).max(0.0)))
     }
 
-    /// Once the scene has taken shape: finds out how long the model's trial will take, so
+    /// Once the scene has taken shape: measures how long calibration will take, so
     /// that there is time for it.
     fn plan_the_end(&mut self, trainer: &Trainer) {
         let (Length::Seconds(seconds), true, None) = (self.length, self.by_clock, self.finishing)
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_timed_run_begins_anew_with_what_is_left() {
+    fn a_timed_run_starts_over_with_what_is_left() {
         let timed = |end| {
             let plan = Some(Plan { first: 50, end });
             let mut run = Run::continued(Length::Seconds(60.0), plan, 1.0, Instant::now());

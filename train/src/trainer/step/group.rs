@@ -40,7 +40,7 @@ pub(crate) struct Job<'j> {
     pub(crate) reach: [f32; 2],
     /// Terms of the loss beside the squared error.
     pub(crate) terms: &'j [&'j dyn Term],
-    /// Where the time of each stage is written down.
+    /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'j Stopwatch>,
 }
 
@@ -59,9 +59,7 @@ impl<'j> Job<'j> {
             stopwatch: input.stopwatch,
         }
     }
-}
 
-impl Job<'_> {
     /// Whether a term needs the rays' depths.
     pub(super) fn needs_depth(&self) -> bool {
         self.terms.iter().any(|term| term.needs_depth())

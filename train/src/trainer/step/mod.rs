@@ -19,7 +19,7 @@ pub(crate) const OCCUPANCY_EVERY: u32 = 16;
 /// The neighbours of occupied cells are sampled in one of so many steps.
 const GROWN_EVERY: u32 = 8;
 /// Steps between two updates of the pixel sampler.
-const ATTENTION_EVERY: u32 = 128;
+const IMPORTANCE_EVERY: u32 = 128;
 /// Rays of a step at most, where their number adapts itself.
 pub(crate) const MOST_RAYS: usize = 1 << 17;
 
@@ -149,7 +149,7 @@ impl Trainer {
         for (tile, error) in &output.errors {
             self.sampler.note(*tile, *error);
         }
-        if !output.errors.is_empty() && (self.step + 1).is_multiple_of(ATTENTION_EVERY) {
+        if !output.errors.is_empty() && (self.step + 1).is_multiple_of(IMPORTANCE_EVERY) {
             self.sampler.update();
         }
     }

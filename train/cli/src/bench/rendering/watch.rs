@@ -38,7 +38,7 @@ pub(super) fn watch(
         observe_tile(model, camera, tile, options, &mut scratch, &mut rgba, &mut |stage, n| {
             laps.end(named(stage), n);
             match stage {
-                render::Stage::Aim => counts.rays += n as u64,
+                render::Stage::Camera => counts.rays += n as u64,
                 render::Stage::Shade => counts.hits += n as u64,
                 render::Stage::Density => {
                     counts.samples += n as u64;
@@ -54,7 +54,7 @@ pub(super) fn watch(
 fn named(stage: render::Stage) -> Stage {
     match stage {
         render::Stage::Interpolate => Stage::Interpolate,
-        render::Stage::Aim => Stage::Camera,
+        render::Stage::Camera => Stage::Camera,
         render::Stage::March => Stage::March,
         render::Stage::Encode => Stage::Encode,
         render::Stage::Density => Stage::Density,

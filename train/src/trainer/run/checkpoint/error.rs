@@ -26,12 +26,12 @@ pub enum Problem {
     #[error("cannot be read: {0}; check the path and its permissions")]
     Unreadable(#[source] std::io::Error),
     /// The file is damaged, or no file of ours.
-    #[error("{0}; expected a checkpoint; resume from another one or train anew without --resume")]
+    #[error("{0}; expected a checkpoint; resume from another one or train from scratch without --resume")]
     Format(#[from] FormatError),
     /// A model without a trainer's state.
     #[error(
         "this is a model, expected a checkpoint; give the file that ends in .ckpt.pnerf, \
-         or train anew without --resume"
+         or train from scratch without --resume"
     )]
     NotACheckpoint,
     /// Another version of this program wrote it.
@@ -49,7 +49,7 @@ pub enum Problem {
     /// A section is not as long as the model asks for.
     #[error(
         "{section}: {found} bytes where {expected} were expected: the file is damaged; \
-         resume from another checkpoint or train anew without --resume"
+         resume from another checkpoint or train from scratch without --resume"
     )]
     Length {
         /// The section.
@@ -62,13 +62,13 @@ pub enum Problem {
     /// The trainer's state makes no sense.
     #[error(
         "the trainer's state cannot be used: {0} is unreadable or outside its range; \
-         resume from another checkpoint or train anew without --resume"
+         resume from another checkpoint or train from scratch without --resume"
     )]
     State(&'static str),
     /// A model that no trainer of ours works on.
     #[error(
         "the model in it is not one that training makes ({0}), expected a hash grid \
-         or a NeRF in f32; train anew without --resume"
+         or a NeRF in f32; train from scratch without --resume"
     )]
     Untrainable(&'static str),
     /// The run was on another dataset.
@@ -90,7 +90,7 @@ pub enum Problem {
     /// An option says something else than the checkpoint.
     #[error(
         "trained with {}, but {option} {given} was given; \
-         leave {option} out when resuming, or train anew without --resume",
+         leave {option} out when resuming, or train from scratch without --resume",
         .stored.as_ref().map_or_else(|| format!("no {option}"), |v| format!("{option} {v}"))
     )]
     Option {
@@ -102,7 +102,7 @@ pub enum Problem {
         stored: Option<String>,
     },
     /// The settings do not make a field, or the machine lacks the SIMD level.
-    #[error("{0}; train anew without --resume")]
+    #[error("{0}; train from scratch without --resume")]
     Model(#[source] pocketnerf_core::Error),
     /// This build makes something else of the same data.
     #[error(

@@ -83,7 +83,7 @@ pub fn write(
     add(kind::DENSITY, bytemuck::must_cast_slice(trainer.grid.state().0));
     add(kind::SCALES, &state.scales);
     let sampler = trainer.sampler.state().concat();
-    add(kind::ATTENTION, bytemuck::must_cast_slice(&sampler));
+    add(kind::PIXEL_ERRORS, bytemuck::must_cast_slice(&sampler));
     if let Some(field) = &field {
         add(kind::NERF, field);
     }

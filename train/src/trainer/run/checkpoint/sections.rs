@@ -33,7 +33,7 @@ pub mod kind {
     /// Squared error of each tile of the images, f32, and how often each is drawn, f32.
     /// Programs that had none drew all alike, and without it so does this one until it
     /// has looked again.
-    pub const ATTENTION: u32 = PROGRAM + 6;
+    pub const PIXEL_ERRORS: u32 = PROGRAM + 6;
     /// What else a run needs of its kind of field; for vanilla NeRFs.
     pub const NERF: u32 = PROGRAM + 7;
 }
@@ -51,7 +51,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::DENSITY => Some("DENSITY"),
         kind::SUM => Some("SUM"),
         kind::SCALES => Some("SCALES"),
-        kind::ATTENTION => Some("ATTENTION"),
+        kind::PIXEL_ERRORS => Some("PIXEL_ERRORS"),
         kind::NERF => Some("NERF"),
         _ => pocketnerf_formats::kind::name(kind),
     }
@@ -94,8 +94,8 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         return Err(Problem::State("section DENSITY"));
     }
     // These too.
-    let sampler = match model_file.container().find(SectionId::first(kind::ATTENTION)) {
-        Some(_) => Some(floats(section(&model_file, kind::ATTENTION)?.bytes)),
+    let sampler = match model_file.container().find(SectionId::first(kind::PIXEL_ERRORS)) {
+        Some(_) => Some(floats(section(&model_file, kind::PIXEL_ERRORS)?.bytes)),
         None => None,
     };
     let provenance = model_file.about.provenance;
