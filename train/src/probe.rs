@@ -1,6 +1,6 @@
 //! Densities of a field, a batch of points at a time.
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use pocketnerf_core::AnyField;
 use pocketnerf_core::lanes::LANES;
 use pocketnerf_core::march::{Output, SampleBatch, evaluate};
@@ -54,10 +54,7 @@ impl Probe {
             directed: false,
         };
         let mut work = Workspace { a, b, output, panel, stride: STRIDE };
-        dispatch!(level, simd => {
-            let (field, output) = (field.kernels(), Output::Density);
-            evaluate(simd, field, output, &mut samples, &mut work, |_, _| ());
-        });
+        evaluate(level, field, Output::Density, &mut samples, &mut work, |_, _| ());
         &self.output[..count]
     }
 }

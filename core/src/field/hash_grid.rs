@@ -81,16 +81,16 @@ impl Field for HashGridField<'_> {
     }
 }
 
-impl<S: Simd> FieldKernels<S> for HashGridField<'_> {
-    fn encode(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>) {
+impl FieldKernels for HashGridField<'_> {
+    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>) {
         hash_grid::encode(simd, &self.grid, points, work.a, work.stride);
     }
 
-    fn decode(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
+    fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
         self.decoder.density_features(simd, samples, work);
     }
 
-    fn decode_density(&self, simd: S, n: usize, work: &mut Workspace<'_>) {
+    fn decode_density<S: Simd>(&self, simd: S, n: usize, work: &mut Workspace<'_>) {
         self.decoder.densities(simd, n, work);
     }
 }

@@ -16,7 +16,7 @@ pub use hash_grid::HashGridField;
 #[cfg(feature = "nerf")]
 pub use nerf::{Activation, NerfField, NerfNetwork};
 
-use fearless_simd::Simd;
+use fearless_simd::{Level, Simd, dispatch};
 
 use crate::Error;
 use crate::scratch::{Limits, Workspace};
@@ -98,19 +98,19 @@ pub trait Field {
     }
 }
 
-/// A field's kernels at one SIMD level. Only [`march::evaluate`](crate::march::evaluate)
-/// calls them.
-pub trait FieldKernels<S: Simd>: Field {
+/// A field's kernels. Only [`march::evaluate`](crate::march::evaluate) runs them, through
+/// [`AnyField`].
+pub trait FieldKernels: Field {
     /// Encodes unit points, a multiple of 16 of them, to `work.a`.
-    fn encode(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>);
+    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>);
 
     /// The networks over what [`encode`](Self::encode) has left in `work.a`: fills row 0
     /// of `work.output` with sigma in 1 / scene unit and rows `1 ..= channels` with what a
     /// ray accumulates.
-    fn decode(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>);
+    fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>);
 
     /// The same for sigma alone, of `n` points; the other rows may hold anything then.
-    fn decode_density(&self, simd: S, n: usize, work: &mut Workspace<'_>);
+    fn decode_density<S: Simd>(&self, simd: S, n: usize, work: &mut Workspace<'_>);
 }
 
 /// A field of any kind that this build links. What all kinds have in common is that it is
@@ -152,9 +152,18 @@ impl<'a> core::ops::Deref for AnyField<'a> {
     }
 }
 
-impl<'a> AnyField<'a> {
-    /// The field's kernels at a SIMD level.
-    pub fn kernels<S: Simd>(&self) -> &(dyn FieldKernels<S> + 'a) {
-        each_kind!(self, field => field)
+/// [`FieldKernels`] of any kind, at a SIMD level. Kernels are compiled here, once, however
+/// many crates march through a field.
+impl AnyField<'_> {
+    pub(crate) fn encode(&self, level: Level, points: [&[f32]; 3], work: &mut Workspace<'_>) {
+        dispatch!(level, simd => each_kind!(self, field => field.encode(simd, points, work)));
+    }
+
+    pub(crate) fn decode(&self, level: Level, samples: Samples<'_>, work: &mut Workspace<'_>) {
+        dispatch!(level, simd => each_kind!(self, field => field.decode(simd, samples, work)));
+    }
+
+    pub(crate) fn decode_density(&self, level: Level, n: usize, work: &mut Workspace<'_>) {
+        dispatch!(level, simd => each_kind!(self, field => field.decode_density(simd, n, work)));
     }
 }

@@ -1,8 +1,9 @@
 //! The one place that evaluates a field: encode, pad, decode.
 
-use fearless_simd::Simd;
+use fearless_simd::Level;
 
-use crate::field::{FieldKernels, Samples};
+use crate::AnyField;
+use crate::field::Samples;
 use crate::lanes::LANES;
 use crate::march::{SampleBatch, Stage};
 use crate::scratch::Workspace;
@@ -18,9 +19,9 @@ pub enum Output {
 
 /// Evaluates the field at all samples of a batch, whose rows are padded with zeros to a
 /// multiple of 16. `ended` is called after each half with the number of samples.
-pub fn evaluate<S: Simd>(
-    simd: S,
-    field: &dyn FieldKernels<S>,
+pub fn evaluate(
+    level: Level,
+    field: &AnyField<'_>,
     output: Output,
     samples: &mut SampleBatch<'_>,
     work: &mut Workspace<'_>,
@@ -33,14 +34,14 @@ pub fn evaluate<S: Simd>(
     };
     pad(points);
     let points = [0, 1, 2].map(|axis| &points[axis][..padded]);
-    field.encode(simd, points, work);
+    field.encode(level, points, work);
     ended(Stage::Encode, n);
     match output {
-        Output::Density => field.decode_density(simd, padded, work),
+        Output::Density => field.decode_density(level, padded, work),
         Output::Channels => {
             pad(directions);
             let directions = [0, 1, 2].map(|axis| &directions[axis][..padded]);
-            field.decode(simd, Samples { points, directions }, work);
+            field.decode(level, Samples { points, directions }, work);
         }
     }
     ended(Stage::Density, n);

@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 
-use crate::field::FieldKernels;
+use crate::AnyField;
 use crate::march::{Marcher, Output, RayQueue, SampleBatch, evaluate};
 use crate::scratch::Workspace;
 
@@ -50,7 +50,7 @@ pub trait SampleSink {
 #[inline(always)]
 pub fn march<S: Simd>(
     simd: S,
-    field: &dyn FieldKernels<S>,
+    field: &AnyField<'_>,
     output: Output,
     marcher: &Marcher<'_>,
     (samples, work): (&mut SampleBatch<'_>, &mut Workspace<'_>),
@@ -70,7 +70,7 @@ pub fn march<S: Simd>(
             // Rays have been seeking.
             continue;
         }
-        evaluate(simd, field, output, samples, work, |stage, n| sink.ended(stage, n));
+        evaluate(simd.level(), field, output, samples, work, |stage, n| sink.ended(stage, n));
         sink.accumulate(simd, samples, work);
         sink.ended(Stage::Composite, samples.len);
     }

@@ -34,29 +34,23 @@ impl Probe<'_> {
         let Scratch { work, samples, .. } = scratch;
         samples.len = n;
         let stride = work.stride;
-        dispatch!(self.level, simd => {
-            let field = self.model.field.kernels();
-            match wanted {
-                Wanted::Density => {
-                    evaluate(simd, field, Output::Density, samples, work, |_, _| ());
-                    stride
-                }
-                Wanted::Radiance => {
-                    evaluate(simd, field, Output::Channels, samples, work, |_, _| ());
-                    let Some(decoder) = field.deferred() else { return stride };
-                    // As if each point were all that a ray meets.
-                    let padded = n.next_multiple_of(LANES);
-                    let mut work = work.for_width(decoder.color.max_width());
-                    let features = work.output[stride..].chunks(stride);
-                    let rows = work.a.chunks_mut(work.stride).zip(features);
-                    for (to, from) in rows.take(decoder.channels()) {
-                        to[..padded].copy_from_slice(&from[..padded]);
-                    }
-                    let directions = [0, 1, 2].map(|axis| &samples.directions[axis][..padded]);
-                    decoder.colors(simd, directions, padded, &mut work);
-                    work.stride
-                }
-            }
-        })
+        let (field, output) = match wanted {
+            Wanted::Density => (&self.model.field, Output::Density),
+            Wanted::Radiance => (&self.model.field, Output::Channels),
+        };
+        evaluate(self.level, field, output, samples, work, |_, _| ());
+        let deferred = field.deferred().filter(|_| wanted == Wanted::Radiance);
+        let Some(decoder) = deferred else { return stride };
+        // As if each point were all that a ray meets.
+        let padded = n.next_multiple_of(LANES);
+        let mut work = work.for_width(decoder.color.max_width());
+        let features = work.output[stride..].chunks(stride);
+        let rows = work.a.chunks_mut(work.stride).zip(features);
+        for (to, from) in rows.take(decoder.channels()) {
+            to[..padded].copy_from_slice(&from[..padded]);
+        }
+        let directions = [0, 1, 2].map(|axis| &samples.directions[axis][..padded]);
+        dispatch!(self.level, simd => decoder.colors(simd, directions, padded, &mut work));
+        work.stride
     }
 }

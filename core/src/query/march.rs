@@ -66,7 +66,7 @@ impl Probe<'_> {
         active.iter_mut().zip(0..).for_each(|(active, number)| *active = number);
         let mut sink = Answers { slots, see };
         dispatch!(self.level, simd => {
-            let field = self.model.field.kernels();
+            let field = &self.model.field;
             march(simd, field, Output::Density, marcher, (samples, work), active, &mut sink);
         });
         slots.count = 0;

@@ -2,7 +2,6 @@
 
 use fearless_simd::{Simd, dispatch};
 
-use crate::field::FieldKernels;
 use crate::lanes::LANES;
 use crate::march::{Marcher, RayLimits, Stage};
 use crate::render::foreground::Foreground;
@@ -68,7 +67,7 @@ pub(super) fn render(
     match &options.sampling {
         SamplingMode::Occupancy => {
             dispatch!(level, simd => {
-                each_pass(simd, model.field.kernels(), &mut group, job, &mut target);
+                each_pass(simd, &mut group, job, &mut target);
             });
         }
         SamplingMode::Hierarchical(_) if !HIERARCHICAL => return Err(Error::Feature("nerf")),
@@ -84,21 +83,19 @@ pub(super) fn render(
 
 fn each_pass<S: Simd>(
     simd: S,
-    field: &dyn FieldKernels<S>,
     group: &mut RayGroup<'_, '_, '_, '_>,
     job: &Job<'_, impl Source + ?Sized>,
     target: &mut Target<'_>,
 ) {
     let (source, detail) = (job.source, job.options.detail);
     for pass in job.span.passes(target.size) {
-        one_pass(simd, field, group, source, pass, detail, target);
+        one_pass(simd, group, source, pass, detail, target);
     }
 }
 
 #[inline(always)]
 fn one_pass<S: Simd>(
     simd: S,
-    field: &dyn FieldKernels<S>,
     group: &mut RayGroup<'_, '_, '_, '_>,
     source: &(impl Source + ?Sized),
     pass: Pass,
@@ -134,10 +131,10 @@ fn one_pass<S: Simd>(
         group.ended(Stage::Camera, n);
         let is_over = n < room && pass.is_read_next();
         if group.is_full() || (is_over && group.count() > 0) {
-            group.march(simd, field);
+            group.march(simd);
             let rays = group.count();
             group.stats.hits += rays as u64;
-            group.finish(simd, field.deferred(), source, target);
+            group.finish(simd, source, target);
             group.ended(Stage::Shade, rays);
         }
         if n < room {

@@ -16,11 +16,11 @@ impl RayGroup<'_, '_, '_, '_> {
     pub(super) fn finish<S: Simd>(
         &mut self,
         simd: S,
-        deferred: Option<&Decoder<'_>>,
         source: &(impl Source + ?Sized),
         target: &mut Target<'_>,
     ) {
-        match deferred {
+        let model = self.model;
+        match model.field.deferred() {
             None => self.write_sums(target),
             Some(decoder) => self.shade(simd, decoder, target),
         }
@@ -28,7 +28,7 @@ impl RayGroup<'_, '_, '_, '_> {
             for (pixel, slot) in self.scratch.slots.iter() {
                 let ray = || source.ray(pixel as u32);
                 let expected = slot.accumulated.expected_depth();
-                depth[pixel] = self.model.space.depth(ray, expected);
+                depth[pixel] = model.space.depth(ray, expected);
             }
         }
         self.scratch.slots.count = 0;

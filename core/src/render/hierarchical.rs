@@ -6,7 +6,6 @@
 
 use fearless_simd::Simd;
 
-use crate::field::FieldKernels;
 use crate::lanes::LANES;
 use crate::march::composite::{Lengths, opacities};
 use crate::march::hierarchical::{ENDLESS, Extent, evenly, inverse_cdf, merge, weights};
@@ -17,7 +16,7 @@ use crate::render::source::Source;
 use crate::render::target::Target;
 use crate::scratch::{Scratch, sums_len};
 use crate::space::UnitMap;
-use crate::{Model, Ray, Sampling, Space};
+use crate::{AnyField, Model, Ray, Sampling, Space};
 
 /// Bits of a sample's number within its ray: no ray has more than 2048.
 const NUMBER_BITS: u32 = 11;
@@ -34,7 +33,7 @@ pub(super) fn each_pixel<S: Simd>(
     group.scratch.slots.limits.min_transmittance = 0.0;
     let field = &group.model.field;
     let coarse = field.coarse();
-    let [coarse, fine] = [coarse.as_ref().unwrap_or(field).kernels(), field.kernels::<S>()];
+    let [coarse, fine] = [coarse.as_ref().unwrap_or(field), field];
     let rays = Rays::new(hierarchical, group, job);
     let size = target.size;
     let mut pixels = job.span.passes(size).flat_map(|pass| pass.pixels());
@@ -74,7 +73,7 @@ pub(super) fn each_pixel<S: Simd>(
                 rays.draw(group);
             }
             group.stats.hits += rays.round(simd, fine, group, Round::Fine);
-            group.finish(simd, fine.deferred(), job.source, target);
+            group.finish(simd, job.source, target);
             group.ended(Stage::Shade, count);
         }
         if n < room {
@@ -171,7 +170,7 @@ impl Rays {
     fn round<S: Simd>(
         &self,
         simd: S,
-        field: &dyn FieldKernels<S>,
+        field: &AnyField<'_>,
         group: &mut RayGroup<'_, '_, '_, '_>,
         round: Round,
     ) -> u64 {
@@ -229,7 +228,7 @@ impl Rays {
     fn accumulate<S: Simd>(
         &self,
         simd: S,
-        field: &dyn FieldKernels<S>,
+        field: &AnyField<'_>,
         group: &mut RayGroup<'_, '_, '_, '_>,
         round: Round,
     ) {
@@ -244,7 +243,7 @@ impl Rays {
         ended(Stage::March, n);
         stats.samples += n as u64;
         let output = if round == Round::Coarse { Output::Density } else { Output::Channels };
-        evaluate(simd, field, output, samples, work, &mut ended);
+        evaluate(simd.level(), field, output, samples, work, &mut ended);
         let padded = n.next_multiple_of(LANES);
         hierarchical.lengths[n..padded].fill(0.0);
         let own = Lengths::Each(&hierarchical.lengths[..padded], 1.0);

@@ -3,7 +3,6 @@
 use fearless_simd::Simd;
 
 use crate::Model;
-use crate::field::FieldKernels;
 use crate::lanes::LANES;
 use crate::march::{Marcher, Output, RayPacket, Stage, march};
 use crate::render::RenderStats;
@@ -78,15 +77,16 @@ impl RayGroup<'_, '_, '_, '_> {
     }
 
     /// Takes all rays to their ends.
-    pub(super) fn march<S: Simd>(&mut self, simd: S, field: &dyn FieldKernels<S>) {
-        let (channels, count) = (field.channels(), self.count());
-        let Self { marcher, scratch, stats, observer, model, .. } = self;
+    pub(super) fn march<S: Simd>(&mut self, simd: S) {
+        let (model, count) = (self.model, self.count());
+        let channels = model.field.channels();
+        let Self { marcher, scratch, stats, observer, .. } = self;
         let Scratch { work, samples, slots, active, sums, .. } = scratch;
         sums[..count * sums_len(channels)].fill(0.0);
         active[..count].iter_mut().zip(0..).for_each(|(active, number)| *active = number);
         let step = model.sampling.step;
         let mut sink = Compositor { slots, sums, channels, step, stats, observer };
         let active = &mut active[..count];
-        march(simd, field, Output::Channels, marcher, (samples, work), active, &mut sink);
+        march(simd, &model.field, Output::Channels, marcher, (samples, work), active, &mut sink);
     }
 }

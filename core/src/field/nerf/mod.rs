@@ -130,8 +130,8 @@ impl Field for NerfField<'_> {
     }
 }
 
-impl<S: Simd> FieldKernels<S> for NerfField<'_> {
-    fn encode(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>) {
+impl FieldKernels for NerfField<'_> {
+    fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>) {
         simd.vectorize(
             #[inline(always)]
             || {
@@ -142,11 +142,11 @@ impl<S: Simd> FieldKernels<S> for NerfField<'_> {
         );
     }
 
-    fn decode(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
+    fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {
         self.networks(simd, samples.len(), Some(samples.directions), work);
     }
 
-    fn decode_density(&self, simd: S, n: usize, work: &mut Workspace<'_>) {
+    fn decode_density<S: Simd>(&self, simd: S, n: usize, work: &mut Workspace<'_>) {
         self.networks(simd, n, None, work);
     }
 }

@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::Level;
 use pocketnerf_core::march::{Output, SampleBatch, evaluate};
 use pocketnerf_core::network::panel_len;
 use pocketnerf_core::scratch::{Tuning, Workspace};
@@ -37,7 +37,7 @@ impl Inputs {
     }
 
     /// Evaluates the field at all samples.
-    fn forward<S: Simd>(&self, simd: S, field: &AnyField<'_>) {
+    fn forward(&self, level: Level, field: &AnyField<'_>) {
         let (limits, stride) = (field.limits(), Tuning::FAST.stride());
         let rows = |n: usize| Aligned::new(n * stride);
         let [mut a, mut b] = limits.rows.map(rows);
@@ -56,8 +56,7 @@ impl Inputs {
             directed: true,
         };
         for _ in 0..SAMPLES / BATCH {
-            let field = field.kernels();
-            evaluate(simd, field, Output::Channels, &mut samples, &mut work, |_, _| ());
+            evaluate(level, field, Output::Channels, &mut samples, &mut work, |_, _| ());
             std::hint::black_box(&work.output);
         }
     }
@@ -108,7 +107,7 @@ pub fn measure(simd: SimdLevel, machine: &Machine) -> Result<Vec<StageCost>, Ben
     let file = open_verified(&bytes)?;
     let inputs = Inputs::new();
     let forward = fastest(machine.threads, |_| {
-        dispatch!(level, simd => inputs.forward(simd, &file.model.field));
+        inputs.forward(level, &file.model.field);
     });
     let context = Context { level, parameters: &parameters, stopwatch: None };
     let both = fastest(machine.threads, |thread| inputs.both_ways(field, thread, context));

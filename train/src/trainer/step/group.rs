@@ -239,7 +239,7 @@ impl Group {
             return;
         }
         let (channels, deferred) = (field.channels(), field.deferred().is_some());
-        dispatch!(level, simd => self.march(simd, field.kernels(), job, worker));
+        dispatch!(level, simd => self.march(simd, field, job, worker));
         let row_len = row_len(channels);
         if deferred {
             self.shade(channels, job, worker, back);

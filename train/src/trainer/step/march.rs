@@ -4,7 +4,7 @@ use std::mem::take;
 use std::ops::Range;
 
 use fearless_simd::Simd;
-use pocketnerf_core::field::FieldKernels;
+use pocketnerf_core::AnyField;
 use pocketnerf_core::lanes::{LANES, transpose};
 use pocketnerf_core::march::composite::{self, Accumulated, Lengths, opacities};
 use pocketnerf_core::march::{
@@ -21,7 +21,7 @@ impl Group {
     pub(crate) fn march<S: Simd>(
         &mut self,
         simd: S,
-        field: &dyn FieldKernels<S>,
+        field: &AnyField<'_>,
         job: &Job<'_>,
         worker: &mut Worker,
     ) {

@@ -26,7 +26,9 @@ pub enum Problem {
     #[error("cannot be read: {0}; check the path and its permissions")]
     Unreadable(#[source] std::io::Error),
     /// The file is damaged, or no file of ours.
-    #[error("{0}; expected a checkpoint; resume from another one or train from scratch without --resume")]
+    #[error(
+        "{0}; expected a checkpoint; resume from another one or train from scratch without --resume"
+    )]
     Format(#[from] FormatError),
     /// A model without a trainer's state.
     #[error(
