@@ -83,10 +83,10 @@ impl Probe<'_> {
         out.fill(f32::INFINITY);
         self.march(&marcher, rays.len(), &mut scratch, start, |seen, t, sigma| {
             let out = &mut out[seen.number];
-            let transmitted = math::exp(-sigma * step);
+            let transmitted = || math::exp(-sigma * step);
             let passes = match depth {
                 Depth::Expected => {
-                    seen.accumulated.add(1.0 - transmitted, t);
+                    seen.accumulated.add(1.0 - transmitted(), t);
                     *out = seen.accumulated.expected_depth();
                     return go_on(seen.accumulated.transmittance >= ends);
                 }
@@ -101,7 +101,7 @@ impl Probe<'_> {
                 Depth::FirstOpacity(opacity) => 1.0 - opacity,
             };
             let before = seen.accumulated.transmittance;
-            seen.accumulated.transmittance *= transmitted;
+            seen.accumulated.transmittance *= transmitted();
             let is_met = seen.accumulated.transmittance <= passes;
             if is_met {
                 *out = t + (math::ln(before / passes) / sigma).min(step) - 0.5 * step;
