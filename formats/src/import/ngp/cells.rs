@@ -1,5 +1,6 @@
 //! The occupancy grids of other programs: nested cubes with equal numbers of cells.
 
+use core::iter::successors;
 use core::ops::Range;
 use std::vec;
 use std::vec::Vec;
@@ -97,7 +98,9 @@ impl Cells {
         }
         let words = bits.into_iter().enumerate().filter(|(_, word)| *word != 0);
         words.flat_map(|(i, word)| {
-            (0..64).filter(move |bit| word >> bit & 1 == 1).map(move |bit| (64 * i + bit) as u32)
+            // Without the lowest bit, until none is left.
+            let rest = |word: &u64| Some(word & (word - 1)).filter(|rest| *rest != 0);
+            successors(Some(word), rest).map(move |word| 64 * i as u32 + word.trailing_zeros())
         })
     }
 
