@@ -44,8 +44,9 @@ impl Pyramid {
         let level = size.next_power_of_two().trailing_zeros().saturating_sub(2) as usize;
         let level = level.min(self.levels.len() - 1);
         let (w, _, alpha) = &self.levels[level];
-        (y0 >> level..=y1 >> level)
-            .any(|y| (x0 >> level..=x1 >> level).any(|x| alpha[y * w + x] > 0))
+        let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|c| c >> level);
+        let mut rows = alpha[y0 * w..].chunks(*w).take(y1 - y0 + 1);
+        rows.any(|row| row[x0..=x1].iter().any(|alpha| *alpha > 0))
     }
 }
 
