@@ -11,7 +11,7 @@ use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{Length, Run, TrainConfig, Trainer};
 
-const STEPS: u32 = 800;
+const STEPS: u32 = 500;
 
 /// Held-out PSNR on white, dB, after training with the defaults but for
 /// `change`, on pictures whose side is divided by `downscale`. Small pictures

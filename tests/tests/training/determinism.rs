@@ -34,11 +34,10 @@ fn an_interruption_leaves_no_trace() {
         let expected = with_threads(1, || whole(config.clone()));
         // At once, between two updates of the occupancy and at one, after it is
         // frozen, and when all is done.
-        let mut threads = 0;
-        for at in [0, 1, 16, 41, 69, STEPS] {
-            threads += 1;
-            let (mut trainer, mut run) = begin(config.clone(), Length::Steps(STEPS));
-            advance(&mut trainer, &mut run, at).unwrap();
+        let (mut trainer, mut run) = begin(config, Length::Steps(STEPS));
+        for (threads, at) in (1..).zip([0, 1, 16, 41, 69, STEPS]) {
+            let steps = at - trainer.steps();
+            advance(&mut trainer, &mut run, steps).unwrap();
             let saved = save(&trainer, &run);
             assert_eq!(read(&saved).steps(), at);
             let resumed = with_threads(threads, || finish(resume(&saved)));
