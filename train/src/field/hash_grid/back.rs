@@ -121,8 +121,10 @@ impl<'a> HashGridBack<'a> {
 
 impl Back for HashGridBack<'_> {
     fn colors(&mut self, features: &[f32], directions: [&[f32]; 3], n: usize) -> &[f32] {
-        let own = self.field.decoder.n_features as usize * STRIDE;
-        self.worker.color_input[..own].copy_from_slice(&features[..own]);
+        let rows = features.chunks(STRIDE).take(self.field.decoder.n_features as usize);
+        for (to, from) in self.worker.color_input.chunks_mut(STRIDE).zip(rows) {
+            to[..n].copy_from_slice(&from[..n]);
+        }
         dispatch!(self.level, simd => self.worker.colors(
             simd, &self.field.decoder, self.networks, directions, n,
         ));

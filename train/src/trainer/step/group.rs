@@ -242,7 +242,7 @@ impl Group {
         dispatch!(level, simd => self.march(simd, field, job, worker));
         let row_len = row_len(channels);
         if deferred {
-            self.shade(channels, job, worker, back);
+            dispatch!(level, _simd => self.shade(channels, job, worker, back));
         } else {
             self.compare(job, row_len);
         }

@@ -18,6 +18,7 @@ impl Group {
     }
 
     /// The loss of a ray that met nothing.
+    #[inline(always)]
     pub(super) fn loss_of_nothing(&mut self, job: &Job<'_>, ray: usize) {
         let color = self.rays[ray].background;
         let _ = self.loss(job, ray, &Rendered { color, opacity: 0.0, depth: 0.0 });
@@ -54,6 +55,7 @@ impl Group {
 
     /// Deferred shading: colour of every ray that met something, the error,
     /// and back through the colour network. `sums` become their gradients.
+    #[inline(always)]
     pub(super) fn shade(
         &mut self,
         channels: usize,
@@ -87,6 +89,7 @@ impl Group {
     }
 
     /// The same for a batch of rays.
+    #[inline(always)]
     fn shade_hits(
         &mut self,
         hits: &[usize],
