@@ -1,7 +1,7 @@
 //! The models of a chart: trained by running this program, or given.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_formats::Precision;
@@ -235,9 +235,9 @@ impl<'a> Job<'a> {
         let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
         let output = child.wait_with_output()?;
         if !output.status.success() {
-            // Ctrl-C reaches both.
+            // Ctrl-C reaches both, in any order.
             stop.check()?;
-            if output.status.code() == Some(INTERRUPTED.into()) {
+            if was_interrupted(output.status) {
                 return Err(Interrupted.into());
             }
             let (name, status) = (self.name(), output.status);
@@ -291,6 +291,16 @@ impl<'a> Job<'a> {
         });
         whole.collect()
     }
+}
+
+/// Whether a run of the program ended by Ctrl-C: in training with a status of its own, before
+/// that by the signal.
+fn was_interrupted(status: ExitStatus) -> bool {
+    #[cfg(unix)]
+    if std::os::unix::process::ExitStatusExt::signal(&status) == Some(2) {
+        return true; // SIGINT
+    }
+    status.code() == Some(INTERRUPTED.into())
 }
 
 const fn precision_name(precision: Precision) -> &'static str {
