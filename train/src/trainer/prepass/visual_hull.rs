@@ -7,28 +7,34 @@ use rayon::prelude::*;
 use crate::lens::{Lens, Rectangle};
 use crate::trainer::pixels::rays::RaySource;
 
-/// Largest alpha of ever larger squares of an image.
+/// Of a square of pixels: one of them has alpha.
+const SOME: u8 = 1;
+/// All of them have.
+const ALL: u8 = 2;
+
+/// What ever larger squares of an image show.
 #[derive(Debug)]
 struct Pyramid {
-    /// Level 0 is the image itself: width, height, largest alpha.
+    /// Level 0 is the image itself: width, height, [`SOME`] and [`ALL`] of each square.
     levels: Vec<(usize, usize, Vec<u8>)>,
 }
 
 impl Pyramid {
     /// What a pixel that does not count shows is not known: it carves nothing.
     fn new(width: usize, height: usize, rgba: &[u8], mask: Option<&[u8]>) -> Self {
-        let mut alpha: Vec<u8> = rgba.iter().skip(3).step_by(4).copied().collect();
-        for (alpha, _) in alpha.iter_mut().zip(mask.unwrap_or(&[])).filter(|(_, m)| **m == 0) {
-            *alpha = 255;
+        let shows = |alpha: u8| if alpha > 0 { SOME | ALL } else { 0 };
+        let mut pixels: Vec<u8> = rgba.iter().skip(3).step_by(4).map(|a| shows(*a)).collect();
+        for (pixel, _) in pixels.iter_mut().zip(mask.unwrap_or(&[])).filter(|(_, m)| **m == 0) {
+            *pixel = SOME | ALL;
         }
-        let mut levels = vec![(width, height, alpha)];
+        let mut levels = vec![(width, height, pixels)];
         while let Some((w, h, below)) = levels.last().filter(|(w, h, _)| w.max(h) > &1) {
             let (half_w, half_h) = (w.div_ceil(2), h.div_ceil(2));
-            let mut above = vec![0u8; half_w * half_h];
+            let mut above = vec![ALL; half_w * half_h];
             for y in 0..*h {
                 for x in 0..*w {
-                    let to = &mut above[(y / 2) * half_w + x / 2];
-                    *to = (*to).max(below[y * w + x]);
+                    let (to, from) = (&mut above[(y / 2) * half_w + x / 2], below[y * w + x]);
+                    *to = (*to | from & SOME) & (from | SOME);
                 }
             }
             levels.push((half_w, half_h, above));
@@ -38,15 +44,24 @@ impl Pyramid {
 
     /// Whether any pixel of a rectangle (inclusive, inside the image) has
     /// alpha. May say yes a little too often.
-    fn any(&self, [x0, y0, x1, y1]: [usize; 4]) -> bool {
-        let size = (x1 - x0).max(y1 - y0) + 1;
+    fn any(&self, rectangle: [usize; 4]) -> bool {
         // Squares of a quarter of the rectangle: few of them, little beside it.
-        let level = size.next_power_of_two().trailing_zeros().saturating_sub(2) as usize;
-        let level = level.min(self.levels.len() - 1);
-        let (w, _, alpha) = &self.levels[level];
+        self.rows(rectangle, 4).any(|row| row.iter().any(|square| square & SOME != 0))
+    }
+
+    /// Whether all of them have. May say no a little too often.
+    fn all(&self, rectangle: [usize; 4]) -> bool {
+        self.rows(rectangle, 2).all(|row| row.iter().all(|square| square & ALL != 0))
+    }
+
+    /// The squares that cover a rectangle, with about `across` of them along its longer side.
+    fn rows(&self, [x0, y0, x1, y1]: [usize; 4], across: u32) -> impl Iterator<Item = &[u8]> {
+        let size = (x1 - x0).max(y1 - y0) + 1;
+        let level = size.next_power_of_two().trailing_zeros().saturating_sub(across.ilog2());
+        let level = (level as usize).min(self.levels.len() - 1);
+        let (w, _, squares) = &self.levels[level];
         let [x0, y0, x1, y1] = [x0, y0, x1, y1].map(|c| c >> level);
-        let mut rows = alpha[y0 * w..].chunks(*w).take(y1 - y0 + 1);
-        rows.any(|row| row[x0..=x1].iter().any(|alpha| *alpha > 0))
+        squares[y0 * w..].chunks(*w).take(y1 - y0 + 1).map(move |row| &row[x0..=x1])
     }
 }
 
@@ -76,8 +91,21 @@ impl VisualHull {
     /// confine is mostly the space beside the object.
     #[must_use]
     pub fn may_hold(&self, center: [f32; 3], radius: f32) -> bool {
-        let mut seen = 0;
-        for (camera, lens, pyramid) in &self.views {
+        self.look(0..self.views.len(), center, radius, |_, _| ())
+    }
+
+    /// The same by these views alone; all the others see every part of the ball in front of
+    /// something. Tells `then` what each view sees of a ball that may hold something.
+    fn look(
+        &self,
+        views: impl ExactSizeIterator<Item = usize>,
+        center: [f32; 3],
+        radius: f32,
+        mut then: impl FnMut(usize, &Footprint),
+    ) -> bool {
+        let mut seen = self.views.len() - views.len();
+        for view in views {
+            let (camera, lens, pyramid) = &self.views[view];
             let footprint = match lens {
                 Lens::Pinhole => footprint(camera, center, radius),
                 lens => footprint_through(lens, camera, center, radius),
@@ -87,6 +115,7 @@ impl VisualHull {
                 Footprint::Inside(_) | Footprint::Cut => seen += 1,
                 Footprint::Unseen => {}
             }
+            then(view, &footprint);
         }
         4 * seen >= self.views.len()
     }
@@ -96,37 +125,64 @@ impl VisualHull {
     /// `x + n (y + n z)`, for a space that is a box. Cells outside it are left out.
     #[must_use]
     pub fn cells(&self, space: &Space, resolution: u32) -> Vec<u32> {
-        let map = space.unit_map();
-        let mut size = 16;
-        let mut cells: Vec<[u32; 3]> = (0..size * size * size)
-            .map(|i| [i % size, i / size % size, i / (size * size)])
+        let all: Vec<usize> = (0..self.views.len()).collect();
+        let grid = Grid { space, resolution };
+        let mut cells: Vec<u32> = (0..16u32.pow(3))
+            .into_par_iter()
+            .flat_map_iter(|i| {
+                let mut cells = Vec::new();
+                self.descend(&grid, [i % 16, i / 16 % 16, i / 256], 16, &all, &mut cells);
+                cells
+            })
             .collect();
-        loop {
-            let side = 1.0 / (size as f32 * map.scale);
-            let radius = side * 0.5 * 3f32.sqrt();
-            let [_, max] = space.bounds();
-            cells.retain(|cell| (0..3).all(|a| map.min[a] + cell[a] as f32 * side < max[a]));
-            cells = cells
-                .into_par_iter()
-                .filter(|cell| {
-                    let center = [0, 1, 2].map(|a| map.min[a] + (cell[a] as f32 + 0.5) * side);
-                    self.may_hold(center, radius)
-                })
-                .collect();
-            if size >= resolution {
-                break;
-            }
-            size *= 2;
-            cells = cells
-                .iter()
-                .flat_map(|c| (0..8).map(|i| [0, 1, 2].map(|a| c[a] * 2 + (i >> a & 1))))
-                .collect();
-        }
-        let mut numbers: Vec<u32> =
-            cells.iter().map(|c| c[0] + size * (c[1] + size * c[2])).collect();
-        numbers.sort_unstable();
-        numbers
+        cells.par_sort_unstable();
+        cells
     }
+
+    /// Adds the finest cells of a cell of a grid of `size`³. Only the views `open` may see a
+    /// part of it against a transparent background.
+    fn descend(
+        &self,
+        grid: &Grid<'_>,
+        cell: [u32; 3],
+        size: u32,
+        open: &[usize],
+        cells: &mut Vec<u32>,
+    ) {
+        let map = grid.space.unit_map();
+        let side = 1.0 / (size as f32 * map.scale);
+        let radius = side * 0.5 * 3f32.sqrt();
+        let [_, max] = grid.space.bounds();
+        if (0..3).any(|a| map.min[a] + cell[a] as f32 * side >= max[a]) {
+            return;
+        }
+        let center = [0, 1, 2].map(|a| map.min[a] + (cell[a] as f32 + 0.5) * side);
+        let views = open.iter().copied();
+        if size >= grid.resolution {
+            if self.look(views, center, radius, |_, _| ()) {
+                cells.push(cell[0] + size * (cell[1] + size * cell[2]));
+            }
+            return;
+        }
+        // The balls of the parts lie within this one.
+        let mut open = Vec::with_capacity(open.len());
+        let may_hold = self.look(views, center, radius, |view, footprint| match footprint {
+            Footprint::Inside(rectangle) if self.views[view].2.all(*rectangle) => {}
+            _ => open.push(view),
+        });
+        if may_hold {
+            for i in 0..8 {
+                let part = [0, 1, 2].map(|a| cell[a] * 2 + (i >> a & 1));
+                self.descend(grid, part, size * 2, &open, cells);
+            }
+        }
+    }
+}
+
+/// Cells over the cube of a space.
+struct Grid<'a> {
+    space: &'a Space,
+    resolution: u32,
 }
 
 /// What a camera sees of a ball.
