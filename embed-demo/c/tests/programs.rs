@@ -7,7 +7,6 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::{Mutex, PoisonError};
 
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Model, RenderOptions, SimdLevel, Tuning, render_tile};
@@ -18,9 +17,6 @@ const SANITIZERS: [&str; 3] =
     ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"];
 const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 const LIBRARIES: [&str; 3] = ["-lpthread", "-ldl", "-lm"];
-
-/// Held by whoever links the library, or has cargo rebuild it.
-static LIBRARY: Mutex<()> = Mutex::new(());
 
 /// Whether such a program answers.
 fn there_is(program: &str, arguments: &[&str]) -> bool {
@@ -59,7 +55,6 @@ fn run(command: &mut Command) -> Output {
 /// Compiles a source file of ours, and links it with the static library; `options` stand
 /// after both.
 fn compile(compiler: &str, source: &str, options: &[&str], out: &Path) {
-    let _held = LIBRARY.lock().unwrap_or_else(PoisonError::into_inner);
     let mut command = Command::new(compiler);
     command.args(STRICT).args(SANITIZERS).arg("-I").arg(path("include"));
     run(command.arg(path(source)).arg(library()).args(options).args(LIBRARIES).arg("-o").arg(out));
@@ -153,10 +148,8 @@ fn an_installed_library_is_found() {
     }
     let folder = tempfile::tempdir().unwrap();
     let prefix = folder.path().join("prefix");
-    {
-        let _held = LIBRARY.lock().unwrap_or_else(PoisonError::into_inner);
-        run(Command::new(path("install")).arg(&prefix));
-    }
+    let built = std::env::current_exe().unwrap().with_file_name("");
+    run(Command::new(path("install")).arg(&prefix).arg(built));
     let model = path("../still-life.pnerf");
     let pictures =
         ["c", "cmake-c", "cmake-cpp"].map(|name| folder.path().join(name).with_extension("png"));
