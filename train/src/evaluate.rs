@@ -7,7 +7,7 @@ use pocketnerf_core::{Display, Error, Model};
 use serde::Serialize;
 
 use crate::dataset::Dataset;
-use crate::metrics::{Metrics, Scores, composite_on, depth_error, quantize_all};
+use crate::metrics::{Metrics, Scores, composite_on, depth_error, quantile, quantize_all};
 use crate::picture::{self, Renderer};
 
 /// One view's result.
@@ -39,6 +39,14 @@ pub struct Evaluation {
     pub background: [f32; 3],
     /// Mean of the views' PSNR, dB.
     pub psnr: f64,
+    /// Median of the views' PSNR.
+    pub psnr_median: f64,
+    /// Their 5th percentile, linear between two views.
+    pub psnr_p05: f64,
+    /// The worst view's PSNR: a model may be good on average and fail from some directions.
+    pub psnr_min: f64,
+    /// The name of that view, the first of several; `null` without views.
+    pub worst_view: Option<String>,
     /// Mean of the views' SSIM; here and below, `null` where a view has none.
     pub ssim: Option<f64>,
     /// Mean of the views' MS-SSIM.
@@ -119,6 +127,9 @@ pub fn evaluate(
     let of_all = |score: fn(&Scores) -> Option<f64>| {
         Some(per_view.iter().map(|view| score(&view.scores)).sum::<Option<f64>>()? / n)
     };
+    let mut psnr: Vec<f64> = per_view.iter().map(|view| view.scores.psnr).collect();
+    psnr.sort_by(f64::total_cmp);
+    let psnr_at = |q| quantile(&psnr, q).unwrap_or(0.0);
     let first = dataset.views.first().map_or([0, 0], |v| [v.camera.width, v.camera.height]);
     Ok(Evaluation {
         views: per_view.len(),
@@ -126,6 +137,10 @@ pub fn evaluate(
         height: first[1],
         background,
         psnr: per_view.iter().map(|view| view.scores.psnr).sum::<f64>() / n,
+        psnr_median: psnr_at(0.5),
+        psnr_p05: psnr_at(0.05),
+        psnr_min: psnr_at(0.0),
+        worst_view: worst(&per_view).first().map(|i| per_view[*i].name.clone()),
         ssim: of_all(|scores| scores.ssim),
         ms_ssim: of_all(|scores| scores.ms_ssim),
         lpips: of_all(|scores| scores.lpips),
@@ -139,6 +154,14 @@ pub fn evaluate(
         samples_per_hit_ray: stats.samples as f64 / (stats.hits as f64).max(1.0),
         threads: rayon::current_num_threads(),
     })
+}
+
+/// The numbers of all views, the one with the lowest PSNR first.
+#[must_use]
+pub fn worst(per_view: &[ViewScore]) -> Vec<usize> {
+    let mut views: Vec<usize> = (0..per_view.len()).collect();
+    views.sort_by(|a, b| per_view[*a].scores.psnr.total_cmp(&per_view[*b].scores.psnr));
+    views
 }
 
 /// The mean of what there is.

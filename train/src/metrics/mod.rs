@@ -10,6 +10,7 @@ mod ms_ssim;
 #[cfg(test)]
 mod patterns;
 mod psnr;
+mod quantile;
 mod scores;
 mod ssim;
 mod window;
@@ -19,6 +20,7 @@ pub use lpips::{Lpips, LpipsError};
 pub use ms_ssim::ms_ssim;
 use pocketnerf_core::{ColorSpace, pixel};
 pub use psnr::psnr;
+pub use quantile::quantile;
 pub use scores::{Metrics, Scores};
 pub use ssim::ssim;
 

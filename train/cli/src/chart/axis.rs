@@ -16,6 +16,8 @@ pub enum Better {
 pub enum Axis {
     /// Peak signal-to-noise ratio, dB
     Psnr,
+    /// PSNR of the worst view, dB
+    PsnrMin,
     /// Structural similarity
     Ssim,
     /// Structural similarity at five scales
@@ -42,8 +44,9 @@ pub enum Axis {
 
 impl Axis {
     /// Every axis: accuracy first, then costs.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Psnr,
+        Self::PsnrMin,
         Self::Ssim,
         Self::MsSsim,
         Self::Lpips,
@@ -62,6 +65,7 @@ impl Axis {
     pub const fn key(self) -> &'static str {
         match self {
             Self::Psnr => "psnr",
+            Self::PsnrMin => "psnr_min",
             Self::Ssim => "ssim",
             Self::MsSsim => "ms_ssim",
             Self::Lpips => "lpips",
@@ -81,6 +85,7 @@ impl Axis {
     pub const fn label(self) -> &'static str {
         match self {
             Self::Psnr => "PSNR, dB",
+            Self::PsnrMin => "PSNR of the worst view, dB",
             Self::Ssim => "SSIM",
             Self::MsSsim => "MS-SSIM",
             Self::Lpips => "LPIPS",
@@ -99,7 +104,9 @@ impl Axis {
     #[must_use]
     pub const fn better(self) -> Better {
         match self {
-            Self::Psnr | Self::Ssim | Self::MsSsim | Self::RaysPerSecond => Better::More,
+            Self::Psnr | Self::PsnrMin | Self::Ssim | Self::MsSsim | Self::RaysPerSecond => {
+                Better::More
+            }
             _ => Better::Less,
         }
     }
@@ -107,7 +114,10 @@ impl Axis {
     /// Whether it is a measure of accuracy, not a cost.
     #[must_use]
     pub const fn is_accuracy(self) -> bool {
-        matches!(self, Self::Psnr | Self::Ssim | Self::MsSsim | Self::Lpips | Self::DepthError)
+        matches!(
+            self,
+            Self::Psnr | Self::PsnrMin | Self::Ssim | Self::MsSsim | Self::Lpips | Self::DepthError
+        )
     }
 
     /// The point's figure, if it is known and finite. Equal pictures, whose PSNR is
@@ -117,6 +127,7 @@ impl Axis {
         let count = |n: Option<u64>| n.map(|n| n as f64);
         let value = match self {
             Self::Psnr => point.psnr,
+            Self::PsnrMin => point.psnr_min,
             Self::Ssim => point.ssim,
             Self::MsSsim => point.ms_ssim,
             Self::Lpips => point.lpips,

@@ -2,7 +2,7 @@
 //!
 //! A header line, then one line per point. `program`, `scene`, `width`, `height`, `psnr` and
 //! `source` must be there; every other column may be missing or its fields empty:
-//! `setting`, `split`, `views`, `background`, `ssim`, `ms_ssim`, `lpips`, `depth_error`,
+//! `setting`, `split`, `views`, `background`, `psnr_min`, `ssim`, `ms_ssim`, `lpips`, `depth_error`,
 //! `ms_per_frame`, `train_seconds`, `train_memory_bytes`, `bytes`, `samples_per_ray`,
 //! `render_memory_bytes`, `machine`. Units are those of `points.csv`; `source` says where a
 //! point comes from: an address, a paper, a command.
@@ -69,6 +69,7 @@ struct Line {
     views: Option<usize>,
     #[serde(default)]
     background: String,
+    psnr_min: Option<f64>,
     ssim: Option<f64>,
     ms_ssim: Option<f64>,
     lpips: Option<f64>,
@@ -112,6 +113,7 @@ impl Line {
         }
         let figures = [
             ("psnr", Some(self.psnr)),
+            ("psnr_min", self.psnr_min),
             ("ms_per_frame", self.ms_per_frame),
             ("train_seconds", self.train_seconds),
             ("samples_per_ray", self.samples_per_ray),
@@ -154,6 +156,7 @@ impl Line {
             train_memory_bytes: self.train_memory_bytes,
             bytes: self.bytes,
             psnr: Some(self.psnr),
+            psnr_min: self.psnr_min,
             ssim: self.ssim,
             ms_ssim: self.ms_ssim,
             lpips: self.lpips,

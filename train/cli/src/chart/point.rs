@@ -50,6 +50,14 @@ pub struct Point {
     pub bytes: Option<u64>,
     /// Mean of the views' PSNR, dB.
     pub psnr: Option<f64>,
+    /// Median of the views' PSNR.
+    pub psnr_median: Option<f64>,
+    /// Their 5th percentile.
+    pub psnr_p05: Option<f64>,
+    /// The worst view's PSNR.
+    pub psnr_min: Option<f64>,
+    /// The name of that view.
+    pub worst_view: Option<String>,
     /// Mean of the views' SSIM.
     pub ssim: Option<f64>,
     /// Mean of the views' MS-SSIM.

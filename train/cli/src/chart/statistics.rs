@@ -1,5 +1,6 @@
 //! Statistics of repeated timings: median, confidence interval and spread.
 
+use pocketnerf_train::metrics::quantile;
 use pocketnerf_train::random::Random;
 
 /// Resamples of the bootstrap.
@@ -29,13 +30,6 @@ impl Summary {
         let [low, high] = [0.25, 0.75].map(|q| quantile(&sorted, q).unwrap_or(median));
         Some(Self { median, interval: bootstrap(&sorted), spread: (high - low) / median })
     }
-}
-
-/// The value below which a share `q` of the sorted values lies, linear between two.
-fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
-    let place = q * sorted.len().checked_sub(1)? as f64;
-    let (low, high) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
-    Some(low + (high - low) * place.fract())
 }
 
 /// The interval that holds 95 % of the medians of resampled timings.

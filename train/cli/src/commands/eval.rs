@@ -5,14 +5,18 @@ use std::path::PathBuf;
 use pocketnerf_core::Camera;
 use pocketnerf_formats::PixelOrigin;
 use pocketnerf_train::dataset::Split;
-use pocketnerf_train::evaluate::{Evaluation, evaluate};
+use pocketnerf_train::evaluate::{Evaluation, evaluate, worst};
 use pocketnerf_train::metrics::{Lpips, Metrics};
+use pocketnerf_train::output::write_atomic;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::picture::image_file;
 
 use super::parse::{parse_color, parse_pixel_origin};
 use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
+
+/// Views whose pictures are there once more, as the worst.
+const WORST: usize = 3;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Eval {
@@ -21,6 +25,9 @@ pub(super) struct Eval {
     /// Dataset folder, or `builtin`: the built-in scene
     data: PathBuf,
     /// Folder for side-by-side pictures: rendering, image, difference
+    ///
+    /// 000.png and so on, in the order of the views; worst-1.png to worst-3.png are those with
+    /// the lowest PSNR.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Views to compare: train, val or test
@@ -87,6 +94,12 @@ impl Eval {
         if let Some(failure) = failure {
             return Err(failure.into());
         }
+        if let Some(folder) = &folder {
+            for (i, view) in worst(&result.per_view).into_iter().take(WORST).enumerate() {
+                let bytes = std::fs::read(folder.join(format!("{view:03}.png")))?;
+                write_atomic(&folder.join(format!("worst-{}.png", i + 1)), &bytes)?;
+            }
+        }
         if common.json {
             let mut value = serde_json::to_value(&result)?;
             value["model"] = self.model.display().to_string().into();
@@ -100,7 +113,8 @@ impl Eval {
                 print_line(format_args!("{}: {:.2} dB", view.name, view.scores.psnr));
             }
             print_line(format_args!(
-                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB{}, {:.3} s per frame, \
+                "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB \
+                 (median {:.2}, 5th percentile {:.2}, worst {:.2}: {}){}, {:.3} s per frame, \
                  {:.1} samples per ray that hits something",
                 result.views,
                 self.split.name(),
@@ -108,6 +122,10 @@ impl Eval {
                 result.height,
                 result.background,
                 result.psnr,
+                result.psnr_median,
+                result.psnr_p05,
+                result.psnr_min,
+                result.worst_view.as_deref().unwrap_or("none"),
                 others(&result, &metrics),
                 result.seconds_per_frame,
                 result.samples_per_hit_ray,

@@ -81,6 +81,9 @@ fn from_a_sweep_to_a_page_and_a_choice() {
         assert_eq!((&point["views"], &point["background"]), (&3.into(), &"1,1,1".into()));
         for known in [
             "psnr",
+            "psnr_median",
+            "psnr_p05",
+            "psnr_min",
             "ssim",
             "depth_error",
             "ms_per_frame",
@@ -170,8 +173,13 @@ fn what_a_chart_says_can_be_repeated(point: &Value, out: &Path) {
     let words: Vec<&str> = command.split_whitespace().skip(1).chain(["--json"]).collect();
     let eval: Value = serde_json::from_str(&done(&pocketnerf(&words))).unwrap();
     let views = eval["per_view"].as_array().unwrap();
-    let mean = [0, 4, 8].iter().map(|i| views[*i]["psnr"].as_f64().unwrap()).sum::<f64>() / 3.0;
+    let psnr = [0, 4, 8].map(|i: usize| views[i]["psnr"].as_f64().unwrap());
+    let mean = psnr.iter().sum::<f64>() / 3.0;
     assert!((mean - point["psnr"].as_f64().unwrap()).abs() < 1e-9, "{mean} {point}");
+    let least = psnr.into_iter().fold(f64::INFINITY, f64::min);
+    assert_eq!(point["psnr_min"].as_f64().unwrap(), least);
+    let worst = views.iter().find(|view| view["psnr"].as_f64() == Some(least)).unwrap();
+    assert_eq!(point["worst_view"], worst["name"]);
 }
 
 #[cfg(unix)]

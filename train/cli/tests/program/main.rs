@@ -3,6 +3,7 @@
 mod bench;
 mod chart;
 mod convert;
+mod eval;
 mod page;
 mod peers;
 mod render;

@@ -1,0 +1,27 @@
+/// The value below which a share `q` of the sorted values lies, linear between two, as NumPy's
+/// `quantile` has it. `None` without values.
+#[must_use]
+pub fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
+    let place = q * sorted.len().checked_sub(1)? as f64;
+    let (low, high) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
+    // The difference of two infinite values is none.
+    Some(if low == high { low } else { low + (high - low) * place.fract() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quantile;
+
+    #[test]
+    fn as_numpy_has_them() {
+        // numpy.quantile([20, 21, 23, 30], [0, 0.05, 0.5, 1])
+        let sorted = [20.0, 21.0, 23.0, 30.0];
+        for (q, expected) in [(0.0, 20.0), (0.05, 20.15), (0.5, 22.0), (1.0, 30.0)] {
+            assert!((quantile(&sorted, q).unwrap() - expected).abs() < 1e-12, "{q}");
+        }
+        assert_eq!(quantile(&[7.0], 0.3), Some(7.0));
+        assert_eq!(quantile(&[], 0.3), None);
+        // Equal pictures.
+        assert_eq!(quantile(&[f64::INFINITY; 3], 0.25), Some(f64::INFINITY));
+    }
+}
