@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+#[cfg(unix)]
+use std::time::{Duration, Instant};
 
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::Split;
@@ -179,8 +181,6 @@ fn a_broken_pipe_is_no_fault() {
 #[cfg(unix)]
 #[test]
 fn interrupted_and_resumed() {
-    use std::time::{Duration, Instant};
-
     let place = Place::new();
     let steps = 400;
     place.ok(&format!("{TRAIN} --steps {steps} --out whole.pnerf"));
@@ -210,4 +210,38 @@ fn interrupted_and_resumed() {
     // No temporary file is left.
     let names = std::fs::read_dir(place.0.path()).unwrap().count();
     assert_eq!(names, 4, "data, two models and a checkpoint");
+
+    nothing_is_lost_where_nothing_can_be_written(&place, steps);
+}
+
+/// Folders take the places of model and checkpoint while training runs.
+#[cfg(unix)]
+fn nothing_is_lost_where_nothing_can_be_written(place: &Place, steps: u64) {
+    let options = format!("{TRAIN} --steps {steps} --out lost.pnerf --save-every 0.01");
+    let elsewhere = place.path("elsewhere");
+    std::fs::create_dir(&elsewhere).unwrap();
+    let mut command = place.command(&options);
+    command.env("TMPDIR", &elsewhere).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().unwrap();
+    let checkpoint = place.path("lost.ckpt.pnerf");
+    let begun = Instant::now();
+    // A checkpoint may be replaced between the two calls.
+    while std::fs::remove_file(&checkpoint).and_then(|()| std::fs::create_dir(&checkpoint)).is_err()
+    {
+        assert!(begun.elapsed() < Duration::from_secs(60), "there is no checkpoint");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    std::fs::create_dir(place.path("lost.pnerf")).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let said = text(&output.stderr);
+    let lines: Vec<&str> = said.lines().collect();
+    let [warning, failure] = lines[..] else { panic!("{said}") };
+    assert!(warning.starts_with("warning: lost.ckpt.pnerf: this is a folder"), "{said}");
+    assert!(failure.starts_with("pocketnerf: lost.pnerf: this is a folder"), "{said}");
+    let saved = elsewhere.join("lost.ckpt.pnerf");
+    let hint = format!("; the run is saved, finish it with --resume {}", saved.display());
+    assert!(failure.ends_with(&hint), "{said}");
+    place.ok(&format!("train data --out found.pnerf --resume {}", saved.display()));
+    assert!(place.bytes("found.pnerf") == place.bytes("whole.pnerf"));
 }

@@ -13,7 +13,7 @@ use std::time::Duration;
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
 use pocketnerf_train::dataset::{Dataset, Split};
-use pocketnerf_train::output;
+use pocketnerf_train::output::{self, OutputError};
 use pocketnerf_train::trainer::checkpoint::TrainedOn;
 use pocketnerf_train::trainer::{Checkpoint, Run, Trainer};
 use serde_json::{Value, json};
@@ -62,8 +62,19 @@ impl Train {
             let (precision, reading) = (self.precision, self.reading);
             let views = self.views;
             Err(Interrupted { step, checkpoint, data, out, precision, reading, views }.into())
-        })?;
-        saving.at_end(&trainer, &run, &origin)?;
+        });
+        let result = match result {
+            Err(failure) if failure.is::<OutputError>() => {
+                saving.save_somewhere(&trainer, &run, &origin)?;
+                let saved = quoted(&saving.path);
+                return Err(format!(
+                    "{failure}; the run is saved, finish it with --resume {saved}"
+                )
+                .into());
+            }
+            result => result?,
+        };
+        saving.at_end(&trainer, &run, &origin);
         if common.json {
             print_line(result);
         } else {

@@ -27,6 +27,8 @@ pub(super) struct Saving {
     every: Option<Duration>,
     last: Instant,
     interrupted: Arc<AtomicBool>,
+    /// Whether a failure was said.
+    warned: bool,
 }
 
 impl Saving {
@@ -41,11 +43,12 @@ impl Saving {
                 std::process::exit(INTERRUPTED.into());
             }
         })?;
-        Ok(Self { path, every, last: Instant::now(), interrupted })
+        Ok(Self { path, every, last: Instant::now(), interrupted, warned: false })
     }
 
     /// Saves if it is time to, or if Ctrl-C was pressed and steps are left. Returns false if
-    /// the run is to stop here.
+    /// the run is to stop here. A checkpoint that cannot be written while training goes on is a
+    /// warning: the next one may succeed, and the model may go elsewhere.
     pub(super) fn after_step(
         &mut self,
         trainer: &Trainer,
@@ -53,21 +56,48 @@ impl Saving {
         origin: &Origin,
     ) -> Result<bool, Failure> {
         let stop = self.interrupted.load(Ordering::Relaxed) && !run.is_over(trainer);
-        if stop || self.every.is_some_and(|every| self.last.elapsed() >= every) {
-            self.save(trainer, run, origin)?;
+        if stop {
+            self.save_somewhere(trainer, run, origin)?;
+        } else if self.every.is_some_and(|every| self.last.elapsed() >= every) {
+            self.save_or_warn(trainer, run, origin);
         }
         Ok(!stop)
     }
 
     /// Writes the last checkpoint, of the whole run, if checkpoints are wanted: it holds the
     /// model in f32.
-    pub(super) fn at_end(
+    pub(super) fn at_end(&mut self, trainer: &Trainer, run: &Run, origin: &Origin) {
+        if self.every.is_some() {
+            self.save_or_warn(trainer, run, origin);
+        }
+    }
+
+    /// The checkpoint beside the model, or else in the folder for temporary files: a run must
+    /// not be lost because a disk is full.
+    pub(super) fn save_somewhere(
         &mut self,
         trainer: &Trainer,
         run: &Run,
         origin: &Origin,
     ) -> Result<(), Failure> {
-        if self.every.is_some() { self.save(trainer, run, origin) } else { Ok(()) }
+        let beside = self.save(trainer, run, origin);
+        let name = self.path.file_name().unwrap_or_default();
+        let other = std::env::temp_dir().join(name);
+        // Another run's file is not ours to replace.
+        if beside.is_ok() || other.exists() {
+            return beside;
+        }
+        self.path = other;
+        self.save(trainer, run, origin).or(beside)
+    }
+
+    fn save_or_warn(&mut self, trainer: &Trainer, run: &Run, origin: &Origin) {
+        if let Err(failure) = self.save(trainer, run, origin) {
+            self.last = Instant::now();
+            if !std::mem::replace(&mut self.warned, true) {
+                eprintln!("warning: {failure}; training goes on without this checkpoint");
+            }
+        }
     }
 
     fn save(&mut self, trainer: &Trainer, run: &Run, origin: &Origin) -> Result<(), Failure> {
