@@ -47,8 +47,8 @@ impl Demo {
         let origin = train::Origin::new(&dataset, 1, Precision::I8);
         let mut trainer = Trainer::with_prepass(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(Length::Seconds(self.seconds), common.started);
-        let mut value =
-            train::train((&mut trainer, &mut run), &origin, &path, common, |_, _| Ok(()))?;
+        train::train(&mut trainer, &mut run, common, |_, _| Ok(()))?;
+        let mut value = train::finish(&trainer, &run, &origin, &path)?;
         let bytes = read_model(&path)?;
         let mut table = Vec::new();
         let file = open_to_render(&path, &bytes, &mut table)?;

@@ -7,13 +7,13 @@ mod options;
 mod saving;
 mod scene;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
 use pocketnerf_train::dataset::{Dataset, Split};
-use pocketnerf_train::output::{self, OutputError};
+use pocketnerf_train::output;
 use pocketnerf_train::trainer::checkpoint::TrainedOn;
 use pocketnerf_train::trainer::{Checkpoint, Run, Trainer};
 use serde_json::{Value, json};
@@ -21,8 +21,8 @@ use serde_json::{Value, json};
 use super::{Common, Failure, print_line};
 pub(super) use bar::Bar;
 pub(super) use options::Train;
-use saving::Saving;
 pub(super) use saving::{INTERRUPTED, Interrupted};
+use saving::{Resume, Saving, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
 
 impl Train {
@@ -52,27 +52,28 @@ impl Train {
         };
         let every = self.save_every.map(Duration::from_secs_f64);
         let mut saving = Saving::begin(saved, every)?;
-        let (steps, out) = ((&mut trainer, &mut run), &self.out);
-        let result = train(steps, &origin, out, common, |trainer, run| {
-            if saving.after_step(trainer, run, &origin)? {
-                return Ok(());
+        let resume = |checkpoint: PathBuf| Resume {
+            checkpoint,
+            data: self.data.clone(),
+            out: self.out.clone(),
+            precision: self.precision,
+            reading: self.reading,
+            views: self.views,
+        };
+        train(&mut trainer, &mut run, common, |trainer, run| {
+            match saving.after_step(trainer, run, &origin)? {
+                Some(saved) => {
+                    Err(Interrupted { step: trainer.steps(), resume: resume(saved) }.into())
+                }
+                None => Ok(()),
             }
-            let (data, out) = (self.data.clone(), self.out.clone());
-            let (step, checkpoint) = (trainer.steps(), saving.path.clone());
-            let (precision, reading) = (self.precision, self.reading);
-            let views = self.views;
-            Err(Interrupted { step, checkpoint, data, out, precision, reading, views }.into())
-        });
-        let result = match result {
-            Err(failure) if failure.is::<OutputError>() => {
-                saving.save_somewhere(&trainer, &run, &origin)?;
-                let saved = quoted(&saving.path);
-                return Err(format!(
-                    "{failure}; the run is saved, finish it with --resume {saved}"
-                )
-                .into());
+        })?;
+        let result = match finish(&trainer, &run, &origin, &self.out) {
+            Ok(result) => result,
+            Err(reason) => {
+                let saved = saving.rescue(&trainer, &run, &origin)?;
+                return Err(Unfinished { reason, resume: resume(saved) }.into());
             }
-            result => result?,
         };
         saving.at_end(&trainer, &run, &origin);
         if common.json {
@@ -91,26 +92,28 @@ impl Train {
     }
 }
 
-/// Trains to the end unless `after_step` fails, writes the model, and returns what
-/// `train --json` prints. `after_step` is also called at the end.
+/// Trains to the end unless `after_step` fails, which is also called after the last step.
 pub(super) fn train(
-    (trainer, run): (&mut Trainer, &mut Run),
-    origin: &Origin,
-    out: &Path,
+    trainer: &mut Trainer,
+    run: &mut Run,
     common: &Common,
     mut after_step: impl FnMut(&Trainer, &Run) -> Result<(), Failure>,
-) -> Result<Value, Failure> {
+) -> Result<(), Failure> {
     let mut bar = Bar::new(common.quiet);
     while let Some(progress) = run.step(trainer)? {
         bar.show(&progress);
         after_step(trainer, run)?;
     }
-    drop(bar);
-    finish(trainer, run, origin, out)
+    Ok(())
 }
 
-/// Writes the model.
-fn finish(trainer: &Trainer, run: &Run, origin: &Origin, out: &Path) -> Result<Value, Failure> {
+/// Writes the model, and returns what `train --json` prints.
+pub(super) fn finish(
+    trainer: &Trainer,
+    run: &Run,
+    origin: &Origin,
+    out: &Path,
+) -> Result<Value, Failure> {
     let about = origin.about(trainer, run);
     let finished = trainer.finished(run.finishing_budget(trainer))?;
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;

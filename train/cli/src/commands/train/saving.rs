@@ -23,11 +23,11 @@ const SAME_KEY: Duration = Duration::from_millis(500);
 
 /// Where and when checkpoints are written.
 pub(super) struct Saving {
-    pub(super) path: PathBuf,
+    path: PathBuf,
     every: Option<Duration>,
     last: Instant,
     interrupted: Arc<AtomicBool>,
-    /// Whether a failure was said.
+    /// Whether the user knows that checkpoints fail.
     warned: bool,
 }
 
@@ -46,22 +46,21 @@ impl Saving {
         Ok(Self { path, every, last: Instant::now(), interrupted, warned: false })
     }
 
-    /// Saves if it is time to, or if Ctrl-C was pressed and steps are left. Returns false if
-    /// the run is to stop here. A checkpoint that cannot be written while training goes on is a
-    /// warning: the next one may succeed, and the model may go elsewhere.
+    /// Saves if it is time to, or if Ctrl-C was pressed and steps are left: then the run is to
+    /// stop here, and the result is where it is saved.
     pub(super) fn after_step(
         &mut self,
         trainer: &Trainer,
         run: &Run,
         origin: &Origin,
-    ) -> Result<bool, Failure> {
-        let stop = self.interrupted.load(Ordering::Relaxed) && !run.is_over(trainer);
-        if stop {
-            self.save_somewhere(trainer, run, origin)?;
-        } else if self.every.is_some_and(|every| self.last.elapsed() >= every) {
+    ) -> Result<Option<PathBuf>, Failure> {
+        if self.interrupted.load(Ordering::Relaxed) && !run.is_over(trainer) {
+            return self.rescue(trainer, run, origin).map(Some);
+        }
+        if self.every.is_some_and(|every| self.last.elapsed() >= every) {
             self.save_or_warn(trainer, run, origin);
         }
-        Ok(!stop)
+        Ok(None)
     }
 
     /// Writes the last checkpoint, of the whole run, if checkpoints are wanted: it holds the
@@ -72,40 +71,43 @@ impl Saving {
         }
     }
 
-    /// The checkpoint beside the model, or else in the folder for temporary files: a run must
-    /// not be lost because a disk is full.
-    pub(super) fn save_somewhere(
-        &mut self,
+    /// Saves a run that ends here, beside the model or else in the folder for temporary files,
+    /// and returns where: a full disk must not cost hours of training.
+    pub(super) fn rescue(
+        &self,
         trainer: &Trainer,
         run: &Run,
         origin: &Origin,
-    ) -> Result<(), Failure> {
-        let beside = self.save(trainer, run, origin);
-        let name = self.path.file_name().unwrap_or_default();
-        let other = std::env::temp_dir().join(name);
-        // Another run's file is not ours to replace.
-        if beside.is_ok() || other.exists() {
-            return beside;
+    ) -> Result<PathBuf, Failure> {
+        let bytes = Self::checkpoint(trainer, run, origin)?;
+        let Err(failure) = output::write_atomic(&self.path, &bytes) else {
+            return Ok(self.path.clone());
+        };
+        // With a number, so that it replaces no other run's.
+        let name = self.path.file_name().unwrap_or_default().display();
+        let other = std::env::temp_dir().join(format!("{}-{name}", std::process::id()));
+        match output::write_atomic(&other, &bytes) {
+            Ok(()) => Ok(other),
+            Err(second) => Err(format!("{failure}; {second}; the run is lost").into()),
         }
-        self.path = other;
-        self.save(trainer, run, origin).or(beside)
     }
 
+    /// A checkpoint that cannot be written while training goes on is no reason to stop: the
+    /// next one may succeed.
     fn save_or_warn(&mut self, trainer: &Trainer, run: &Run, origin: &Origin) {
-        if let Err(failure) = self.save(trainer, run, origin) {
-            self.last = Instant::now();
-            if !std::mem::replace(&mut self.warned, true) {
-                eprintln!("warning: {failure}; training goes on without this checkpoint");
-            }
+        let bytes = Self::checkpoint(trainer, run, origin);
+        let written = bytes.and_then(|bytes| Ok(output::write_atomic(&self.path, &bytes)?));
+        self.last = Instant::now();
+        if let Err(failure) = written
+            && !std::mem::replace(&mut self.warned, true)
+        {
+            eprintln!("warning: {failure}; training continues without this checkpoint");
         }
     }
 
-    fn save(&mut self, trainer: &Trainer, run: &Run, origin: &Origin) -> Result<(), Failure> {
+    fn checkpoint(trainer: &Trainer, run: &Run, origin: &Origin) -> Result<Vec<u8>, Failure> {
         let about = origin.about(trainer, run);
-        let bytes = checkpoint::write(trainer, run, origin.trained_on, &about)?;
-        output::write_atomic(&self.path, &bytes)?;
-        self.last = Instant::now();
-        Ok(())
+        Ok(checkpoint::write(trainer, run, origin.trained_on, &about)?)
     }
 }
 
@@ -118,6 +120,35 @@ pub(in crate::commands) fn checkpoint_path(out: &Path) -> PathBuf {
 #[derive(Debug)]
 pub(in crate::commands) struct Interrupted {
     pub(super) step: u32,
+    pub(super) resume: Resume,
+}
+
+impl fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "interrupted at step {}, saved; resume with: {}", self.step, self.resume)
+    }
+}
+
+impl std::error::Error for Interrupted {}
+
+/// Training is done and saved, but there is no model.
+#[derive(Debug)]
+pub(super) struct Unfinished {
+    pub(super) reason: Failure,
+    pub(super) resume: Resume,
+}
+
+impl fmt::Display for Unfinished {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; training is saved, write the model with: {}", self.reason, self.resume)
+    }
+}
+
+impl std::error::Error for Unfinished {}
+
+/// The command that goes on from a checkpoint.
+#[derive(Debug)]
+pub(super) struct Resume {
     pub(super) checkpoint: PathBuf,
     pub(super) data: PathBuf,
     pub(super) out: PathBuf,
@@ -127,17 +158,10 @@ pub(in crate::commands) struct Interrupted {
     pub(super) views: Option<u32>,
 }
 
-impl fmt::Display for Interrupted {
+impl fmt::Display for Resume {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let checkpoint = quoted(&self.checkpoint);
-        write!(
-            f,
-            "interrupted at step {}, saved; resume with: pocketnerf train {} --out {} --resume {}",
-            self.step,
-            quoted(&self.data),
-            quoted(&self.out),
-            checkpoint,
-        )?;
+        let [data, out, checkpoint] = [&self.data, &self.out, &self.checkpoint].map(|p| quoted(p));
+        write!(f, "pocketnerf train {data} --out {out} --resume {checkpoint}")?;
         // The checkpoint stores neither how the dataset is read nor how the model is written.
         f.write_str(&self.reading.given())?;
         if let Some(views) = self.views {
@@ -150,8 +174,6 @@ impl fmt::Display for Interrupted {
         }
     }
 }
-
-impl std::error::Error for Interrupted {}
 
 /// A path, quoted for a shell.
 pub(in crate::commands) fn quoted(path: &Path) -> String {
@@ -178,8 +200,7 @@ mod tests {
 
     #[test]
     fn the_line_can_be_pasted() {
-        let interrupted = Interrupted {
-            step: 7,
+        let resume = Resume {
             checkpoint: "my scene.ckpt.pnerf".into(),
             data: "it's".into(),
             out: "m.pnerf".into(),
@@ -187,6 +208,7 @@ mod tests {
             reading: Reading { hold_every: 4, spherify: true },
             views: Some(9),
         };
+        let interrupted = Interrupted { step: 7, resume };
         assert_eq!(
             interrupted.to_string(),
             "interrupted at step 7, saved; resume with: pocketnerf train 'it'\\''s' \
