@@ -148,6 +148,10 @@ fn an_installed_library_is_found() {
     }
     let folder = tempfile::tempdir().unwrap();
     let prefix = folder.path().join("prefix");
+    let nothing = Command::new(path("install")).arg(&prefix).arg(folder.path()).output().unwrap();
+    let said = String::from_utf8(nothing.stderr).unwrap();
+    assert!(said.ends_with("/libpocketnerf_c.a: not there, expected the C library\n"), "{said}");
+    assert!(nothing.status.code() == Some(1) && !prefix.exists() && said.lines().count() == 1);
     let built = std::env::current_exe().unwrap().with_file_name("");
     run(Command::new(path("install")).arg(&prefix).arg(built));
     let model = path("../still-life.pnerf");
