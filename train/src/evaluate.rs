@@ -41,7 +41,7 @@ pub struct Evaluation {
     pub psnr: f64,
     /// Median of the views' PSNR.
     pub psnr_median: f64,
-    /// Their 5th percentile, linear between two views.
+    /// Their 5th percentile, interpolated between two views.
     pub psnr_p05: f64,
     /// The worst view's PSNR: a model may be good on average and fail from some directions.
     pub psnr_min: f64,
@@ -127,8 +127,8 @@ pub fn evaluate(
     let of_all = |score: fn(&Scores) -> Option<f64>| {
         Some(per_view.iter().map(|view| score(&view.scores)).sum::<Option<f64>>()? / n)
     };
-    let mut psnr: Vec<f64> = per_view.iter().map(|view| view.scores.psnr).collect();
-    psnr.sort_by(f64::total_cmp);
+    let ascending = worst(&per_view);
+    let psnr: Vec<f64> = ascending.iter().map(|view| per_view[*view].scores.psnr).collect();
     let psnr_at = |q| quantile(&psnr, q).unwrap_or(0.0);
     let first = dataset.views.first().map_or([0, 0], |v| [v.camera.width, v.camera.height]);
     Ok(Evaluation {
@@ -140,7 +140,7 @@ pub fn evaluate(
         psnr_median: psnr_at(0.5),
         psnr_p05: psnr_at(0.05),
         psnr_min: psnr_at(0.0),
-        worst_view: worst(&per_view).first().map(|i| per_view[*i].name.clone()),
+        worst_view: ascending.first().map(|view| per_view[*view].name.clone()),
         ssim: of_all(|scores| scores.ssim),
         ms_ssim: of_all(|scores| scores.ms_ssim),
         lpips: of_all(|scores| scores.lpips),
@@ -156,7 +156,7 @@ pub fn evaluate(
     })
 }
 
-/// The numbers of all views, the one with the lowest PSNR first.
+/// The views' indices in ascending order of PSNR.
 #[must_use]
 pub fn worst(per_view: &[ViewScore]) -> Vec<usize> {
     let mut views: Vec<usize> = (0..per_view.len()).collect();

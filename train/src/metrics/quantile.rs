@@ -1,10 +1,12 @@
-/// The value below which a share `q` of the sorted values lies, linear between two, as NumPy's
-/// `quantile` has it. `None` without values.
+//! Quantiles: medians, percentiles.
+
+/// The value below which a share `q` of the sorted values lies, interpolated linearly between
+/// two of them, as by NumPy's `quantile`. `None` without values.
 #[must_use]
 pub fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
     let place = q * sorted.len().checked_sub(1)? as f64;
     let (low, high) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
-    // The difference of two infinite values is none.
+    // The difference of two infinite values is not a number.
     Some(if low == high { low } else { low + (high - low) * place.fract() })
 }
 

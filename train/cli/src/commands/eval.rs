@@ -15,7 +15,7 @@ use super::parse::{parse_color, parse_pixel_origin};
 use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
 
-/// Views whose pictures are there once more, as the worst.
+/// How many of the worst views' pictures are copied.
 const WORST: usize = 3;
 
 #[derive(Debug, clap::Args)]
@@ -96,7 +96,9 @@ impl Eval {
         }
         if let Some(folder) = &folder {
             for (i, view) in worst(&result.per_view).into_iter().take(WORST).enumerate() {
-                let bytes = std::fs::read(folder.join(format!("{view:03}.png")))?;
+                let picture = folder.join(format!("{view:03}.png"));
+                let bytes = std::fs::read(&picture)
+                    .map_err(|error| format!("{}: cannot be read: {error}", picture.display()))?;
                 write_atomic(&folder.join(format!("worst-{}.png", i + 1)), &bytes)?;
             }
         }
