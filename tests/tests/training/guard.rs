@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_train::trainer::{
-    Diverged, Length, MAX_RESTARTS, Run, TrainConfig, Trainer, Trouble,
+    Diverged, Length, MAX_RESTARTS, Run, RunError, TrainConfig, Trainer, Trouble,
 };
 
 use super::setup::{advance, begin, config, dataset, resume, save, too_small, with_threads};
@@ -17,7 +17,8 @@ fn troubles((mut trainer, mut run): (Trainer, Run)) -> (Vec<(u32, Trouble)>, Opt
         match run.step(&mut trainer) {
             Ok(Some(progress)) => found.extend(progress.trouble.map(|trouble| (taken, trouble))),
             Ok(None) => return (found, None),
-            Err(diverged) => return (found, Some(diverged)),
+            Err(RunError::Diverged(diverged)) => return (found, Some(diverged)),
+            Err(error) => panic!("{error}"),
         }
     }
 }

@@ -13,7 +13,7 @@ use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
 use pocketnerf_train::trainer::checkpoint::{self, TrainedOn};
 use pocketnerf_train::trainer::{
-    Checkpoint, Diverged, FinishingBudget, Length, Run, TrainConfig, Trainer,
+    Checkpoint, FinishingBudget, Length, Run, RunError, TrainConfig, Trainer,
 };
 
 /// Twenty views of 25×25 pixels.
@@ -93,7 +93,7 @@ pub(crate) fn begin(config: TrainConfig, length: Length) -> (Trainer, Run) {
 }
 
 /// At most so many steps; whether the run goes on.
-pub(crate) fn advance(trainer: &mut Trainer, run: &mut Run, n: u32) -> Result<bool, Diverged> {
+pub(crate) fn advance(trainer: &mut Trainer, run: &mut Run, n: u32) -> Result<bool, RunError> {
     for _ in 0..n {
         if run.step(trainer)?.is_none() {
             return Ok(false);

@@ -1,6 +1,7 @@
 //! From a listing to views: finds, decodes and checks images and masks.
 
 use std::path::Path;
+use std::time::Instant;
 
 use pocketnerf_core::Camera;
 use rayon::prelude::*;
@@ -9,20 +10,40 @@ use super::images::{self, Image};
 use super::listing::{Frame, Listing, Mask};
 use super::{DatasetError, View};
 
-/// Decodes and downscales the images of a listing.
-pub(super) fn views(listing: &Listing, factor: u32) -> Result<Vec<View>, DatasetError> {
+/// A dataset is refused where more than one image in so many is unreadable.
+const TOO_MANY: usize = 10;
+
+/// Decodes and downscales the images of a listing. A few that are unreadable are left out,
+/// with a note.
+pub(super) fn views(
+    listing: &Listing,
+    factor: u32,
+    deadline: Option<Instant>,
+) -> Result<(Vec<View>, Option<String>), DatasetError> {
     let folder = &listing.folder;
     let names = find_all(listing)?;
+    let in_time = || deadline.is_none_or(|deadline| Instant::now() < deadline);
     let decoded: Vec<_> = names
         .par_iter()
         .zip(&listing.frames)
-        .map(|(name, frame)| decode(folder, name, frame, factor))
+        .map(|(name, frame)| in_time().then(|| decode(folder, name, frame, factor)))
         .collect();
-    let mut views = Vec::with_capacity(names.len());
+    let (read, total) = (decoded.iter().flatten().count(), names.len());
+    if read < total {
+        return Err(DatasetError::OutOfTime { folder: folder.clone(), read, total });
+    }
+    let decoded = decoded.into_iter().flatten();
+    let (mut views, mut unreadable) = (Vec::with_capacity(total), Vec::new());
     let mut first: Option<([u32; 2], String)> = None;
     for ((name, frame), decoded) in names.into_iter().zip(&listing.frames).zip(decoded) {
         // The first error in the dataset's order, whichever came first in time.
-        let Decoded { size, image, mask } = decoded?;
+        let Decoded { size, image, mask } = match decoded {
+            Err(error @ DatasetError::UnreadableImage { .. }) => {
+                unreadable.push(error);
+                continue;
+            }
+            decoded => decoded?,
+        };
         let (first_size, first) = first.get_or_insert_with(|| (size, name.clone()));
         if frame.intrinsics.shared && size != *first_size {
             return Err(DatasetError::ImageSize {
@@ -40,7 +61,16 @@ pub(super) fn views(listing: &Listing, factor: u32) -> Result<Vec<View>, Dataset
         let lens = frame.lens;
         views.push(View { name, camera, lens, rgba: image.rgba, mask, depth: None });
     }
-    Ok(views)
+    let count = unreadable.len();
+    let mut unreadable = unreadable.into_iter();
+    match unreadable.next() {
+        None => Ok((views, None)),
+        Some(error) if count * TOO_MANY > total => Err(error),
+        Some(error) => {
+            let note = format!("{error}; {count} of {total} images are left out");
+            Ok((views, Some(note)))
+        }
+    }
 }
 
 /// The camera of a frame's image at its full size.

@@ -131,6 +131,16 @@ pub enum DatasetError {
         /// The decoder's reason.
         problem: String,
     },
+    /// There was no time to read all images.
+    #[error("{}: only {read} of {total} images could be read in time; expected time for all and for training: give more", one_line(.folder))]
+    OutOfTime {
+        /// The dataset's folder.
+        folder: PathBuf,
+        /// Images that were read.
+        read: usize,
+        /// Images that there are.
+        total: usize,
+    },
     /// An image has another size than the first one.
     #[error(
         "{}: {}x{} pixels, but {} has {}x{}; expected images of one size, since they share one camera",

@@ -51,12 +51,41 @@ pub(super) fn decode(path: &Path) -> Result<Image, DatasetError> {
         .map_err(|problem| DatasetError::UnreadableImage { image: path.to_owned(), problem })
 }
 
-/// Width, height and whether there is an alpha channel; reads the header only.
+/// Width, height and whether there is an alpha channel, of a file that is whole; decodes no
+/// pixel.
 pub(super) fn header(path: &Path) -> Option<([u32; 2], bool)> {
     use image::ImageDecoder as _;
-    let decoder = ImageReader::open(path).ok()?.with_guessed_format().ok()?.into_decoder().ok()?;
+    let bytes = std::fs::read(path).ok()?;
+    let format = image::guess_format(&bytes).ok()?;
+    if is_cut_off(format, &bytes) {
+        return None;
+    }
+    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().ok()?;
     let (width, height) = decoder.dimensions();
     Some(([width, height], decoder.color_type().has_alpha()))
+}
+
+/// Whether the end of a PNG or JPEG file is missing.
+fn is_cut_off(format: ImageFormat, bytes: &[u8]) -> bool {
+    match format {
+        ImageFormat::Jpeg => !has_end_marker(bytes),
+        ImageFormat::Png => !has_end_chunk(bytes),
+        _ => false,
+    }
+}
+
+/// Whether a PNG's chunks, each a length, a name, so many bytes and a checksum, lead to the
+/// one that ends it.
+fn has_end_chunk(png: &[u8]) -> bool {
+    let mut rest = png.get(8..).unwrap_or_default();
+    while let Some(([a, b, c, d, name @ ..], _)) = rest.split_first_chunk::<8>() {
+        if name == b"IEND" {
+            return true;
+        }
+        let len = u32::from_be_bytes([*a, *b, *c, *d]) as usize;
+        rest = rest.get(len.saturating_add(12)..).unwrap_or_default();
+    }
+    false
 }
 
 fn decode_bytes(path: &Path) -> Result<Image, String> {
@@ -71,8 +100,8 @@ fn decode_bytes(path: &Path) -> Result<Image, String> {
     let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg)) = format else {
         return Err("neither PNG nor JPEG".to_owned());
     };
-    if format == ImageFormat::Jpeg && !has_end_marker(&bytes) {
-        return Err("the file is cut off: it has no end marker".to_owned());
+    if is_cut_off(format, &bytes) {
+        return Err("the file is cut off: its end is missing".to_owned());
     }
     let image = ImageReader::with_format(Cursor::new(bytes), format)
         .decode()

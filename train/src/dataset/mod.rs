@@ -20,6 +20,7 @@ mod view;
 
 use std::fmt;
 use std::path::Path;
+use std::time::Instant;
 
 use rayon::prelude::*;
 
@@ -42,12 +43,15 @@ pub struct LoadOptions {
     pub hold_every: u32,
     /// Treat an LLFF capture as one around a point: that point becomes the origin.
     pub spherify: bool,
+    /// Reading images is given up then: a run that has no time for it ends early, with an
+    /// error.
+    pub deadline: Option<Instant>,
 }
 
 impl Default for LoadOptions {
     /// Whole images, every eighth held out.
     fn default() -> Self {
-        Self { downscale_factor: 1, hold_every: 8, spherify: false }
+        Self { downscale_factor: 1, hold_every: 8, spherify: false, deadline: None }
     }
 }
 
@@ -72,8 +76,9 @@ pub fn load_with(
 ) -> Result<Dataset, DatasetError> {
     let listing = list(path, split, options)?;
     let factor = listing.factor.unwrap_or(options.downscale_factor);
-    let views = decode::views(&listing, factor)?;
-    let Listing { format, bounds, aabb, background, forward_facing, notes, .. } = listing;
+    let (views, unreadable) = decode::views(&listing, factor, options.deadline)?;
+    let Listing { format, bounds, aabb, background, forward_facing, mut notes, .. } = listing;
+    notes.extend(unreadable);
     let dataset = Dataset::new(path.display().to_string(), format, split, views);
     Ok(Dataset { bounds, aabb, background, forward_facing, notes, ..dataset })
 }

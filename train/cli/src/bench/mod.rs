@@ -18,7 +18,7 @@ pub use report::Report;
 pub use stage::StageCost;
 pub use training::Training;
 
-use pocketnerf_train::trainer::Diverged;
+use pocketnerf_train::trainer::RunError;
 
 /// Why measuring failed.
 #[derive(Debug, thiserror::Error)]
@@ -29,7 +29,7 @@ pub enum BenchError {
     Core(#[from] pocketnerf_core::Error),
     /// Training.
     #[error(transparent)]
-    Diverged(#[from] Diverged),
+    Training(#[from] RunError),
     /// The networks' model cannot be written.
     #[error(transparent)]
     Write(#[from] pocketnerf_formats::WriteError),

@@ -43,12 +43,15 @@ impl Demo {
             grid.base_resolution = 10;
             grid.per_level_scale = 1.85;
         }
+        let mut bar = train::Bar::new(common.quiet);
+        bar.phase("finding the scene");
         let path = folder.join("scene.pnerf");
         let origin = train::Origin::new(&dataset, 1, Precision::I8);
         let mut trainer = Trainer::with_prepass(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(Length::Seconds(self.seconds), common.started);
-        train::train(&mut trainer, &mut run, common, |_, _| Ok(()))?;
-        let mut value = train::finish(&trainer, &run, &origin, &path)?;
+        train::train(&mut trainer, &mut run, &mut bar, |_, _, _| Ok(()))?;
+        let mut value = train::finish(&trainer, &run, &origin, &path, &mut bar)?;
+        drop(bar);
         let bytes = read_model(&path)?;
         let mut table = Vec::new();
         let file = open_to_render(&path, &bytes, &mut table)?;

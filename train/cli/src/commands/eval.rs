@@ -1,9 +1,10 @@
 //! `pocketnerf eval`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pocketnerf_core::Camera;
-use pocketnerf_formats::PixelOrigin;
+use pocketnerf_formats::{ModelFile, PixelOrigin};
+use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::Split;
 use pocketnerf_train::evaluate::{Evaluation, evaluate, worst};
 use pocketnerf_train::metrics::{Lpips, Metrics};
@@ -12,6 +13,7 @@ use pocketnerf_train::picture::Settings;
 use pocketnerf_train::picture::image_file;
 
 use super::parse::{parse_color, parse_pixel_origin};
+use super::reading::BUILT_IN;
 use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
 
@@ -67,6 +69,11 @@ impl Eval {
         let file = open_to_render(&self.model, &bytes, &mut table)?;
         let mut dataset =
             self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
+        let mut warnings = dataset.notes.clone();
+        if let Some(warning) = self.other_scene(&file) {
+            eprintln!("warning: {warning}");
+            warnings.push(warning);
+        }
         let origin = self.pixel_origin.unwrap_or(file.about.pixel_origin);
         for view in &mut dataset.views {
             view.camera = file.about.scene.camera_to_model(&view.camera);
@@ -108,6 +115,7 @@ impl Eval {
             value["bytes"] = bytes.len().into();
             value["method"] = file.model.field.kind().into();
             value["split"] = self.split.name().into();
+            value["warnings"] = warnings.into();
             value["lpips_network"] = metrics.lpips.as_ref().map(Lpips::network).into();
             print_line(value);
         } else {
@@ -134,6 +142,31 @@ impl Eval {
             ));
         }
         Ok(())
+    }
+}
+
+impl Eval {
+    /// What to say of a model that was trained on a dataset of another name and with other
+    /// views.
+    fn other_scene(&self, file: &ModelFile<'_>) -> Option<String> {
+        let origin = file.about.provenance.filter(|origin| origin.trained_on != 0)?;
+        let train = || self.reading.read(&self.data, Split::Train, self.downscale_factor);
+        let name = self.data.file_name().map(|name| name.display().to_string());
+        let of_another_name = match self.data == Path::new(BUILT_IN) {
+            true => origin.dataset != builtin::NAME,
+            false => name.is_some_and(|name| name != origin.dataset),
+        };
+        // A folder may have been renamed.
+        let differs = of_another_name
+            && train().map_or(true, |train| train.fingerprint() != origin.trained_on);
+        differs.then(|| {
+            format!(
+                "{}: trained on {:?}, expected a model of {}: the scores are those of another scene",
+                self.model.display(),
+                origin.dataset,
+                self.data.display()
+            )
+        })
     }
 }
 

@@ -10,6 +10,7 @@ mod parse;
 mod reading;
 mod render;
 mod rendering;
+mod stop;
 mod train;
 
 use std::io::Write;
@@ -43,8 +44,9 @@ enum Action {
     Demo(demo::Demo),
     /// Train a model on a dataset
     ///
-    /// Ctrl-C saves a checkpoint beside the model (scene.pnerf: scene.ckpt.pnerf), prints how
-    /// to resume, and ends with status 130. A second Ctrl-C stops at once.
+    /// Ctrl-C, SIGTERM or SIGHUP saves a checkpoint beside the model (scene.pnerf:
+    /// scene.ckpt.pnerf), prints how to resume, and ends with status 130. A second one stops at
+    /// once, and so does one before the first step, when there is nothing to save.
     Train(Box<train::Train>),
     /// Compare renderings of a model with the images of a dataset
     Eval(eval::Eval),
@@ -121,7 +123,7 @@ pub fn run(started: Instant) -> ExitCode {
         Err(failure) => {
             eprintln!("pocketnerf: {failure}");
             if failure.is::<train::Interrupted>() || failure.is::<chart::Interrupted>() {
-                ExitCode::from(train::INTERRUPTED)
+                ExitCode::from(stop::INTERRUPTED)
             } else {
                 ExitCode::FAILURE
             }

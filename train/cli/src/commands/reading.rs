@@ -1,14 +1,19 @@
 //! Options of commands that read datasets.
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::{self, Dataset, DatasetError, LoadOptions, Split};
+use pocketnerf_train::trainer::NoTime;
 
-use super::Common;
+use super::{Common, Failure};
 
 /// Names the built-in scene, in place of a folder.
 pub(super) const BUILT_IN: &str = "builtin";
+
+/// Share of a run's time that may pass with reading images.
+const SHARE: f64 = 0.5;
 
 /// How to read a dataset.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -27,7 +32,27 @@ impl Reading {
     /// The library's options.
     pub(super) const fn options(self, downscale_factor: u32) -> LoadOptions {
         let Self { hold_every, spherify } = self;
-        LoadOptions { downscale_factor, hold_every, spherify }
+        LoadOptions { downscale_factor, hold_every, spherify, deadline: None }
+    }
+
+    /// As [`read`](Self::read), within so many seconds from `started` on.
+    pub(super) fn read_within(
+        self,
+        (started, seconds): (Instant, f64),
+        folder: &Path,
+        split: Split,
+        downscale_factor: u32,
+    ) -> Result<Dataset, Failure> {
+        let within = Duration::from_secs_f64(SHARE * seconds);
+        let options =
+            LoadOptions { deadline: started.checked_add(within), ..self.options(downscale_factor) };
+        read(folder, split, &options).map_err(|error| match error {
+            DatasetError::OutOfTime { read, total, .. } => {
+                let before = started.elapsed().as_secs_f64() * total as f64 / read.max(1) as f64;
+                NoTime { seconds, before }.into()
+            }
+            error => error.into(),
+        })
     }
 
     /// Reads a split of the dataset in `folder`, or of the built-in scene if that is its
@@ -38,10 +63,7 @@ impl Reading {
         split: Split,
         downscale_factor: u32,
     ) -> Result<Dataset, DatasetError> {
-        if folder == Path::new(BUILT_IN) && !folder.exists() {
-            return Ok(builtin::dataset(split, downscale_factor));
-        }
-        dataset::load_with(folder, split, &self.options(downscale_factor))
+        read(folder, split, &self.options(downscale_factor))
     }
 
     /// Reads a split and prints what the user should know.
@@ -70,4 +92,11 @@ impl Reading {
         }
         given
     }
+}
+
+fn read(folder: &Path, split: Split, options: &LoadOptions) -> Result<Dataset, DatasetError> {
+    if folder == Path::new(BUILT_IN) && !folder.exists() {
+        return Ok(builtin::dataset(split, options.downscale_factor));
+    }
+    dataset::load_with(folder, split, options)
 }

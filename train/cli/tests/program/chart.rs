@@ -210,8 +210,9 @@ fn an_interrupted_chart_goes_on_where_it_stopped() {
             .map(|entry| entry.file_name().into_string().unwrap())
             .find(|name| name.starts_with(start) && name.ends_with(end))
     };
-    // While the second model's views are read, and while it is trained.
-    for wait in [50, 800] {
+    // While the second model's views are read, and while it is trained: as a terminal signals,
+    // both programs, and as a supervisor may, this one alone.
+    for (wait, signal, both) in [(50, "-INT", true), (800, "-INT", true), (800, "-TERM", false)] {
         if let Some(record) = has("builtin.steps400", ".json") {
             std::fs::remove_file(models.join(record)).unwrap();
         }
@@ -223,8 +224,8 @@ fn an_interrupted_chart_goes_on_where_it_stopped() {
             std::thread::sleep(Duration::from_millis(20));
         }
         std::thread::sleep(Duration::from_millis(wait));
-        let group = format!("-{}", child.id());
-        assert!(Command::new("kill").args(["-INT", "--", &group]).status().unwrap().success());
+        let id = format!("{}{}", if both { "-" } else { "" }, child.id());
+        assert!(Command::new("kill").args([signal, "--", &id]).status().unwrap().success());
         assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130), "{wait} ms");
         assert!(!out.join("points.json").exists());
         assert_eq!(has("builtin.steps400", ".f32.pnerf"), None);

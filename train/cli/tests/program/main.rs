@@ -1,10 +1,12 @@
 //! The program `pocketnerf`, as from a shell.
 
+mod accidents;
 mod bench;
 mod chart;
 mod convert;
 mod eval;
 mod page;
 mod peers;
+mod place;
 mod render;
 mod resume;

@@ -1,84 +1,10 @@
 //! `pocketnerf train`: saved, interrupted and resumed.
 
-use std::fmt::Write as _;
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 #[cfg(unix)]
 use std::time::{Duration, Instant};
 
-use pocketnerf_train::builtin;
-use pocketnerf_train::dataset::Split;
-use serde_json::Value;
-
-/// The first views of the built-in scene as a Blender-style dataset.
-fn write_dataset(folder: &Path) {
-    let mut frames = String::new();
-    let dataset = builtin::dataset(Split::Train, 16);
-    for (i, view) in dataset.views.iter().take(12).enumerate() {
-        let camera = &view.camera;
-        let file = folder.join(format!("{i}.png"));
-        let (width, height) = (camera.width, camera.height);
-        image::save_buffer(file, &view.rgba, width, height, image::ColorType::Rgba8).unwrap();
-        let rows: Vec<_> = camera.camera_to_world.chunks(4).collect();
-        let comma = if i == 0 { "" } else { "," };
-        let pose = format!("{rows:?}");
-        write!(frames, r#"{comma}{{"file_path": "{i}", "transform_matrix": {pose}}}"#).unwrap();
-    }
-    let text = format!(r#"{{"camera_angle_x": 0.6911112, "frames": [{frames}]}}"#);
-    std::fs::write(folder.join("transforms_train.json"), text).unwrap();
-}
-
-/// A folder with a dataset, in which the program runs.
-struct Place(tempfile::TempDir);
-
-impl Place {
-    fn new() -> Self {
-        let place = Self(tempfile::tempdir().unwrap());
-        std::fs::create_dir(place.path("data")).unwrap();
-        write_dataset(&place.path("data"));
-        place
-    }
-
-    fn path(&self, name: &str) -> std::path::PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn command(&self, options: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
-        command.args(options.split_whitespace()).current_dir(self.0.path());
-        command
-    }
-
-    fn run(&self, options: &str) -> Output {
-        self.command(options).output().unwrap()
-    }
-
-    /// Runs to success.
-    fn ok(&self, options: &str) -> Value {
-        let output = self.run(options);
-        assert!(output.status.success(), "{options}: {}", text(&output.stderr));
-        serde_json::from_slice(&output.stdout).unwrap_or(Value::Null)
-    }
-
-    /// Runs to a failure and gives its line.
-    fn line(&self, options: &str) -> String {
-        let output = self.run(options);
-        assert_eq!(output.status.code(), Some(1), "{options}");
-        let line = text(&output.stderr);
-        assert_eq!(line.matches('\n').count(), 1, "{line}");
-        line.trim_end().strip_prefix("pocketnerf: ").unwrap().to_owned()
-    }
-
-    fn bytes(&self, name: &str) -> Vec<u8> {
-        std::fs::read(self.path(name)).unwrap()
-    }
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-const TRAIN: &str = "train data --json --quiet --log2-hashmap-size 9 --batch-rays 64 --seed 5";
+use crate::place::{Place, TRAIN, text};
 
 #[test]
 fn saved_and_resumed() {
@@ -177,13 +103,29 @@ fn a_broken_pipe_is_no_fault() {
     assert!(child.wait().unwrap().success());
 }
 
-/// Ctrl-C, as a terminal sends it.
+/// Ctrl-C, and what supervisors and closing terminals send.
 #[cfg(unix)]
 #[test]
 fn interrupted_and_resumed() {
     let place = Place::new();
     let steps = 400;
     place.ok(&format!("{TRAIN} --steps {steps} --out whole.pnerf"));
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        interrupted_by(signal, &place, steps);
+    }
+    // No temporary file is left.
+    let names = std::fs::read_dir(place.0.path()).unwrap().count();
+    assert_eq!(names, 4, "data, two models and a checkpoint");
+
+    nothing_is_lost_where_nothing_can_be_written(&place, steps);
+}
+
+/// A run that a signal ends, and that goes on to the whole run's bytes.
+#[cfg(unix)]
+fn interrupted_by(signal: &str, place: &Place, steps: u64) {
+    for name in ["cut.pnerf", "cut.ckpt.pnerf"] {
+        let _ = std::fs::remove_file(place.path(name));
+    }
     let options = format!("{TRAIN} --steps {steps} --out cut.pnerf --save-every 0.01");
     let child =
         place.command(&options).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -193,7 +135,7 @@ fn interrupted_and_resumed() {
         std::thread::sleep(Duration::from_millis(1));
     }
     let pid = child.id().to_string();
-    assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     let line = text(&output.stderr);
     assert_eq!(output.status.code(), Some(130), "{line}");
@@ -207,11 +149,6 @@ fn interrupted_and_resumed() {
     let result = place.ok(&format!("{resume} --json --threads 3"));
     assert_eq!(result["steps"], steps);
     assert!(place.bytes("cut.pnerf") == place.bytes("whole.pnerf"));
-    // No temporary file is left.
-    let names = std::fs::read_dir(place.0.path()).unwrap().count();
-    assert_eq!(names, 4, "data, two models and a checkpoint");
-
-    nothing_is_lost_where_nothing_can_be_written(&place, steps);
 }
 
 /// Folders take the places of model and checkpoint while training runs.
@@ -236,8 +173,9 @@ fn nothing_is_lost_where_nothing_can_be_written(place: &Place, steps: u64) {
     assert_eq!(output.status.code(), Some(1));
     let said = text(&output.stderr);
     let lines: Vec<&str> = said.lines().collect();
-    let [warning, failure] = lines[..] else { panic!("{said}") };
+    let [warning, few, failure] = lines[..] else { panic!("{said}") };
     assert!(warning.starts_with("warning: lost.ckpt.pnerf: this is a folder"), "{said}");
+    assert!(few.starts_with("warning: only 400 steps were taken"), "{said}");
     assert!(failure.starts_with("pocketnerf: lost.pnerf: this is a folder"), "{said}");
     // The command that is given writes the model, once there is a place for it.
     let (_, command) = failure.split_once("; training is saved, write the model with: ").unwrap();

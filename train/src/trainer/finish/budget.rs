@@ -43,6 +43,9 @@ const LADDER: [FinishingBudget; 7] = [
 ];
 
 impl FinishingBudget {
+    /// Nothing is calibrated: cells and tolerance stay as training has them.
+    pub const NONE: Self = Self { part: 0.0, finer: false };
+
     /// Without a time limit: all, or half for a costly field.
     #[must_use]
     pub fn usual(config: &TrainConfig) -> Self {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use pocketnerf_core::render::Tiles;
-use pocketnerf_core::{Error, Model};
+use pocketnerf_core::{Display, Error, Model};
 
 use super::{pruning, tolerance};
 use crate::trainer::Trainer;
@@ -34,11 +34,16 @@ impl Trainer {
     /// The model as it stands, ready to be rendered: cells become half as wide, so
     /// that fewer samples lie in front of surfaces, unless that would make the file
     /// much larger; the occupied cells that pictures need and the share of a picture that
-    /// may be interpolated are then calibrated on tiles of the training views.
+    /// may be interpolated are then calibrated on tiles of the training views. With
+    /// [`FinishingBudget::NONE`] it stays as it stands.
     ///
     /// # Errors
     /// When the SIMD level is not there.
     pub fn finished(&self, budget: FinishingBudget) -> Result<Finished<'_>, Error> {
+        if budget == FinishingBudget::NONE {
+            let (cells, tolerance) = (self.grid.occupied().clone(), Display::TOLERANCE);
+            return Ok(Finished { trainer: self, cells, tolerance });
+        }
         let [few, some] = [pruning::TILES, tolerance::TILES].map(|all| budget.tiles(all));
         let mut known = self.seen_once();
         if self.config.hierarchical_training().is_some() {

@@ -130,7 +130,7 @@ pub(crate) fn look(trainer: &Trainer, stats: &StepStats, averages: &Averages) ->
 }
 
 /// Whether what has been learnt looks like the images at all.
-fn judge(targets: &Targets, averages: &Averages) -> Option<Trouble> {
+pub(super) fn judge(targets: &Targets, averages: &Averages) -> Option<Trouble> {
     let (opacity, alpha) = (averages.opacity, targets.alpha);
     let missing = |found: f64, wanted: f64| found < NONE && wanted > SOME;
     if missing(opacity, alpha) {

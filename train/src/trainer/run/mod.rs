@@ -1,13 +1,19 @@
 //! A whole run, from the first step to the last.
 
 pub mod checkpoint;
+mod error;
 pub(crate) mod guard;
 
 use std::time::{Duration, Instant};
 
 use crate::trainer::optim::schedule::{KNOWN, WARM_UP, adjust, budget, calibrate, settings};
 use crate::trainer::{FinishingBudget, Length, Plan, Trainer};
+pub use error::{NoTime, RunError};
 use guard::{Averages, Diverged, MAX_RESTARTS, Trouble};
+
+/// A field of fewer steps is fog: calibrating its model would take longer than training it, and
+/// find nothing.
+const CALIBRATED: u32 = 512;
 
 /// Where a run stands.
 #[derive(Clone, Copy, Debug)]
@@ -95,10 +101,13 @@ impl Run {
     /// Takes a step; `None` where the run is over.
     ///
     /// # Errors
-    /// When the guard has given up.
-    pub fn step(&mut self, trainer: &mut Trainer) -> Result<Option<Progress>, Diverged> {
+    /// When the guard has given up, or when the time is over before the first step.
+    pub fn step(&mut self, trainer: &mut Trainer) -> Result<Option<Progress>, RunError> {
         let mut trouble = None;
         if self.is_over(trainer) {
+            if let (Length::Seconds(seconds), 0) = (self.length, trainer.steps()) {
+                return Err(NoTime { seconds, before: self.elapsed() }.into());
+            }
             // The last look: the guard does not see every parameter at every step.
             if guard::is_finite(trainer, true) {
                 trainer.finish();
@@ -108,18 +117,7 @@ impl Run {
             self.restart(trainer, Trouble::NotFinite)?;
         }
         self.plan_the_end(trainer);
-        let (mut begun, mut steps) = *self.timed.get_or_insert_with(|| (Instant::now(), 0));
-        if let Some(deadline) = self.deadline() {
-            let step = trainer.steps();
-            let fitted = match self.plan {
-                None => calibrate(begun, deadline, steps, step),
-                Some(plan) => adjust(plan, begun, deadline, steps, step),
-            };
-            if fitted.is_some() {
-                self.plan = fitted;
-                (begun, steps) = (Instant::now(), 0);
-            }
-        }
+        let (begun, steps) = self.fit_to_clock(trainer.steps());
         let stats = trainer.step(&settings(trainer.config(), trainer.steps(), self.plan));
         self.timed = Some((begun, steps + 1));
         self.averages.add(&stats);
@@ -157,6 +155,25 @@ impl Run {
         Some(self.started + Duration::from_secs_f64((budget - self.before).max(0.0)))
     }
 
+    /// Fits the plan to the clock, once enough steps have been timed. Gives when those that are
+    /// being timed began, and how many they are.
+    fn fit_to_clock(&mut self, step: u32) -> (Instant, u32) {
+        let (begun, timed) = *self.timed.get_or_insert_with(|| (Instant::now(), 0));
+        let Some(deadline) = self.deadline() else { return (begun, timed) };
+        let fitted = match self.plan {
+            None => calibrate(begun, deadline, timed, step),
+            Some(plan) => adjust(plan, begun, deadline, timed, step),
+        };
+        let Some(plan) = fitted else { return (begun, timed) };
+        if plan.end < CALIBRATED && self.finishing.is_none() {
+            // Its model will not be calibrated, which leaves more time for steps.
+            self.finishing = Some((FinishingBudget::NONE, 0.0));
+            return self.fit_to_clock(step);
+        }
+        self.plan = fitted;
+        (Instant::now(), 0)
+    }
+
     /// Once the scene has taken shape: measures how long calibration will take, so
     /// that there is time for it.
     fn plan_the_end(&mut self, trainer: &Trainer) {
@@ -165,7 +182,11 @@ impl Run {
             return;
         };
         if self.plan.is_some_and(|plan| plan.progress(trainer.steps()) >= KNOWN) {
-            self.finishing = trainer.rehearse().ok().map(|costs| costs.budget(seconds));
+            let nothing = (FinishingBudget::NONE, 0.0);
+            self.finishing = Some(match trainer.steps() as f32 >= KNOWN * CALIBRATED as f32 {
+                true => trainer.rehearse().map_or(nothing, |costs| costs.budget(seconds)),
+                false => nothing,
+            });
             self.timed = None;
         }
     }
@@ -173,8 +194,11 @@ impl Run {
     /// How much the finished model is to be calibrated.
     #[must_use]
     pub fn finishing_budget(&self, trainer: &Trainer) -> FinishingBudget {
-        self.finishing
-            .map_or_else(|| FinishingBudget::usual(trainer.config()), |(budget, _)| budget)
+        match self.finishing {
+            _ if trainer.steps() < CALIBRATED => FinishingBudget::NONE,
+            Some((budget, _)) => budget,
+            None => FinishingBudget::usual(trainer.config()),
+        }
     }
 
     /// Restarts: with all steps in a run of so many steps, with those that are left in a
@@ -194,6 +218,12 @@ impl Run {
         self.averages = Averages::default();
         trainer.begin(restarts + 1);
         Ok(())
+    }
+
+    /// What is wrong with what a short run has learnt. Longer runs end with an error instead.
+    #[must_use]
+    pub fn doubt(&self, trainer: &Trainer) -> Option<Trouble> {
+        guard::judge(&trainer.targets, &self.averages)
     }
 
     /// What has been done so far.
@@ -217,13 +247,13 @@ impl Run {
 /// Trains to the end. `started` is when the program began.
 ///
 /// # Errors
-/// When the guard has given up.
+/// As [`Run::step`].
 pub fn run(
     trainer: &mut Trainer,
     length: Length,
     started: Instant,
     mut report: impl FnMut(Progress),
-) -> Result<Summary, Diverged> {
+) -> Result<Summary, RunError> {
     let mut run = Run::new(length, started);
     while let Some(progress) = run.step(trainer)? {
         report(progress);
@@ -274,6 +304,45 @@ mod tests {
 
     fn steps(n: u32) -> Run {
         Run::new(Length::Steps(n), Instant::now())
+    }
+
+    #[test]
+    fn a_short_run_is_not_calibrated() {
+        let mut trainer = trainer();
+        let mut run = steps(CALIBRATED);
+        for step in 1..=CALIBRATED {
+            assert_eq!(run.finishing_budget(&trainer), FinishingBudget::NONE);
+            assert_eq!(run.step(&mut trainer).unwrap().unwrap().step, step);
+        }
+        let usual = FinishingBudget::usual(trainer.config());
+        assert_eq!(run.finishing_budget(&trainer), usual);
+        // Nothing is rendered: cells and tolerance are those of training.
+        let finished = trainer.finished(FinishingBudget::NONE).unwrap();
+        let (model, stands) = (finished.model(), trainer.model());
+        let cells = |model: &pocketnerf_core::Model<'_>| {
+            let cells = model.occupancy.unwrap();
+            (cells.resolution(), cells.fine_bytes().to_vec())
+        };
+        assert_eq!(cells(&model), cells(&stands));
+        assert_eq!(model.display.tolerance, stands.display.tolerance);
+    }
+
+    #[test]
+    fn a_run_without_a_step_is_an_error() {
+        let mut trainer = trainer();
+        let long_ago = Instant::now().checked_sub(Duration::from_secs(3)).unwrap();
+        let mut late = Run::new(Length::Seconds(2.0), long_ago);
+        let error = late.step(&mut trainer).unwrap_err();
+        let RunError::NoTime(NoTime { seconds, before }) = error else { panic!("{error}") };
+        assert_eq!(seconds, 2.0);
+        assert!((3.0..60.0).contains(&before));
+        let text = NoTime { seconds, before: 3.2 }.to_string();
+        assert!(text.contains("takes 3.2 s, which leaves no time"), "{text}");
+        assert!(
+            text.ends_with("at least 7: give --seconds 7, --downscale-factor or --views"),
+            "{text}"
+        );
+        assert_eq!(trainer.steps(), 0);
     }
 
     #[test]

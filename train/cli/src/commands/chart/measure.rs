@@ -12,10 +12,11 @@ use super::models::{Model, Models};
 use super::progress::{Progress, duration};
 use super::scenes::Scene;
 use super::score::{Judge, Scored};
-use super::{Chart, Stop};
+use super::{Chart, check};
 use crate::chart::rounds::{Contestant, Turn, rounds};
 use crate::chart::statistics::Summary;
 use crate::chart::{Axis, OURS, Point, frontier};
+use crate::commands::stop::Stop;
 use crate::commands::train::quoted;
 use crate::commands::{Common, Failure, make_folder, open_to_render};
 use crate::machine::Pace;
@@ -78,7 +79,7 @@ pub(super) fn measure(
                     dataset.views.iter().map(|view| (view.camera, view.lens)).collect();
                 dataset::thin(&mut cameras, TIMED);
                 for settings in chart.ways() {
-                    stop.check()?;
+                    check(stop)?;
                     let way = Way::new(scene, model, factor, settings);
                     let background =
                         chart.background.unwrap_or_else(|| file.model.display.srgb_background());
@@ -125,7 +126,7 @@ fn time(
     let pace = Pace::new(simd)?;
     let turns = rounds(contestants, n_rounds, &pace, |turns| {
         progress.done(turns);
-        interrupted = stop.check();
+        interrupted = check(stop);
         interrupted.is_ok()
     })?;
     interrupted?;

@@ -11,8 +11,6 @@ mod write;
 
 use std::fmt;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use pocketnerf_formats::Precision;
 use pocketnerf_train::dataset::Split;
@@ -21,6 +19,7 @@ use pocketnerf_train::output;
 
 use super::parse::{parse_color, parse_precision, parse_quality};
 use super::rendering::{Sampling, Vectors};
+use super::stop::Stop;
 use super::{Common, Failure, Reading, make_folder};
 use crate::chart::{Axis, Wish, peers};
 use measure::measure;
@@ -116,7 +115,7 @@ pub(super) struct Chart {
     vectors: Vectors,
 }
 
-/// Ctrl-C ended it.
+/// A signal ended it.
 #[derive(Debug)]
 pub(in crate::commands) struct Interrupted;
 
@@ -128,21 +127,9 @@ impl fmt::Display for Interrupted {
 
 impl std::error::Error for Interrupted {}
 
-/// Whether Ctrl-C was pressed.
-struct Stop(Arc<AtomicBool>);
-
-impl Stop {
-    /// From now on Ctrl-C stops the command between two points.
-    fn listen() -> Result<Self, Failure> {
-        let pressed = Arc::new(AtomicBool::new(false));
-        let press = Arc::clone(&pressed);
-        ctrlc::set_handler(move || press.store(true, Ordering::Relaxed))?;
-        Ok(Self(pressed))
-    }
-
-    fn check(&self) -> Result<(), Failure> {
-        if self.0.load(Ordering::Relaxed) { Err(Interrupted.into()) } else { Ok(()) }
-    }
+/// Stops the command between two points.
+fn check(stop: &Stop) -> Result<(), Failure> {
+    if stop.is_asked() { Err(Interrupted.into()) } else { Ok(()) }
 }
 
 impl Chart {
@@ -161,7 +148,8 @@ impl Chart {
         let scenes = self.scenes(common)?;
         // Everything given is checked before anything is written.
         let taken = models::take(&self.models, &scenes)?;
-        let stop = Stop::listen()?;
+        let stop = Stop::listen("interrupted")?;
+        stop.defer();
         make_folder(&self.out)?;
         let mut models = Models::new(&self.out, taken)?;
         models.train(&scenes, &recipes, self.vectors.simd, common, &stop)?;

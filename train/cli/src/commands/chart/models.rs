@@ -11,9 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use super::progress::duration;
 use super::scenes::Scene;
-use super::{Interrupted, Stop};
+use super::{Interrupted, check};
 use crate::chart::{Program, Recipe};
-use crate::commands::train::{INTERRUPTED, checkpoint_path, quoted};
+use crate::commands::stop::{INTERRUPTED, Stop};
+use crate::commands::train::{checkpoint_path, quoted};
 use crate::commands::{Common, Failure, make_folder, open, read_model};
 
 /// The cost of training a model: keys of `train --json`.
@@ -126,7 +127,7 @@ impl Models {
             );
         }
         for (i, job) in missing.iter().enumerate() {
-            stop.check()?;
+            check(stop)?;
             if !common.quiet {
                 eprintln!("model {} of {}: {}", i + 1, missing.len(), job.name());
             }
@@ -233,10 +234,13 @@ impl<'a> Job<'a> {
             command.arg("--quiet");
         }
         let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
-        let output = child.wait_with_output()?;
+        stop.child(Some(&child));
+        let output = child.wait_with_output();
+        stop.child(None);
+        let output = output?;
         if !output.status.success() {
-            // Ctrl-C reaches both, in any order.
-            stop.check()?;
+            // A terminal signals both, in any order.
+            check(stop)?;
             if was_interrupted(output.status) {
                 return Err(Interrupted.into());
             }

@@ -15,19 +15,24 @@ use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
 use pocketnerf_train::trainer::checkpoint::TrainedOn;
-use pocketnerf_train::trainer::{Checkpoint, Run, Trainer};
+use pocketnerf_train::trainer::{Checkpoint, Length, Run, Trainer};
 use serde_json::{Value, json};
 
+use super::stop::Stop;
 use super::{Common, Failure, print_line};
 pub(super) use bar::Bar;
 pub(super) use options::Train;
-pub(super) use saving::{INTERRUPTED, Interrupted};
+pub(super) use saving::Interrupted;
 use saving::{Resume, Saving, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
+
+/// Runs of fewer steps end with a warning.
+const FEW: u32 = 512;
 
 impl Train {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         self.check()?;
+        let stop = Stop::listen("interrupted before the first step; there is nothing to save")?;
         let saved = checkpoint_path(&self.out);
         output::check_output(&self.out)?;
         output::check_output(&saved)?;
@@ -37,11 +42,21 @@ impl Train {
         }
         let factor = checkpoint.as_ref().map(|c| c.trained_on().downscale_factor);
         let factor = factor.unwrap_or_else(|| self.downscale_factor());
-        let mut dataset = self.reading.load(&self.data, Split::Train, factor, common)?;
+        let mut bar = Bar::new(common.quiet);
+        bar.phase("reading the images");
+        let mut dataset = match (&checkpoint, self.length()) {
+            (None, Length::Seconds(seconds)) => {
+                let time = (common.started, seconds);
+                self.reading.read_within(time, &self.data, Split::Train, factor)?
+            }
+            _ => self.reading.read(&self.data, Split::Train, factor)?,
+        };
+        dataset.notes.iter().for_each(|note| bar.note(note));
         if let Some(views) = self.views {
             dataset.thin(views as usize);
         }
         let origin = Origin::new(&dataset, factor, self.precision);
+        bar.phase("finding the scene");
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, self.vectors.level(), common.started)?,
             None => {
@@ -51,7 +66,7 @@ impl Train {
             }
         };
         let every = self.save_every.map(Duration::from_secs_f64);
-        let mut saving = Saving::begin(saved, every)?;
+        let mut saving = Saving::begin(saved, every, stop);
         let resume = |checkpoint: PathBuf| Resume {
             checkpoint,
             data: self.data.clone(),
@@ -60,22 +75,23 @@ impl Train {
             reading: self.reading,
             views: self.views,
         };
-        train(&mut trainer, &mut run, common, |trainer, run| {
-            match saving.after_step(trainer, run, &origin)? {
+        train(&mut trainer, &mut run, &mut bar, |trainer, run, bar| {
+            match saving.after_step(trainer, run, &origin, bar)? {
                 Some(saved) => {
                     Err(Interrupted { step: trainer.steps(), resume: resume(saved) }.into())
                 }
                 None => Ok(()),
             }
         })?;
-        let result = match finish(&trainer, &run, &origin, &self.out) {
+        let result = match finish(&trainer, &run, &origin, &self.out, &mut bar) {
             Ok(result) => result,
             Err(reason) => {
                 let saved = saving.rescue(&trainer, &run, &origin)?;
                 return Err(Unfinished { reason, resume: resume(saved) }.into());
             }
         };
-        saving.at_end(&trainer, &run, &origin);
+        saving.at_end(&trainer, &run, &origin, &mut bar);
+        drop(bar);
         if common.json {
             print_line(result);
         } else {
@@ -96,13 +112,13 @@ impl Train {
 pub(super) fn train(
     trainer: &mut Trainer,
     run: &mut Run,
-    common: &Common,
-    mut after_step: impl FnMut(&Trainer, &Run) -> Result<(), Failure>,
+    bar: &mut Bar,
+    mut after_step: impl FnMut(&Trainer, &Run, &mut Bar) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let mut bar = Bar::new(common.quiet);
+    bar.phase("training");
     while let Some(progress) = run.step(trainer)? {
         bar.show(&progress);
-        after_step(trainer, run)?;
+        after_step(trainer, run, bar)?;
     }
     Ok(())
 }
@@ -113,7 +129,16 @@ pub(super) fn finish(
     run: &Run,
     origin: &Origin,
     out: &Path,
+    bar: &mut Bar,
 ) -> Result<Value, Failure> {
+    bar.phase("finishing the model");
+    if trainer.steps() < FEW {
+        let doubt = run.doubt(trainer).map_or(String::new(), |doubt| format!(": {doubt}"));
+        bar.warn(format!(
+            "only {} steps were taken, expected at least {FEW}{doubt}; train longer",
+            trainer.steps()
+        ));
+    }
     let about = origin.about(trainer, run);
     let finished = trainer.finished(run.finishing_budget(trainer))?;
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
@@ -132,6 +157,7 @@ pub(super) fn finish(
         "seed": trainer.config().seed,
         "threads": rayon::current_num_threads(),
         "method": method(trainer),
+        "warnings": bar.warnings(),
         "out": out.display().to_string(),
     }))
 }

@@ -2,72 +2,56 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use pocketnerf_formats::Precision;
 use pocketnerf_train::output;
 use pocketnerf_train::trainer::{Run, Trainer, checkpoint};
 
-use super::Origin;
+use super::{Bar, Origin};
+use crate::commands::stop::Stop;
 use crate::commands::{Failure, Reading};
-
-/// Exit status of a program that Ctrl-C ended, by the convention of shells: 128 plus the
-/// number of the signal.
-pub(in crate::commands) const INTERRUPTED: u8 = 130;
-
-/// Signals this close together count as one: supervisors signal a program and then its
-/// process group.
-const SAME_KEY: Duration = Duration::from_millis(500);
 
 /// Where and when checkpoints are written.
 pub(super) struct Saving {
     path: PathBuf,
     every: Option<Duration>,
     last: Instant,
-    interrupted: Arc<AtomicBool>,
+    stop: Stop,
     /// Whether the user knows that checkpoints fail.
     warned: bool,
 }
 
 impl Saving {
-    /// From now on the first Ctrl-C stops the run after its step, the second at once.
-    pub(super) fn begin(path: PathBuf, every: Option<Duration>) -> Result<Self, Failure> {
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let asked = Arc::clone(&interrupted);
-        let mut first = None;
-        ctrlc::set_handler(move || {
-            asked.store(true, Ordering::Relaxed);
-            if first.get_or_insert_with(Instant::now).elapsed() > SAME_KEY {
-                std::process::exit(INTERRUPTED.into());
-            }
-        })?;
-        Ok(Self { path, every, last: Instant::now(), interrupted, warned: false })
+    /// From now on there is something to save.
+    pub(super) fn begin(path: PathBuf, every: Option<Duration>, stop: Stop) -> Self {
+        stop.defer();
+        Self { path, every, last: Instant::now(), stop, warned: false }
     }
 
-    /// Saves if it is time to, or if Ctrl-C was pressed and steps are left: then the run is to
-    /// stop here, and the result is where it is saved.
+    /// Saves if it is time to, or if the run is to stop and steps are left: then it stops
+    /// here, and the result is where it is saved.
     pub(super) fn after_step(
         &mut self,
         trainer: &Trainer,
         run: &Run,
         origin: &Origin,
+        bar: &mut Bar,
     ) -> Result<Option<PathBuf>, Failure> {
-        if self.interrupted.load(Ordering::Relaxed) && !run.is_over(trainer) {
+        if self.stop.is_asked() && !run.is_over(trainer) {
             return self.rescue(trainer, run, origin).map(Some);
         }
         if self.every.is_some_and(|every| self.last.elapsed() >= every) {
-            self.save_or_warn(trainer, run, origin);
+            self.save_or_warn(trainer, run, origin, bar);
         }
         Ok(None)
     }
 
     /// Writes the last checkpoint, of the whole run, if checkpoints are wanted: it holds the
     /// model in f32.
-    pub(super) fn at_end(&mut self, trainer: &Trainer, run: &Run, origin: &Origin) {
+    pub(super) fn at_end(&mut self, trainer: &Trainer, run: &Run, origin: &Origin, bar: &mut Bar) {
         if self.every.is_some() {
-            self.save_or_warn(trainer, run, origin);
+            self.save_or_warn(trainer, run, origin, bar);
         }
     }
 
@@ -94,14 +78,14 @@ impl Saving {
 
     /// A checkpoint that cannot be written while training goes on is no reason to stop: the
     /// next one may succeed.
-    fn save_or_warn(&mut self, trainer: &Trainer, run: &Run, origin: &Origin) {
+    fn save_or_warn(&mut self, trainer: &Trainer, run: &Run, origin: &Origin, bar: &mut Bar) {
         let bytes = Self::checkpoint(trainer, run, origin);
         let written = bytes.and_then(|bytes| Ok(output::write_atomic(&self.path, &bytes)?));
         self.last = Instant::now();
         if let Err(failure) = written
             && !std::mem::replace(&mut self.warned, true)
         {
-            eprintln!("warning: {failure}; training continues without this checkpoint");
+            bar.warn(format!("{failure}; training continues without this checkpoint"));
         }
     }
 

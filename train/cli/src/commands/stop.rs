@@ -1,0 +1,83 @@
+//! How a command is asked to stop: by Ctrl-C, and where there are such signals by SIGTERM and
+//! SIGHUP.
+
+use std::process::Child;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use super::Failure;
+
+/// Exit status of a program that Ctrl-C ended, by the convention of shells: 128 plus the
+/// number of the signal.
+pub(super) const INTERRUPTED: u8 = 130;
+
+/// Signals this close together count as one: supervisors signal a program and then its
+/// process group.
+const SAME_KEY: Duration = Duration::from_millis(500);
+
+/// Whether the command is to stop.
+#[derive(Clone, Default)]
+pub(super) struct Stop(Arc<State>);
+
+#[derive(Default)]
+struct State {
+    asked: AtomicBool,
+    /// Whether the command looks at `asked`. Until then the first signal ends the program.
+    deferred: AtomicBool,
+    /// A program that is to stop as well; 0: none.
+    child: AtomicU32,
+}
+
+impl Stop {
+    /// From now on the first signal ends the program with [`INTERRUPTED`], after a line that
+    /// says what came of it.
+    pub(super) fn listen(outcome: &'static str) -> Result<Self, Failure> {
+        let stop = Self::default();
+        let heard = stop.clone();
+        let mut first = None;
+        ctrlc::set_handler(move || {
+            let State { asked, deferred, .. } = &*heard.0;
+            asked.store(true, Ordering::SeqCst);
+            heard.pass_on();
+            if !deferred.load(Ordering::SeqCst) {
+                eprintln!("pocketnerf: {outcome}");
+                std::process::exit(INTERRUPTED.into());
+            }
+            if first.get_or_insert_with(Instant::now).elapsed() > SAME_KEY {
+                std::process::exit(INTERRUPTED.into());
+            }
+        })?;
+        Ok(stop)
+    }
+
+    /// From now on the command stops by itself, where it [is asked](Self::is_asked) to; a second
+    /// signal still ends the program.
+    pub(super) fn defer(&self) {
+        self.0.deferred.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether there was a signal.
+    pub(super) fn is_asked(&self) -> bool {
+        self.0.asked.load(Ordering::SeqCst)
+    }
+
+    /// Passes signals on to a child that the program waits for; `None`: no longer.
+    pub(super) fn child(&self, child: Option<&Child>) {
+        self.0.child.store(child.map_or(0, Child::id), Ordering::SeqCst);
+        // The signal may have come before there was a child.
+        if self.is_asked() {
+            self.pass_on();
+        }
+    }
+
+    /// Asks the child to stop. A terminal signals it too, which counts as the same key.
+    fn pass_on(&self) {
+        #[cfg(unix)]
+        if let Ok(id @ 1..) = i32::try_from(self.0.child.load(Ordering::SeqCst)) {
+            use nix::sys::signal::{Signal, kill};
+            // It may have ended just now.
+            let _ = kill(nix::unistd::Pid::from_raw(id), Signal::SIGINT);
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! `pocketnerf train`: what may go wrong, and what is said of it.
+
+#[cfg(unix)]
+use std::io::{BufRead, BufReader, Read as _};
+#[cfg(unix)]
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::place::{Place, TRAIN};
+
+/// Cuts the end off a file.
+fn cut(file: &std::path::Path) {
+    let bytes = std::fs::read(file).unwrap();
+    std::fs::write(file, &bytes[..bytes.len() - 20]).unwrap();
+}
+
+#[test]
+fn no_time_for_a_step_is_an_error() {
+    let place = Place::new();
+    std::fs::write(place.path("x.pnerf"), "old").unwrap();
+    // Over before the first image, and before the first step.
+    for seconds in ["0.000001", "0.05"] {
+        let line = place.line(&format!("train data --quiet --out x.pnerf --seconds {seconds}"));
+        let expected =
+            format!("--seconds {seconds}: reading the images and finding the scene takes ");
+        assert!(line.starts_with(&expected), "{line}");
+        assert!(line.contains(" s, which leaves no time to train; expected at least "), "{line}");
+    }
+    assert_eq!(place.bytes("x.pnerf"), b"old");
+}
+
+#[test]
+fn too_few_steps_are_said() {
+    let place = Place::new();
+    let warnings = |steps: u32| {
+        let result = place.ok(&format!("{TRAIN} --steps {steps} --out x.pnerf"));
+        result["warnings"].as_array().unwrap().clone()
+    };
+    let [warning] = &warnings(3)[..] else { panic!("one warning") };
+    let warning = warning.as_str().unwrap();
+    assert!(warning.starts_with("only 3 steps were taken, expected at least 512"), "{warning}");
+    assert!(warning.ends_with("; train longer"), "{warning}");
+    assert_eq!(warnings(512), [Value::Null; 0]);
+}
+
+#[test]
+fn a_bad_photograph_is_left_out_and_many_are_refused() {
+    let place = Place::new();
+    cut(&place.path("data/3.png"));
+    let report = place.ok("info data --json");
+    assert_eq!(report["splits"][0]["images_unreadable"], serde_json::json!(["3"]));
+    let result = place.ok(&format!("{TRAIN} --steps 5 --out x.pnerf"));
+    let warning = result["warnings"][0].as_str().unwrap();
+    assert_eq!(
+        warning,
+        "data/3.png: unreadable image: the file is cut off: its end is missing; expected a whole \
+         PNG or JPEG file; 1 of 12 images are left out"
+    );
+    cut(&place.path("data/7.png"));
+    let line = place.line("train data --quiet --steps 5 --out x.pnerf");
+    assert!(line.starts_with("data/3.png: unreadable image: "), "{line}");
+}
+
+#[test]
+fn scores_of_another_scene_are_said() {
+    let place = Place::new();
+    place.ok(&format!("{TRAIN} --steps 5 --out x.pnerf"));
+    let eval = |data: &str| {
+        let result = place.ok(&format!("eval x.pnerf {data} --json"));
+        result["warnings"].as_array().unwrap().clone()
+    };
+    assert_eq!(eval("data --split train"), [Value::Null; 0]);
+    // The same under another name.
+    std::fs::rename(place.path("data"), place.path("renamed")).unwrap();
+    assert_eq!(eval("renamed --split train"), [Value::Null; 0]);
+    let [warning] = &eval("builtin --downscale-factor 16")[..] else { panic!("one warning") };
+    assert_eq!(
+        warning,
+        "x.pnerf: trained on \"data\", expected a model of builtin: the scores are those of another \
+         scene"
+    );
+}
+
+/// Reading the built-in scene at its full size takes seconds.
+#[cfg(unix)]
+#[test]
+fn before_the_first_step_a_signal_ends_the_program() {
+    let place = Place::new();
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        let mut command = place.command("train builtin --out x.pnerf");
+        let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+        let mut said = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        said.read_line(&mut line).unwrap();
+        assert_eq!(line, "reading the images\n");
+        let pid = child.id().to_string();
+        assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{signal}");
+        let mut rest = String::new();
+        said.read_to_string(&mut rest).unwrap();
+        let expected = "pocketnerf: interrupted before the first step; there is nothing to save\n";
+        assert_eq!(rest, expected);
+    }
+    assert_eq!(std::fs::read_dir(place.0.path()).unwrap().count(), 1);
+}
