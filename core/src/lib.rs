@@ -77,6 +77,10 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+// Weights are read where they lie, and so are the numbers in a caller's scratch.
+#[cfg(target_endian = "big")]
+compile_error!("pocketnerf-core needs a little-endian machine, as model files hold such numbers");
+
 pub mod camera;
 
 pub mod encoding;

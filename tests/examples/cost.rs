@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut grown = (occupancy.coarse_bytes().to_vec(), occupancy.fine_bytes().to_vec());
         for _ in 0..3 {
             let view = Occupancy::new(occupancy.resolution(), 1, &grown.0, &grown.1)?;
-            grown = pack(occupancy.resolution(), dilated(&view).into_iter());
+            grown = pack(occupancy.resolution(), dilated(&view).into_iter()).unwrap();
             grids.push(grown.clone());
         }
     }

@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let unskipped = score(&file.model, Settings { skip: false, ..finest })?;
     println!("without skipping {:+.4} dB", unskipped - fast);
     if let Some(occupancy) = file.model.occupancy {
-        let (coarse, fine) = pack(occupancy.resolution(), dilated(&occupancy).into_iter());
+        let (coarse, fine) = pack(occupancy.resolution(), dilated(&occupancy).into_iter()).unwrap();
         let grown = Occupancy::new(occupancy.resolution(), 1, &coarse, &fine)?;
         let grown = score(&Model { occupancy: Some(grown), ..file.model }, finest)?;
         println!("grown by a cell  {:+.4} dB", grown - fast);

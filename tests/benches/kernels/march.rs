@@ -22,6 +22,7 @@ fn shell() -> (Vec<u8>, Vec<u8>) {
         squares.iter().sum::<f32>().sqrt()
     };
     pack(CELLS, (0..CELLS * CELLS * CELLS).filter(|cell| (0.6..0.63).contains(&radius(*cell))))
+        .unwrap()
 }
 
 /// Sixteen neighbours each, a square of the picture.

@@ -138,8 +138,9 @@ impl Occupied {
         loop {
             let within =
                 cells.on_grid(resolution).filter(|cell| inside(unit_box(resolution, *cell)));
-            let (coarse, fine) = pack(resolution, within);
-            if fine.len() <= MOST_BLOCKS * pocketnerf_core::occupancy::BLOCK_BYTES {
+            if let Ok((coarse, fine)) = pack(resolution, within)
+                && fine.len() <= MOST_BLOCKS * pocketnerf_core::occupancy::BLOCK_BYTES
+            {
                 return Self { resolution, coarse, fine };
             }
             resolution = (resolution / 2).next_multiple_of(LEAST_CELLS);
@@ -151,7 +152,7 @@ impl Occupied {
         let n = cells.resolution();
         let occupied = |cell: &u32| cells.cell(cell % n, cell / n % n, cell / (n * n));
         let all = (0..n * n * n).filter(occupied).filter(|cell| inside(unit_box(n, *cell)));
-        let (coarse, fine) = pack(n, all);
+        let (coarse, fine) = pack(n, all).expect("a part of what had numbers");
         Self { resolution: n, coarse, fine }
     }
 }

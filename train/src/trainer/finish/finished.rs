@@ -9,11 +9,8 @@ use super::{pruning, tolerance};
 use crate::trainer::Trainer;
 use crate::trainer::finish::budget::FinishingBudget;
 use crate::trainer::finish::calibration_tiles::CalibrationTiles;
-use crate::trainer::occupancy::cells::Packed;
+use crate::trainer::occupancy::cells::{MOST_CELLS, Packed};
 use crate::trainer::occupancy::density_grid::{DensityGrid, PERIOD};
-
-/// Cells along an axis at most: the format's limit.
-const MAX_RESOLUTION: u32 = 512;
 
 /// Smaller cells may add a byte to so many parameters, which take a byte or two
 /// each.
@@ -92,7 +89,7 @@ impl Trainer {
     /// Smaller cells, with one sample in each; `None` where there are none, or where they
     /// are not worth their bytes.
     pub(crate) fn finer_seen_once(&self, known: &DensityGrid) -> Option<DensityGrid> {
-        if 2 * self.config.occupancy_resolution > MAX_RESOLUTION {
+        if 2 * self.config.occupancy_resolution > MOST_CELLS {
             return None;
         }
         let mut finer = known.finer();

@@ -69,9 +69,17 @@ fn spread(bits: &mut [u64], len: usize) {
     }
 }
 
+/// Cells along an axis of which any set can be [packed](pack): 32³ blocks at most.
+pub(crate) const MOST_CELLS: u32 = 256;
+
 /// Coarse blocks and fine bits of some cells, as core reads them.
-#[must_use]
-pub fn pack(resolution: u32, cells: impl Iterator<Item = u32>) -> (Vec<u8>, Vec<u8>) {
+///
+/// # Errors
+/// [`Error::Range`] where more than 65,535 blocks hold cells: they are numbered in 16 bits.
+pub fn pack(
+    resolution: u32,
+    cells: impl Iterator<Item = u32>,
+) -> Result<(Vec<u8>, Vec<u8>), Error> {
     let n = resolution;
     let blocks = n / BLOCK;
     let mut bits: Vec<Option<Box<[u8; BLOCK_BYTES]>>> =
@@ -88,11 +96,13 @@ pub fn pack(resolution: u32, cells: impl Iterator<Item = u32>) -> (Vec<u8>, Vec<
         let mut number = 0u16;
         if let Some(bytes) = block {
             fine.extend_from_slice(&bytes[..]);
-            number = (fine.len() / BLOCK_BYTES) as u16;
+            let blocks = fine.len() / BLOCK_BYTES;
+            number =
+                u16::try_from(blocks).map_err(|_| Error::Range("number of occupied blocks"))?;
         }
         coarse.extend(number.to_le_bytes());
     }
-    (coarse, fine)
+    Ok((coarse, fine))
 }
 
 /// Cells as core reads them, and a table of what lies around each.
@@ -105,9 +115,9 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
-    /// Of some cells.
+    /// Of some cells, of at most [`MOST_CELLS`] along an axis.
     pub(crate) fn of(resolution: u32, cells: impl Iterator<Item = u32>) -> Self {
-        let (coarse, fine) = pack(resolution, cells);
+        let (coarse, fine) = pack(resolution, cells).expect("so few have numbers");
         Self::new(resolution, coarse, fine).expect("packed for this resolution")
     }
 
@@ -161,7 +171,7 @@ mod tests {
 
     #[test]
     fn packs_and_dilates() {
-        let (coarse, fine) = pack(16, [5u32, 16 * 16 * 15 + 16 * 15 + 15].into_iter());
+        let (coarse, fine) = pack(16, [5u32, 16 * 16 * 15 + 16 * 15 + 15].into_iter()).unwrap();
         let occupancy = Occupancy::new(16, 1, &coarse, &fine).unwrap();
         assert!(occupancy.cell(5, 0, 0) && occupancy.cell(15, 15, 15));
         assert_eq!(occupancy.fraction(), 2.0 / 4096.0);
@@ -172,6 +182,23 @@ mod tests {
     }
 
     #[test]
+    fn blocks_without_a_number_are_refused() {
+        // The first cell of each of so many of 64³ blocks.
+        let first = |block: u32| {
+            let corner = [block % 64, block / 64 % 64, block / 4096].map(|c| c * BLOCK);
+            corner[0] + 512 * (corner[1] + 512 * corner[2])
+        };
+        let (coarse, fine) = pack(512, (0..65_535).map(first)).unwrap();
+        let occupancy = Occupancy::new(512, 1, &coarse, &fine).unwrap();
+        assert_eq!((occupancy.fraction() * 512f64.powi(3) as f32).round(), 65_535.0);
+        assert_eq!(coarse[2 * 65_534..][..2], [0xff, 0xff]);
+        let error = pack(512, (0..65_536).map(first)).unwrap_err();
+        assert_eq!(error, Error::Range("number of occupied blocks"));
+        // As many cells as training has at most: every block has one.
+        assert!(pack(MOST_CELLS, 0..MOST_CELLS.pow(3)).is_ok());
+    }
+
+    #[test]
     fn grows_as_dilation_says() {
         for resolution in [16, 72, 128] {
             let mut random = Random::new(3, [resolution.into(), 0, 0]);
@@ -179,7 +206,7 @@ mod tests {
                 .map(|_| random.below((resolution * resolution * resolution) as usize) as u32)
                 .chain([0, resolution - 1, resolution * resolution * resolution - 1])
                 .collect();
-            let (coarse, fine) = pack(resolution, cells.into_iter());
+            let (coarse, fine) = pack(resolution, cells.into_iter()).unwrap();
             let occupancy = Occupancy::new(resolution, 1, &coarse, &fine).unwrap();
             let near = Grown::new(&occupancy);
             assert_eq!(near.cells().collect::<Vec<_>>(), dilated(&occupancy));

@@ -8,6 +8,7 @@ pub(crate) mod visual_hull;
 
 use pocketnerf_core::{Error, SimdLevel, Space};
 
+use super::occupancy::cells::MOST_CELLS;
 use super::pixels::rays::{Backdrop, RaySource};
 use super::{TrainConfig, all_cells};
 use crate::dataset::Dataset;
@@ -34,6 +35,9 @@ pub struct Prepared {
 /// When the configuration does not make a valid field, or the SIMD level is not there.
 pub fn run(dataset: Dataset, mut config: TrainConfig, simd: SimdLevel) -> Result<Prepared, Error> {
     config.field.kind().validate()?;
+    if config.occupancy_resolution > MOST_CELLS {
+        return Err(Error::Range("occupancy resolution"));
+    }
     let has_alpha = dataset.has_alpha;
     let backdrop = match (config.backdrop, has_alpha) {
         (Some(color), _) => Backdrop::Color(color),
