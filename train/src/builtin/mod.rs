@@ -29,9 +29,6 @@ pub const TRAIN_VIEWS: usize = 60;
 /// Views of [`Split::Val`] and [`Split::Test`].
 pub const HELD_OUT_VIEWS: usize = 12;
 
-/// The dataset's name in model files.
-pub const NAME: &str = "built-in scene";
-
 /// The views of one split, rendered at [`SIZE`] divided by `downscale_factor`.
 ///
 /// [`Split::Val`] and [`Split::Test`] are the same held-out views, each halfway
@@ -58,7 +55,7 @@ pub fn dataset(split: Split, downscale_factor: u32) -> Dataset {
             View { depth: Some(depth), ..view }
         })
         .collect();
-    Dataset::new(NAME, "built-in", split, views)
+    Dataset::new("built-in scene", "built-in", split, views)
 }
 
 /// FNV-1a over the bits of all cameras, pixels and depths, view after view.

@@ -132,7 +132,7 @@ pub enum DatasetError {
         problem: String,
     },
     /// There was no time to read all images.
-    #[error("{}: only {read} of {total} images could be read in time; expected time for all and for training: give more", one_line(.folder))]
+    #[error("{}: only {read} of {total} images could be read in time; expected time for all and for training: give more seconds", one_line(.folder))]
     OutOfTime {
         /// The dataset's folder.
         folder: PathBuf,

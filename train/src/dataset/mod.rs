@@ -102,6 +102,13 @@ fn list(path: &Path, split: Split, options: &LoadOptions) -> Result<Listing, Dat
 }
 
 impl Dataset {
+    /// What a model file calls it: the last part of its source.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let name = Path::new(&self.source).file_name();
+        name.map_or_else(String::new, |name| name.display().to_string())
+    }
+
     /// Keeps at most `n` views, spread evenly.
     pub fn thin(&mut self, n: usize) {
         thin(&mut self.views, n);

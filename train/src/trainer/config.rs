@@ -4,6 +4,7 @@ use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Error, Sampling, Space};
 
 use super::Adam;
+use super::run::guard;
 use super::step::group::MIN_TRANSMITTANCE;
 use crate::field::{FieldConfig, HierarchicalTraining};
 
@@ -59,6 +60,18 @@ impl TrainConfig {
     #[must_use]
     pub fn hierarchical_training(&self) -> Option<HierarchicalTraining> {
         self.field.kind().hierarchical_training()
+    }
+
+    /// Steps after which the field has taken shape. Before that it is fog: calibrating its model
+    /// would take longer than training it, and find nothing.
+    #[must_use]
+    pub fn settled(&self) -> u32 {
+        // A costly field takes few steps of many rays each; by hierarchical sampling, though,
+        // it learns empty space slowly.
+        match (self.field.kind().is_costly(), self.hierarchical_training()) {
+            (true, None) => 100,
+            _ => guard::PATIENCE,
+        }
     }
 
     /// Distance of samples, and limits of rays.

@@ -1,11 +1,10 @@
 //! `pocketnerf eval`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{ModelFile, PixelOrigin};
-use pocketnerf_train::builtin;
-use pocketnerf_train::dataset::Split;
+use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::evaluate::{Evaluation, evaluate, worst};
 use pocketnerf_train::metrics::{Lpips, Metrics};
 use pocketnerf_train::output::write_atomic;
@@ -13,7 +12,6 @@ use pocketnerf_train::picture::Settings;
 use pocketnerf_train::picture::image_file;
 
 use super::parse::{parse_color, parse_pixel_origin};
-use super::reading::BUILT_IN;
 use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
 
@@ -70,7 +68,7 @@ impl Eval {
         let mut dataset =
             self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
         let mut warnings = dataset.notes.clone();
-        if let Some(warning) = self.other_scene(&file) {
+        if let Some(warning) = self.other_scene(&file, &dataset) {
             eprintln!("warning: {warning}");
             warnings.push(warning);
         }
@@ -146,22 +144,18 @@ impl Eval {
 }
 
 impl Eval {
-    /// What to say of a model that was trained on a dataset of another name and with other
-    /// views.
-    fn other_scene(&self, file: &ModelFile<'_>) -> Option<String> {
+    /// What to say of a model that was trained on a dataset of another name and, as far as can
+    /// be told, on other views.
+    fn other_scene(&self, file: &ModelFile<'_>, dataset: &Dataset) -> Option<String> {
         let origin = file.about.provenance.filter(|origin| origin.trained_on != 0)?;
         let train = || self.reading.read(&self.data, Split::Train, self.downscale_factor);
-        let name = self.data.file_name().map(|name| name.display().to_string());
-        let of_another_name = match self.data == Path::new(BUILT_IN) {
-            true => origin.dataset != builtin::NAME,
-            false => name.is_some_and(|name| name != origin.dataset),
-        };
         // A folder may have been renamed.
-        let differs = of_another_name
-            && train().map_or(true, |train| train.fingerprint() != origin.trained_on);
-        differs.then(|| {
+        let same = origin.dataset == dataset.name()
+            || train().is_ok_and(|train| train.fingerprint() == origin.trained_on);
+        (!same).then(|| {
             format!(
-                "{}: trained on {:?}, expected a model of {}: the scores are those of another scene",
+                "{}: trained on {:?}, expected a model of {}: the scores may be those of another \
+                 scene",
                 self.model.display(),
                 origin.dataset,
                 self.data.display()

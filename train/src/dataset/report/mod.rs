@@ -91,8 +91,8 @@ pub struct ImageSize {
     pub images: usize,
 }
 
-/// Looks at the dataset in the folder `path`: its files of cameras and the headers
-/// of its images.
+/// Looks at the dataset in the folder `path`: its files of cameras and its images,
+/// of which no pixel is decoded.
 ///
 /// # Errors
 /// As [`load`](super::load), except for what is wrong with images: that is in

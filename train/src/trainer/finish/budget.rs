@@ -77,12 +77,13 @@ pub(crate) struct Costs {
 }
 
 impl Costs {
-    /// The largest budget that fits a run of so many seconds, and what it takes.
+    /// The largest budget that fits a run of so many seconds, and what it takes; none where
+    /// even the smallest would take too long.
     pub(crate) fn budget(&self, seconds: f64) -> (FinishingBudget, f64) {
         let most = (SHARE * seconds).max(WORTH);
         let costs = LADDER.map(|budget| (budget, self.seconds(budget)));
         let affordable = costs.into_iter().find(|(_, seconds)| *seconds <= most);
-        affordable.unwrap_or(costs[LADDER.len() - 1])
+        affordable.unwrap_or((FinishingBudget::NONE, 0.0))
     }
 
     fn seconds(&self, budget: FinishingBudget) -> f64 {
@@ -142,7 +143,11 @@ mod tests {
         // One look shows that they are too many.
         let (budget, _) = Costs { given_up: true, tile: 0.005, ..costly }.budget(100.0);
         assert_eq!(budget, LADDER[0]);
-        // More than there is time for: the least.
-        assert_eq!(Costs { tile: 9.0, ..costs }.budget(100.0).0, LADDER[6]);
+        // The least still takes longer than there is time for: nothing. 35 tiles, 3 s.
+        let least = Costs { look: 0.3, finer: 9.0, tile: 0.04, ..costs };
+        assert_eq!(least.budget(100.0).0, LADDER[6]);
+        let most = (FinishingBudget::NONE, 0.0);
+        assert_eq!(Costs { tile: 0.09, ..least }.budget(100.0), most);
+        assert_eq!(Costs { tile: 9.0, ..costs }.budget(100.0), most);
     }
 }

@@ -15,7 +15,7 @@ use crate::trainer::{StepStats, Targets, Trainer};
 /// Attempts after the first; then training gives up.
 pub const MAX_RESTARTS: u32 = 3;
 /// Steps of an attempt before its pictures are judged.
-const PATIENCE: u32 = 512;
+pub(crate) const PATIENCE: u32 = 512;
 /// Steps between two checks of the tables, which are large; the loss and all other
 /// parameters are checked after every step.
 const TABLES_EVERY: u32 = 64;

@@ -13,10 +13,6 @@ use crate::trainer::{FinishingBudget, Length, Plan, Trainer};
 pub use error::{NoTime, RunError};
 use guard::{Averages, Diverged, MAX_RESTARTS, Trouble};
 
-/// A field of fewer steps is fog: calibrating its model would take longer than training it, and
-/// find nothing.
-const CALIBRATED: u32 = 512;
-
 /// Where a run stands.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
@@ -119,7 +115,7 @@ impl Run {
             self.restart(trainer, Trouble::NotFinite)?;
         }
         self.plan_the_end(trainer);
-        let (begun, steps) = self.fit_to_clock(trainer.steps());
+        let (begun, steps) = self.fit_to_clock((trainer.steps(), trainer.config().settled()));
         let stats = trainer.step(&settings(trainer.config(), trainer.steps(), self.plan));
         self.timed = Some((begun, steps + 1));
         self.averages.add(&stats);
@@ -158,8 +154,8 @@ impl Run {
     }
 
     /// Fits the plan to the clock, once enough steps have been timed. Gives when those that are
-    /// being timed began, and how many they are.
-    fn fit_to_clock(&mut self, step: u32) -> (Instant, u32) {
+    /// being timed began, and how many they are. A field is `settled` after so many steps.
+    fn fit_to_clock(&mut self, (step, settled): (u32, u32)) -> (Instant, u32) {
         let (begun, timed) = *self.timed.get_or_insert_with(|| (Instant::now(), 0));
         let Some(deadline) = self.deadline() else { return (begun, timed) };
         let fitted = match self.plan {
@@ -167,10 +163,10 @@ impl Run {
             Some(plan) => adjust(plan, begun, deadline, timed, step),
         };
         let Some(plan) = fitted else { return (begun, timed) };
-        if plan.end < CALIBRATED && self.finishing.is_none() {
+        if plan.end < settled && self.finishing.is_none() {
             // Its model will not be calibrated, which leaves more time for steps.
             self.finishing = Some((FinishingBudget::NONE, 0.0));
-            return self.fit_to_clock(step);
+            return self.fit_to_clock((step, settled));
         }
         self.plan = fitted;
         (Instant::now(), 0)
@@ -185,7 +181,8 @@ impl Run {
         };
         if self.plan.is_some_and(|plan| plan.progress(trainer.steps()) >= KNOWN) {
             let nothing = (FinishingBudget::NONE, 0.0);
-            self.finishing = Some(match trainer.steps() as f32 >= KNOWN * CALIBRATED as f32 {
+            let settled = trainer.config().settled() as f32;
+            self.finishing = Some(match trainer.steps() as f32 >= KNOWN * settled {
                 true => trainer.rehearse().map_or(nothing, |costs| costs.budget(seconds)),
                 false => nothing,
             });
@@ -197,7 +194,7 @@ impl Run {
     #[must_use]
     pub fn finishing_budget(&self, trainer: &Trainer) -> FinishingBudget {
         match self.finishing {
-            _ if trainer.steps() < CALIBRATED => FinishingBudget::NONE,
+            _ if trainer.steps() < trainer.config().settled() => FinishingBudget::NONE,
             Some((budget, _)) => budget,
             None => FinishingBudget::usual(trainer.config()),
         }

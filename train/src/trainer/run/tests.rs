@@ -5,6 +5,7 @@ use pocketnerf_core::SimdLevel;
 use super::*;
 use crate::builtin;
 use crate::dataset::Split;
+use crate::field::HierarchicalTraining;
 use crate::trainer::TrainConfig;
 
 fn trainer() -> Trainer {
@@ -46,13 +47,18 @@ fn steps(n: u32) -> Run {
 #[test]
 fn a_short_run_is_not_calibrated() {
     let mut trainer = trainer();
-    let mut run = steps(CALIBRATED);
-    for step in 1..=CALIBRATED {
+    let settled = trainer.config().settled();
+    assert_eq!(settled, 512);
+    let mut run = steps(settled);
+    for step in 1..=settled {
         assert_eq!(run.finishing_budget(&trainer), FinishingBudget::NONE);
         assert_eq!(run.step(&mut trainer).unwrap().unwrap().step, step);
     }
     let usual = FinishingBudget::usual(trainer.config());
     assert_eq!(run.finishing_budget(&trainer), usual);
+    // A field that takes few steps of many rays is, sooner.
+    assert_eq!(TrainConfig::nerf().settled(), 100);
+    assert_eq!(TrainConfig::hierarchical(HierarchicalTraining::PLAIN).settled(), 512);
     // Nothing is rendered: cells and tolerance are those of training.
     let finished = trainer.finished(FinishingBudget::NONE).unwrap();
     let (model, stands) = (finished.model(), trainer.model());

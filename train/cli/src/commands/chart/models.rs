@@ -65,7 +65,6 @@ pub(super) fn take(paths: &[PathBuf], scenes: &[Scene]) -> Result<Vec<Model>, Fa
     let Some(scene) = scenes.first().filter(|_| !paths.is_empty()) else { return Ok(Vec::new()) };
     let train = scene.train_split()?;
     let fingerprint = train.fingerprint();
-    let dataset = Path::new(&train.source).file_name().map(|name| name.display().to_string());
     let mut taken: Vec<Model> = Vec::new();
     for path in paths {
         let bytes = read_model(path)?;
@@ -73,8 +72,7 @@ pub(super) fn take(paths: &[PathBuf], scenes: &[Scene]) -> Result<Vec<Model>, Fa
         // Fingerprints depend on the images' size, so a model of a dataset with the same name
         // is accepted.
         if let Some(origin) = file.about.provenance.filter(|origin| origin.trained_on != 0) {
-            let is_of_scene =
-                origin.trained_on == fingerprint || Some(origin.dataset) == dataset.as_deref();
+            let is_of_scene = origin.trained_on == fingerprint || origin.dataset == train.name();
             if !is_of_scene {
                 return Err(format!(
                     "{}: a model of {:?}, expected one of {}; give the dataset that it was trained on",

@@ -26,9 +26,6 @@ pub(super) use saving::Interrupted;
 use saving::{Resume, Saving, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
 
-/// Runs of fewer steps end with a warning.
-const FEW: u32 = 512;
-
 impl Train {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         self.check()?;
@@ -132,12 +129,14 @@ pub(super) fn finish(
     bar: &mut Bar,
 ) -> Result<Value, Failure> {
     bar.phase("finishing the model");
-    if trainer.steps() < FEW {
-        let doubt = run.doubt(trainer).map_or(String::new(), |doubt| format!(": {doubt}"));
+    let (steps, settled) = (trainer.steps(), trainer.config().settled());
+    if steps < settled {
         bar.warn(format!(
-            "only {} steps were taken, expected at least {FEW}{doubt}; train longer",
-            trainer.steps()
+            "only {steps} steps were taken, expected at least {settled}; train longer"
         ));
+    }
+    if let Some(doubt) = run.doubt(trainer) {
+        bar.warn(format!("{doubt} after {steps} steps; train longer"));
     }
     let about = origin.about(trainer, run);
     let finished = trainer.finished(run.finishing_budget(trainer))?;
@@ -173,9 +172,8 @@ pub(super) struct Origin {
 
 impl Origin {
     pub(super) fn new(dataset: &Dataset, downscale_factor: u32, precision: Precision) -> Self {
-        let name = Path::new(&dataset.source).file_name();
         Self {
-            name: name.map_or_else(String::new, |name| name.display().to_string()),
+            name: dataset.name(),
             camera: dataset.views.first().map(|view| default_camera(&view.camera)),
             trained_on: TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor },
             precision,
