@@ -6,6 +6,7 @@
 
 mod depth;
 mod lpips;
+mod mask;
 mod ms_ssim;
 #[cfg(test)]
 mod patterns;

@@ -1,5 +1,6 @@
 //! Structural similarity at several scales.
 
+use super::mask::Mask;
 use super::window::{WINDOW, rows, unit};
 
 /// The exponents of the scales, from the finest to the coarsest.
@@ -20,6 +21,15 @@ const WEIGHTS: [f64; 5] = [0.0448, 0.2856, 0.3001, 0.2363, 0.1333];
 /// If a picture does not hold `width * height * 3` values.
 #[must_use]
 pub fn ms_ssim(picture: &[u8], truth: &[u8], width: usize, height: usize) -> Option<f64> {
+    masked_ms_ssim([picture, truth], [width, height], &Mask::NONE)
+}
+
+/// The same of the windows whose middle counts; `None` where a scale has none.
+pub(super) fn masked_ms_ssim(
+    [picture, truth]: [&[u8]; 2],
+    [width, height]: [usize; 2],
+    mask: &Mask<'_>,
+) -> Option<f64> {
     assert_eq!([picture.len(), truth.len()], [width * height * 3; 2], "RGB pictures of that size");
     let least = WINDOW << (WEIGHTS.len() - 1);
     if width < least || height < least {
@@ -28,7 +38,7 @@ pub fn ms_ssim(picture: &[u8], truth: &[u8], width: usize, height: usize) -> Opt
     let mut scale = Scale { values: [unit(picture), unit(truth)], width, height };
     let mut channels = [1.0; 3];
     for (i, weight) in WEIGHTS.into_iter().enumerate() {
-        let [structure, whole] = scale.similarities();
+        let [structure, whole] = scale.similarities(mask)?;
         let factors = if i + 1 < WEIGHTS.len() { structure } else { whole };
         for (channel, factor) in channels.iter_mut().zip(factors) {
             *channel *= factor.max(0.0).powf(weight);
@@ -49,20 +59,23 @@ struct Scale {
 
 impl Scale {
     /// Each channel's mean structure, and its mean similarity.
-    fn similarities(&self) -> [[f64; 3]; 2] {
+    fn similarities(&self, mask: &Mask<'_>) -> Option<[[f64; 3]; 2]> {
         let [x, y] = &self.values;
-        let sums = rows([x, y], self.width * 3, |moments| {
-            let mut sums = [[0.0; 3]; 2];
+        let size = [self.width, self.height];
+        let sums = rows([x, y], self.width * 3, |y, moments| {
+            let (mut sums, mut n) = ([[0.0; 3]; 2], 0);
             for (i, window) in moments.similarities().enumerate() {
-                sums[0][i % 3] += f64::from(window.structure);
-                sums[1][i % 3] += f64::from(window.whole);
+                if mask.counts([i / 3 + WINDOW / 2, y], size) {
+                    sums[0][i % 3] += f64::from(window.structure);
+                    sums[1][i % 3] += f64::from(window.whole);
+                    n += 1;
+                }
             }
-            sums
+            (sums, n / 3)
         });
-        let windows = (sums.len() * (self.width + 1 - WINDOW)) as f64;
-        let mean =
-            |kind: usize, c: usize| sums.iter().map(|row| row[kind][c]).sum::<f64>() / windows;
-        [0, 1].map(|kind| [0, 1, 2].map(|c| mean(kind, c)))
+        let windows: usize = sums.iter().map(|(_, n)| n).sum();
+        let sum = |kind: usize, c: usize| sums.iter().map(|(row, _)| row[kind][c]).sum::<f64>();
+        (windows > 0).then(|| [0, 1].map(|kind| [0, 1, 2].map(|c| sum(kind, c) / windows as f64)))
     }
 
     fn halved(&self) -> Self {

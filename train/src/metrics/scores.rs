@@ -4,7 +4,10 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use super::{Lpips, ms_ssim, psnr, ssim};
+use super::mask::Mask;
+use super::ms_ssim::masked_ms_ssim;
+use super::ssim::masked_ssim;
+use super::{Lpips, psnr};
 
 /// What is measured beyond that which needs nothing but the pictures.
 #[derive(Debug, Default)]
@@ -30,8 +33,9 @@ pub struct Scores {
 impl Metrics {
     /// Compares 8-bit RGB pictures of `size`, width and height.
     ///
-    /// Pixels whose byte of `mask` is 0 do not count for PSNR; for the others, whose windows
-    /// reach across the mask's edge, the picture is right there by definition.
+    /// Pixels whose byte of `mask` is 0 do not count: not for PSNR, nor do windows and features
+    /// whose middle is such a pixel. Others reach across the mask's edge; there the picture is
+    /// right by definition.
     ///
     /// # Panics
     /// If a picture or the mask is of another size, or no pixel counts.
@@ -41,15 +45,16 @@ impl Metrics {
         picture: &[u8],
         truth: &[u8],
         mask: Option<&[u8]>,
-        [width, height]: [usize; 2],
+        size: [usize; 2],
     ) -> Scores {
         let ([counted, counted_truth], without) = masked(picture, truth, mask);
+        let (pictures, mask) = ([&*without, truth], Mask::new(mask, size));
         let lpips = self.lpips.as_ref();
         Scores {
             psnr: psnr(&counted, &counted_truth),
-            ssim: ssim(&without, truth, width, height),
-            ms_ssim: ms_ssim(&without, truth, width, height),
-            lpips: lpips.and_then(|lpips| lpips.distance(&without, truth, width, height)),
+            ssim: masked_ssim(pictures, size, &mask),
+            ms_ssim: masked_ms_ssim(pictures, size, &mask),
+            lpips: lpips.and_then(|lpips| lpips.masked_distance(pictures, size, &mask)),
         }
     }
 }
@@ -76,6 +81,29 @@ fn masked<'p>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_ignored_is_not_perfect() {
+        // Wrong alike everywhere: what is ignored, more or less, changes nothing.
+        let (width, height) = (200, 190);
+        let truth: Vec<u8> = (0..width * height * 3).map(|i| (i * i % 97) as u8).collect();
+        let picture: Vec<u8> = truth.iter().map(|v| 200 - v).collect();
+        let compare = |mask: Option<&[u8]>| {
+            Metrics::default().compare(&picture, &truth, mask, [width, height])
+        };
+        let all = compare(None);
+        let left: Vec<u8> = (0..width * height).map(|i| u8::from(i % width < 60)).collect();
+        let masked = compare(Some(&left));
+        let [all_ssim, masked_ssim] = [all, masked].map(|scores| scores.ssim.unwrap());
+        // But for windows across the edge: 5 of 55 columns, which are half right.
+        assert!(all_ssim < 0.0 && masked_ssim < all_ssim + 0.1, "{all_ssim} {masked_ssim}");
+        let all_but_one = [&[0][..], &vec![1; width * height - 1]].concat();
+        assert!((compare(Some(&all_but_one)).ssim.unwrap() - all_ssim).abs() < 1e-4);
+        // No window has its middle in what counts.
+        let corner: Vec<u8> = (0..width * height).map(|i| u8::from(i == 0)).collect();
+        let corner = compare(Some(&corner));
+        assert!(corner.psnr.is_finite() && (corner.ssim, corner.ms_ssim) == (None, None));
+    }
 
     #[test]
     fn ignored_pixels_count_for_nothing() {

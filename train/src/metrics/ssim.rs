@@ -1,5 +1,6 @@
 //! Structural similarity.
 
+use super::mask::Mask;
 use super::window::{WINDOW, rows, unit};
 
 /// The mean structural similarity of two 8-bit RGB pictures: 11×11 Gaussian
@@ -14,15 +15,27 @@ use super::window::{WINDOW, rows, unit};
 /// If a picture does not hold `width * height * 3` values.
 #[must_use]
 pub fn ssim(picture: &[u8], truth: &[u8], width: usize, height: usize) -> Option<f64> {
+    masked_ssim([picture, truth], [width, height], &Mask::NONE)
+}
+
+/// The same of the windows whose middle counts; `None` where there is none.
+pub(super) fn masked_ssim(
+    [picture, truth]: [&[u8]; 2],
+    [width, height]: [usize; 2],
+    mask: &Mask<'_>,
+) -> Option<f64> {
     let stride = width * 3;
     assert_eq!([picture.len(), truth.len()], [stride * height; 2], "RGB pictures of that size");
     if width < WINDOW || height < WINDOW {
         return None;
     }
-    let sums = rows([&unit(picture), &unit(truth)], stride, |moments| -> f64 {
-        moments.similarities().map(|window| f64::from(window.whole)).sum()
+    let sums = rows([&unit(picture), &unit(truth)], stride, |y, moments| {
+        let counts = |i: &usize| mask.counts([i / 3 + WINDOW / 2, y], [width, height]);
+        let windows = moments.similarities().enumerate().filter(|(i, _)| counts(i));
+        windows.fold((0.0, 0), |(sum, n), (_, window)| (sum + f64::from(window.whole), n + 1))
     });
-    Some(sums.iter().sum::<f64>() / (sums.len() * (stride - 3 * (WINDOW - 1))) as f64)
+    let n: usize = sums.iter().map(|(_, n)| n).sum();
+    (n > 0).then(|| sums.iter().map(|(sum, _)| sum).sum::<f64>() / n as f64)
 }
 
 #[cfg(test)]

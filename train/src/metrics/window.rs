@@ -20,11 +20,12 @@ pub(super) struct Similarity {
 }
 
 /// Sums up each row of whole windows of two RGB pictures, `stride` values a row, in 0..1. The
-/// sums come in the order of the rows, whatever the number of threads.
+/// sums come in the order of the rows, whatever the number of threads. `sum` receives the row of
+/// the windows' middles.
 pub(super) fn rows<T: Send>(
     [x, y]: [&[f32]; 2],
     stride: usize,
-    sum: impl Fn(&Moments) -> T + Sync,
+    sum: impl Fn(usize, &Moments) -> T + Sync,
 ) -> Vec<T> {
     let kernel = gaussian();
     let height = x.len() / stride;
@@ -35,7 +36,7 @@ pub(super) fn rows<T: Send>(
             |moments, row| {
                 let lines = row * stride..(row + WINDOW) * stride;
                 moments.fill(&kernel, &x[lines.clone()], &y[lines]);
-                sum(moments)
+                sum(row + WINDOW / 2, moments)
             },
         )
         .collect()

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 pub use error::LpipsError;
 
+use super::mask::Mask;
 use features::Features;
 use network::{Network, Step};
 use weights::Convolution;
@@ -81,6 +82,16 @@ impl Lpips {
         width: usize,
         height: usize,
     ) -> Option<f64> {
+        self.masked_distance([picture, truth], [width, height], &Mask::NONE)
+    }
+
+    /// The same of the features whose middle counts; `None` where there is none.
+    pub(super) fn masked_distance(
+        &self,
+        [picture, truth]: [&[u8]; 2],
+        [width, height]: [usize; 2],
+        mask: &Mask<'_>,
+    ) -> Option<f64> {
         let size = width * height * 3;
         assert_eq!([picture.len(), truth.len()], [size; 2], "RGB pictures of that size");
         let mut both = [picture, truth].map(|rgb| Features::of_picture(rgb, width, height));
@@ -99,7 +110,7 @@ impl Lpips {
                         *features = features.pooled(side)?;
                     }
                 }
-                Step::Tap => distance += difference(&both, heads.next()?),
+                Step::Tap => distance += difference(&both, heads.next()?, mask)?,
             }
         }
         Some(distance).filter(|distance| distance.is_finite())
@@ -112,19 +123,24 @@ impl fmt::Debug for Lpips {
     }
 }
 
-/// The mean over the pixels of the weighted squared differences of features, each pixel's
-/// divided by their length.
-fn difference([a, b]: &[Features; 2], head: &[f32]) -> f64 {
-    let row = a.width * a.channels;
+/// The mean over the pixels that count of the weighted squared differences of features, each
+/// pixel's divided by their length.
+fn difference([a, b]: &[Features; 2], head: &[f32], mask: &Mask<'_>) -> Option<f64> {
+    let (row, size) = (a.width * a.channels, [a.width, a.height]);
     let rows = a.values.par_chunks_exact(row).zip(b.values.par_chunks_exact(row));
-    let sums: Vec<f64> = rows
-        .map(|(a, b)| {
+    let sums: Vec<(f64, usize)> = rows
+        .enumerate()
+        .map(|(y, (a, b))| {
             let pixels = a.chunks_exact(head.len()).zip(b.chunks_exact(head.len()));
-            pixels.map(|(a, b)| f64::from(pixel_difference(a, b, head))).sum()
+            let counted = pixels.enumerate().filter(|(x, _)| mask.counts([*x, y], size));
+            counted.fold((0.0, 0), |(sum, n), (_, (a, b))| {
+                (sum + f64::from(pixel_difference(a, b, head)), n + 1)
+            })
         })
         .collect();
+    let n: usize = sums.iter().map(|(_, n)| n).sum();
     // Summed row after row, so that the number of threads changes nothing.
-    sums.iter().sum::<f64>() / (a.width * a.height) as f64
+    (n > 0).then(|| sums.iter().map(|(sum, _)| sum).sum::<f64>() / n as f64)
 }
 
 fn pixel_difference(a: &[f32], b: &[f32], head: &[f32]) -> f32 {

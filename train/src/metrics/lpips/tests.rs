@@ -207,6 +207,8 @@ fn other_tensors_are_refused_in_one_line() {
 fn trained() -> Option<PathBuf> {
     let data = std::env::var_os("POCKETNERF_DATA");
     if data.is_none() {
+        let required = std::env::var_os("POCKETNERF_REQUIRE_DATA").is_some();
+        assert!(!required, "POCKETNERF_DATA is not set, and POCKETNERF_REQUIRE_DATA is");
         println!("skipped: POCKETNERF_DATA is not set");
     }
     Some(PathBuf::from(data?).join("lpips"))
