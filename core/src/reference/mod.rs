@@ -77,17 +77,31 @@ pub fn query(
     point: [f32; 3],
     direction: [f32; 3],
 ) -> Result<PointResult, Error> {
+    let (sigma, rgb) = query_f64(model, point, direction)?;
+    Ok(PointResult { sigma: sigma as f32, rgb: rgb.map(|c| c as f32) })
+}
+
+/// The density and colour of [`query`] as they were computed, not rounded to `f32`: for
+/// differences of two that are close.
+///
+/// # Errors
+/// As [`query`].
+pub fn query_f64(
+    model: &Model<'_>,
+    point: [f32; 3],
+    direction: [f32; 3],
+) -> Result<(f64, [f64; 3]), Error> {
     field::check(model)?;
     let place = |p| field::place(model, p);
     let Some(u) = space::point(&model.space, point).and_then(place) else {
-        return Ok(PointResult { sigma: 0.0, rgb: [0.0; 3] });
+        return Ok((0.0, [0.0; 3]));
     };
     let (sigma, channels) = field::evaluate(&model.field, u, direction);
     let rgb = match model.field.deferred() {
         Some(decoder) => field::shade(decoder, &channels, direction),
         None => [channels[0], channels[1], channels[2]],
     };
-    Ok(PointResult { sigma: sigma as f32, rgb: rgb.map(|c| c as f32) })
+    Ok((sigma, rgb))
 }
 
 /// Renders one ray.

@@ -34,6 +34,11 @@ impl Case {
         for value in &mut parameters {
             *value += 0.02 * random.next_f32();
         }
+        // With ReLU, densities below 0 would have no gradient.
+        let densities = layout.ranges().iter().filter(|range| {
+            range.part.network.ends_with("density") && range.part.role == Role::Bias
+        });
+        densities.for_each(|range| parameters[range.indices()].fill(0.3));
         let mut draw = || random.next_f32();
         let points = [(); N].map(|()| [draw(), draw(), draw()]);
         let directions = [(); N].map(|()| {
@@ -66,10 +71,9 @@ impl Case {
         let [points, directions] = self.at;
         let samples = points.iter().zip(directions).zip(self.factors);
         let each = samples.map(|((point, direction), [sigma, r, g, b])| {
-            let found = reference::query(&model, *point, direction).unwrap();
-            let products =
-                [found.sigma * sigma, found.rgb[0] * r, found.rgb[1] * g, found.rgb[2] * b];
-            products.iter().map(|p| f64::from(*p)).sum::<f64>()
+            let (density, rgb) = reference::query_f64(&model, *point, direction).unwrap();
+            let [sigma, r, g, b] = [sigma, r, g, b].map(f64::from);
+            density * sigma + rgb[0] * r + rgb[1] * g + rgb[2] * b
         });
         each.sum()
     }
@@ -150,7 +154,10 @@ fn gradients_are_those_of_the_reference() {
     }
 }
 
-/// Differences along a random direction through each tensor.
+/// Random directions through each tensor.
+const DIRECTIONS: u64 = 3;
+
+/// Differences along random directions through each tensor.
 fn check_gradient(case: &Case, coarse: bool, gradient: &[f32]) {
     for (i, range) in case.layout.ranges().iter().enumerate() {
         let part = range.part;
@@ -161,23 +168,27 @@ fn check_gradient(case: &Case, coarse: bool, gradient: &[f32]) {
             assert!(gradient[range.indices()].iter().all(|g| *g == 0.0), "{part:?}");
             continue;
         }
-        let mut random = Random::new(7, [i as u64; 3]);
-        let direction: Vec<f32> = range.indices().map(|_| random.next_f32() - 0.3).collect();
-        let length = direction.iter().map(|d| d * d).sum::<f32>().sqrt();
-        // Small enough that few samples pass a corner of ReLU, and large enough for
-        // differences of what the reference gives in f32: both are worth a percent.
-        let h = 2e-3 / length;
-        let at = |h: f32| {
-            let mut parameters = case.parameters.clone();
-            for (p, d) in parameters[range.indices()].iter_mut().zip(&direction) {
-                *p += h * d;
-            }
-            case.expected(&parameters, coarse)
-        };
-        let slope = (at(h) - at(-h)) / f64::from(2.0 * h);
-        let products = gradient[range.indices()].iter().zip(&direction);
-        let found: f64 = products.map(|(g, d)| f64::from(g * d)).sum();
-        let close = (found - slope).abs() <= 2e-2 * (slope.abs() + f64::from(length));
-        assert!(close, "{part:?}: {found}, by differences {slope}");
+        assert!(gradient[range.indices()].iter().any(|g| *g != 0.0), "{part:?}");
+        for k in 0..DIRECTIONS {
+            let mut random = Random::new(7, [i as u64, k, 0]);
+            let direction: Vec<f32> = range.indices().map(|_| random.next_f32() - 0.3).collect();
+            let length = direction.iter().map(|d| d * d).sum::<f32>().sqrt();
+            // So small that hardly a sample passes a corner of ReLU.
+            let h = 1e-6 / length;
+            let moved = |h: f32| {
+                let mut parameters = case.parameters.clone();
+                let own = parameters[range.indices()].iter_mut();
+                own.zip(&direction).for_each(|(p, d)| *p += h * d);
+                parameters
+            };
+            let [before, after] = [moved(-h), moved(h)];
+            let difference = case.expected(&after, coarse) - case.expected(&before, coarse);
+            // Along the way that the rounded parameters went.
+            let products = gradient[range.indices()].iter().zip(range.indices());
+            let terms = products.map(|(g, i)| f64::from(*g) * f64::from(after[i] - before[i]));
+            let (found, size) = terms.fold((0.0, 0.0), |(sum, size), t| (sum + t, size + t.abs()));
+            let close = (found - difference).abs() <= 1e-4 * size;
+            assert!(close, "{part:?}: {found}, by differences {difference}, of {size}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Adam (Kingma & Ba 2015), which leaves alone what received no gradient: of a
 //! large table, a step touches few entries.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 use crate::field::rounding::Rounding;
 
@@ -65,8 +65,7 @@ impl Adam {
         (f64::from(learning_rate) * factor) as f32
     }
 
-    /// One step of every parameter whose register of neighbours received a
-    /// gradient; `rate` comes from [`Adam::corrected`]. Gives the largest magnitude
+    /// One step of every parameter that received a gradient; `rate` comes from [`Adam::corrected`]. Gives the largest magnitude
     /// that any of them has now.
     #[inline(always)]
     pub fn update<S: Simd, R: Rounding>(
@@ -130,21 +129,26 @@ impl Adam {
         let mut largest = splat(0.0);
         for (i, (((p, g), v), r)) in rows.enumerate() {
             let gradient = S::f32s::from_slice(simd, g);
-            if gradient.simd_eq(splat(0.0)).all_true() {
+            let untouched = gradient.simd_eq(splat(0.0));
+            if untouched.all_true() {
                 continue;
             }
             let mut direction = gradient;
             if MEAN {
                 let m = &mut mean[i * n..(i + 1) * n];
                 let mean = S::f32s::from_slice(simd, m);
-                direction = (gradient - mean).mul_add(splat(1.0 - self.beta1), mean);
+                let new = (gradient - mean).mul_add(splat(1.0 - self.beta1), mean);
+                direction = untouched.select(mean, new);
                 direction.store_slice(m);
             }
-            let square = S::f32s::from_slice(simd, v);
-            let square = (gradient * gradient - square).mul_add(splat(1.0 - self.beta2), square);
+            let before = S::f32s::from_slice(simd, v);
+            let new = (gradient * gradient - before).mul_add(splat(1.0 - self.beta2), before);
+            let square = untouched.select(before, new);
             let change = direction / (square.sqrt() + self.epsilon);
-            let parameter = S::f32s::from_slice(simd, p);
-            let parameter = change.mul_add(splat(-rate), parameter * (1.0 - rate * self.decay));
+            let before = S::f32s::from_slice(simd, p);
+            let new = change.mul_add(splat(-rate), before * (1.0 - rate * self.decay));
+            // Each parameter by itself: registers of other widths give the same.
+            let parameter = untouched.select(before, new);
             parameter.store_slice(p);
             largest = largest.max(parameter.abs());
             rounding.round(simd, parameter, r);
@@ -173,12 +177,13 @@ mod tests {
         let root = 7.0f32.sqrt();
         let expected = [27.0 / 32.0, 27.0 / 32.0 * (1.0 - root / 64.0) - root / 32.0];
         for level in SimdLevel::ALL.into_iter().filter_map(|level| level.token().ok()) {
-            // A register's worth and a rest; the last register has no gradient.
+            // Registers' worth and a rest. Some have no gradient, which is so of every third
+            // value of the others too.
             let mut p = [1.0f32; 33];
             let (mut g, mut v, mut rounded) = ([0.0; 33], [0.0; 33], [0; 33]);
+            let touched = |i: usize| (i < 16 || i == 32) && i % 3 != 2;
             for (step, (gradient, expected)) in (1..).zip([2.0, 1.0].into_iter().zip(expected)) {
-                g[..16].fill(gradient);
-                g[32] = gradient;
+                (0..33).filter(|i| touched(*i)).for_each(|i| g[i] = gradient);
                 let rate = adam.corrected(0.125, step);
                 dispatch!(level, simd => adam.update(simd, rate, Half, Slices {
                     parameters: &mut p,
@@ -187,11 +192,12 @@ mod tests {
                     square: &mut v,
                     rounded: &mut rounded,
                 }));
-                for i in (0..16).chain([32]) {
+                for i in (0..33).filter(|i| touched(*i)) {
                     assert!((p[i] - expected).abs() < 1e-6, "{i}: {} {expected}", p[i]);
                     assert_eq!(rounded[i], rounded[0]);
                 }
-                assert!(p[16..32].iter().all(|p| *p == 1.0) && g == [0.0; 33]);
+                let untouched = || (0..33).filter(|i| !touched(*i));
+                assert!(untouched().all(|i| (p[i], v[i]) == (1.0, 0.0)) && g == [0.0; 33]);
             }
         }
     }
