@@ -78,6 +78,22 @@ fn pixels_of_every_kind() {
     };
     let deep = image::ImageBuffer::from_pixel(4, 2, image::Rgba([65535u16, 257 * 7, 128, 32768]));
     assert_eq!(colors(deep.into()), (vec![255, 7, 0, 128], true));
+    // A flaw of an opaque image is no cut-out.
+    let mut flawed = image::RgbaImage::from_pixel(100, 50, image::Rgba([1, 2, 3, 255]));
+    for (n, cut_out) in [(1, false), (4, false), (5, true)] {
+        (0..n).for_each(|x| flawed.put_pixel(x, 7, image::Rgba([1, 2, 3, 254])));
+        flawed.save(scene.path().join("train/r_0.png")).unwrap();
+        scene.train(&frames(&["train/r_0"]));
+        let dataset = load(scene.path(), Split::Train, 1).unwrap();
+        let said = dataset.notes.iter().any(|note| {
+            *note
+                == format!(
+                    "{n} of 5000 pixels are transparent: too few for cut-outs, the images count as \
+                     opaque"
+                )
+        });
+        assert_eq!((dataset.has_alpha, said), (cut_out, !cut_out), "{:?}", dataset.notes);
+    }
     let rgb = image::RgbImage::from_pixel(4, 2, image::Rgb([1, 2, 3]));
     assert_eq!(colors(rgb.into()), (vec![1, 2, 3, 255], false));
     let grey = image::GrayImage::from_pixel(4, 2, image::Luma([9]));

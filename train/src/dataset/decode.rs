@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::images::{self, Image};
 use super::listing::{Frame, Listing, Mask};
-use super::{DatasetError, View};
+use super::{DatasetError, LoadOptions, View, memory};
 
 /// A dataset is refused where more than one image in so many is unreadable.
 const TOO_MANY: usize = 10;
@@ -17,11 +17,14 @@ const TOO_MANY: usize = 10;
 /// with a note.
 pub(super) fn views(
     listing: &Listing,
-    factor: u32,
-    deadline: Option<Instant>,
+    options: &LoadOptions,
 ) -> Result<(Vec<View>, Option<String>), DatasetError> {
     let folder = &listing.folder;
+    let LoadOptions { downscale_factor: factor, deadline, memory: free, .. } = *options;
     let names = find_all(listing)?;
+    if let Some(free) = free {
+        memory::check(folder, &names, factor, free)?;
+    }
     let in_time = || deadline.is_none_or(|deadline| Instant::now() < deadline);
     let decoded: Vec<_> = names
         .par_iter()

@@ -289,10 +289,35 @@ pub enum DatasetError {
         /// How many.
         poses: usize,
     },
+    /// The images do not fit into memory.
+    #[error(
+        "{}: {images} images of up to {}x{} pixels need {:.1} GB of memory, but {:.1} GB are free; \
+         give {}",
+        one_line(.folder), .largest[0], .largest[1], gigabytes(.needed), gigabytes(.free),
+        .factor.map_or("fewer images".to_owned(), |n| format!("--downscale-factor {n} or more"))
+    )]
+    Memory {
+        /// The dataset's folder.
+        folder: PathBuf,
+        /// How many.
+        images: usize,
+        /// Width and height of the largest.
+        largest: [u32; 2],
+        /// Bytes.
+        needed: u64,
+        /// Bytes.
+        free: u64,
+        /// The least factor with which they fit, if one does.
+        factor: Option<u32>,
+    },
     /// A capture around nothing.
     #[error("{}: --spherify needs cameras around a point, but these look in parallel; leave it out", one_line(.0))]
     NoMiddle(PathBuf),
     /// Only LLFF captures are made spheres.
     #[error("{}: --spherify is for LLFF captures (poses_bounds.npy), which this is not; leave it out", one_line(.0))]
     Spherify(PathBuf),
+}
+
+fn gigabytes(bytes: &u64) -> f64 {
+    *bytes as f64 / 1e9
 }

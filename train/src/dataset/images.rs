@@ -51,6 +51,12 @@ pub(super) fn decode(path: &Path) -> Result<Image, DatasetError> {
         .map_err(|problem| DatasetError::UnreadableImage { image: path.to_owned(), problem })
 }
 
+/// Width and height by a file's header; reads no more than that.
+pub(super) fn size(path: &Path) -> Option<[u32; 2]> {
+    let reader = ImageReader::open(path).ok()?.with_guessed_format().ok()?;
+    reader.into_dimensions().ok().map(|(width, height)| [width, height])
+}
+
 /// Width, height and whether there is an alpha channel, of a file that is whole; decodes no
 /// pixel.
 pub(super) fn header(path: &Path) -> Option<([u32; 2], bool)> {

@@ -12,6 +12,7 @@ mod images;
 mod intrinsics;
 mod listing;
 mod llff;
+mod memory;
 mod npy;
 mod recognise;
 mod report;
@@ -46,12 +47,15 @@ pub struct LoadOptions {
     /// Reading images is given up then: a run that has no time for it ends early, with an
     /// error.
     pub deadline: Option<Instant>,
+    /// Images that need more memory than this, bytes, are refused before any is decoded.
+    pub memory: Option<u64>,
 }
 
 impl Default for LoadOptions {
     /// Whole images, every eighth held out.
     fn default() -> Self {
-        Self { downscale_factor: 1, hold_every: 8, spherify: false, deadline: None }
+        let (spherify, deadline, memory) = (false, None, None);
+        Self { downscale_factor: 1, hold_every: 8, spherify, deadline, memory }
     }
 }
 
@@ -75,11 +79,13 @@ pub fn load_with(
     options: &LoadOptions,
 ) -> Result<Dataset, DatasetError> {
     let listing = list(path, split, options)?;
-    let factor = listing.factor.unwrap_or(options.downscale_factor);
-    let (views, unreadable) = decode::views(&listing, factor, options.deadline)?;
+    let downscale_factor = listing.factor.unwrap_or(options.downscale_factor);
+    let options = &LoadOptions { downscale_factor, ..*options };
+    let (views, unreadable) = decode::views(&listing, options)?;
     let Listing { format, bounds, aabb, background, forward_facing, mut notes, .. } = listing;
     notes.extend(unreadable);
     let dataset = Dataset::new(path.display().to_string(), format, split, views);
+    notes.extend_from_slice(&dataset.notes);
     Ok(Dataset { bounds, aabb, background, forward_facing, notes, ..dataset })
 }
 
@@ -124,6 +130,9 @@ pub fn thin<T>(list: &mut Vec<T>, n: usize) {
         list.retain(|_| number.next().is_some_and(|i| i * n % all < n));
     }
 }
+
+/// Images are cut-outs where at least one pixel in so many is transparent.
+const CUT_OUT: usize = 1000;
 
 /// Which part of a dataset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -179,7 +188,8 @@ pub struct Dataset {
     pub split: Split,
     /// The views, in the dataset's order.
     pub views: Vec<View>,
-    /// Whether any image has transparent pixels that count.
+    /// Whether the images are cut-outs: at least one in a thousand of the pixels that count is
+    /// transparent. Fewer are the flaws of opaque images.
     pub has_alpha: bool,
     /// Nearest and farthest depth, scene units, where the dataset says.
     pub bounds: Option<[f32; 2]>,
@@ -203,7 +213,16 @@ impl Dataset {
         split: Split,
         views: Vec<View>,
     ) -> Self {
-        let has_alpha = views.par_iter().any(View::has_alpha);
+        let counts = views.par_iter().map(View::transparent);
+        let [transparent, all] = counts.reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        let has_alpha = transparent > 0 && transparent >= all / CUT_OUT;
+        let notes = match transparent > 0 && !has_alpha {
+            true => vec![format!(
+                "{transparent} of {all} pixels are transparent: too few for cut-outs, the images \
+                 count as opaque"
+            )],
+            false => Vec::new(),
+        };
         Self {
             source: source.into(),
             format,
@@ -214,7 +233,7 @@ impl Dataset {
             aabb: None,
             background: None,
             forward_facing: false,
-            notes: Vec::new(),
+            notes,
         }
     }
 }

@@ -31,13 +31,17 @@ impl View {
         Self { name: name.into(), camera, lens: Lens::Pinhole, rgba, mask: None, depth: None }
     }
 
-    /// Whether any pixel that counts is transparent.
+    /// How many of the pixels that count are transparent, and how many count.
     #[must_use]
-    pub fn has_alpha(&self) -> bool {
-        let mut alpha = self.rgba.iter().skip(3).step_by(4);
+    pub fn transparent(&self) -> [usize; 2] {
+        let alpha = self.rgba.iter().skip(3).step_by(4);
+        let add = |[n, all]: [usize; 2], &alpha: &u8| [n + usize::from(alpha < 255), all + 1];
         match &self.mask {
-            None => alpha.any(|&alpha| alpha < 255),
-            Some(mask) => alpha.zip(mask).any(|(&alpha, &counts)| counts != 0 && alpha < 255),
+            None => alpha.fold([0; 2], add),
+            Some(mask) => {
+                let counted = alpha.zip(mask).filter(|(_, counts)| **counts != 0);
+                counted.map(|(alpha, _)| alpha).fold([0; 2], add)
+            }
         }
     }
 

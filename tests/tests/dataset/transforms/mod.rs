@@ -215,9 +215,9 @@ fn masks_and_alpha() {
     let view = only(&folder);
     assert_eq!(view.rgba[..16], [0, 0, 0, 0, 1, 0, 0, 64, 2, 0, 0, 128, 3, 0, 0, 192]);
     // Only pixels that count make a view transparent.
-    assert!(view.has_alpha());
+    assert_eq!(view.transparent(), [6, 6]);
     let opaque = View { mask: Some(vec![0; 8]), ..view };
-    assert!(!opaque.has_alpha());
+    assert_eq!(opaque.transparent(), [0, 0]);
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod convert;
 mod demo;
 mod eval;
 mod info;
+mod memory;
 mod parse;
 mod reading;
 mod render;
@@ -175,13 +176,6 @@ fn make_folder(path: &Path) -> Result<PathBuf, Failure> {
     std::fs::create_dir_all(path)
         .map_err(|e| format!("{}: this folder cannot be created: {e}", path.display()))?;
     Ok(path.to_owned())
-}
-
-/// The most memory that this process has used, if the system reports it.
-fn peak_memory_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
-    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
 }
 
 #[cfg(test)]

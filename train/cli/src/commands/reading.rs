@@ -7,7 +7,7 @@ use pocketnerf_train::builtin;
 use pocketnerf_train::dataset::{self, Dataset, DatasetError, LoadOptions, Split};
 use pocketnerf_train::trainer::NoTime;
 
-use super::{Common, Failure};
+use super::{Common, Failure, memory};
 
 /// Names the built-in scene, in place of a folder.
 pub(super) const BUILT_IN: &str = "builtin";
@@ -30,9 +30,10 @@ pub(super) struct Reading {
 
 impl Reading {
     /// The library's options.
-    pub(super) const fn options(self, downscale_factor: u32) -> LoadOptions {
+    pub(super) fn options(self, downscale_factor: u32) -> LoadOptions {
         let Self { hold_every, spherify } = self;
-        LoadOptions { downscale_factor, hold_every, spherify, deadline: None }
+        let memory = memory::free();
+        LoadOptions { downscale_factor, hold_every, spherify, deadline: None, memory }
     }
 
     /// As [`read`](Self::read), within so many seconds from `started` on.

@@ -104,3 +104,40 @@ fn before_the_first_step_a_signal_ends_the_program() {
     }
     assert_eq!(std::fs::read_dir(place.0.path()).unwrap().count(), 1);
 }
+
+/// Says in a PNG file that it has so many pixels a side.
+fn grow(file: &std::path::Path, side: u32) {
+    let mut bytes = std::fs::read(file).unwrap();
+    bytes[16..20].copy_from_slice(&side.to_be_bytes());
+    bytes[20..24].copy_from_slice(&side.to_be_bytes());
+    // The checksum of the name and what follows it.
+    let checksum = !bytes[12..29].iter().fold(u32::MAX, |sum, byte| {
+        let bit = |sum: u32| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg());
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| bit(sum))
+    });
+    bytes[29..33].copy_from_slice(&checksum.to_be_bytes());
+    std::fs::write(file, bytes).unwrap();
+}
+
+#[test]
+fn images_that_do_not_fit_into_memory_are_refused_before_they_are_decoded() {
+    let place = Place::new();
+    // 12 images of 900,000 x 900,000 pixels: 39 TB, and two of them decoded.
+    for i in 0..12 {
+        grow(&place.path(&format!("data/{i}.png")), 900_000);
+    }
+    let line = place.line("train data --quiet --steps 5 --out x.pnerf");
+    let expected = "data: 12 images of up to 900000x900000 pixels need ";
+    assert!(line.starts_with(expected) && line.contains(" GB are free; give "), "{line}");
+}
+
+#[test]
+fn that_an_older_file_was_replaced_is_said() {
+    let place = Place::new();
+    let train = format!("{TRAIN} --steps 3 --out x.pnerf");
+    let replaced = [(); 2].map(|()| place.ok(&train)["replaced"].clone());
+    assert_eq!(replaced, [false, true]);
+    let said = place.run(&train.replace("--json ", ""));
+    let said = String::from_utf8(said.stdout).unwrap();
+    assert!(said.trim_end().ends_with(" s; an older file was replaced"), "{said}");
+}

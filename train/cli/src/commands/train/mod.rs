@@ -19,7 +19,7 @@ use pocketnerf_train::trainer::{Checkpoint, Length, Run, Trainer};
 use serde_json::{Value, json};
 
 use super::stop::Stop;
-use super::{Common, Failure, print_line};
+use super::{Common, Failure, memory, print_line};
 pub(super) use bar::Bar;
 pub(super) use options::Train;
 pub(super) use saving::Interrupted;
@@ -93,12 +93,13 @@ impl Train {
             print_line(result);
         } else {
             print_line(format_args!(
-                "{}: {} bytes, {} steps, training PSNR {:.2} dB, {:.1} s",
+                "{}: {} bytes, {} steps, training PSNR {:.2} dB, {:.1} s{}",
                 self.out.display(),
                 result["bytes"],
                 result["steps"],
                 result["train_psnr"].as_f64().unwrap_or(f64::NAN),
                 result["seconds"].as_f64().unwrap_or(f64::NAN),
+                if result["replaced"] == true { "; an older file was replaced" } else { "" },
             ));
         }
         Ok(())
@@ -141,6 +142,7 @@ pub(super) fn finish(
     let about = origin.about(trainer, run);
     let finished = trainer.finished(run.finishing_budget(trainer))?;
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
+    let replaced = out.exists();
     output::write_atomic(out, &bytes)?;
     let (summary, seconds) = (run.summary(trainer), run.elapsed());
     Ok(json!({
@@ -152,7 +154,8 @@ pub(super) fn finish(
         "samples_per_second": summary.samples as f64 / seconds,
         "train_psnr": summary.train_psnr,
         "bytes": bytes.len(),
-        "peak_memory_bytes": super::peak_memory_bytes(),
+        "replaced": replaced,
+        "peak_memory_bytes": memory::peak(),
         "seed": trainer.config().seed,
         "threads": rayon::current_num_threads(),
         "method": method(trainer),
