@@ -2,4 +2,7 @@
 
 pub mod checksums;
 pub mod damage;
+mod data;
 pub mod tiny;
+
+pub use data::data;

@@ -7,11 +7,7 @@ use pocketnerf_train::dataset::{Split, inspect, load};
 use crate::fixture::near;
 
 fn data(scene: &str) -> Option<PathBuf> {
-    let data = std::env::var_os("POCKETNERF_DATA");
-    if data.is_none() {
-        println!("skipped: POCKETNERF_DATA is not set");
-    }
-    data.map(|data| PathBuf::from(data).join(scene))
+    pocketnerf_tests::data().map(|data| data.join(scene))
 }
 
 /// The lego scene of the NeRF paper.

@@ -1,18 +1,12 @@
 //! Trained checkpoints, where `POCKETNERF_DATA` says that they lie. The expected numbers
 //! are what torch itself reads from them.
 
-use std::path::PathBuf;
-
 use pocketnerf_formats::import::{Checkpoint, Container};
 
 use super::tensor;
 
 fn data(file: &str) -> Option<Vec<u8>> {
-    let Some(data) = std::env::var_os("POCKETNERF_DATA") else {
-        println!("skipped: POCKETNERF_DATA is not set");
-        return None;
-    };
-    let file = PathBuf::from(data).join("weights/nerf-pytorch-4x128").join(file);
+    let file = pocketnerf_tests::data()?.join("weights/nerf-pytorch-4x128").join(file);
     Some(std::fs::read(file).unwrap())
 }
 

@@ -1,7 +1,5 @@
 //! Networks that krrish94/nerf-pytorch trained, in POCKETNERF_DATA.
 
-use std::path::PathBuf;
-
 use pocketnerf_cli::convert::config;
 use pocketnerf_core::{Camera, Model, SimdLevel};
 use pocketnerf_train::convert::{NerfConversion, Place, Settings};
@@ -10,14 +8,6 @@ use pocketnerf_train::picture::{self, Sampling};
 use pocketnerf_train::trainer::ndc_of;
 
 use super::nerf;
-
-fn data() -> Option<PathBuf> {
-    let data = std::env::var_os("POCKETNERF_DATA").map(PathBuf::from);
-    if data.is_none() {
-        eprintln!("skipped: POCKETNERF_DATA is not set");
-    }
-    data
-}
 
 /// `lego/checkpoint199999.ckpt` and the like.
 fn converted(data: &std::path::Path, name: &str, place: Option<Place>) -> NerfConversion {
@@ -42,7 +32,7 @@ fn psnr(model: &Model<'_>, camera: &Camera, truth: &[f32], sampling: Sampling) -
 /// evaluation in f64, in torch, gives 27.494 and 27.898 dB.
 #[test]
 fn lego_as_its_program_shows_it() {
-    let Some(data) = data() else { return };
+    let Some(data) = pocketnerf_tests::data() else { return };
     let conversion = converted(&data, "lego/checkpoint199999.ckpt", None);
     let model = conversion.model().unwrap();
     let options = LoadOptions { downscale_factor: 2, ..LoadOptions::default() };
@@ -78,7 +68,7 @@ fn lego_as_its_program_shows_it() {
 /// Normalised device coordinates, and a background at infinity.
 #[test]
 fn fern_in_its_own_coordinates() {
-    let Some(data) = data() else { return };
+    let Some(data) = pocketnerf_tests::data() else { return };
     let fern = dataset::load(&data.join("llff/fern"), Split::Test, 3).unwrap();
     let ndc = ndc_of(&fern.views, 1.0).unwrap();
     let conversion = converted(&data, "fern/checkpoint249999.ckpt", Some(Place::Ndc(ndc)));

@@ -29,8 +29,8 @@ pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Came
     Some(around(space.center(), distance, FOV_X, count))
 }
 
-/// `others` and `count` cameras evenly all around a box, with the mean distance and field of
-/// view of `others`; `None` if there are none, and for other spaces.
+/// `count` cameras evenly all around a box, with the mean distance and field of view of
+/// `others`; `None` if there are none, and for other spaces.
 #[must_use]
 pub fn all_around_like(space: &Space, others: &[Camera], count: usize) -> Option<Vec<Camera>> {
     space.scene_box()?;
@@ -42,11 +42,7 @@ pub fn all_around_like(space: &Space, others: &[Camera], count: usize) -> Option
     let fov_x = |camera: &Camera| 2.0 * (0.5 * camera.width as f32 / camera.focal[0]).atan();
     let mean =
         |of: &dyn Fn(&Camera) -> f32| others.iter().map(of).sum::<f32>() / others.len() as f32;
-    let mut cameras = others.to_vec();
-    if !others.is_empty() {
-        cameras.extend(around(center, mean(&distance), mean(&fov_x), count));
-    }
-    (!cameras.is_empty()).then_some(cameras)
+    (!others.is_empty()).then(|| around(center, mean(&distance), mean(&fov_x), count))
 }
 
 fn around(center: [f32; 3], distance: f32, fov_x: f32, count: usize) -> Vec<Camera> {
@@ -168,11 +164,15 @@ mod tests {
         assert_eq!(all_around(&space, 9.0, 1).unwrap().len(), 1);
         // Those like some are as far away, and see as much.
         let like = all_around_like(&space, &cameras[..5], 20).unwrap();
-        assert_eq!((like.len(), &like[..5]), (25, &cameras[..5]));
-        let p = like[20].position();
+        assert_eq!(like.len(), 20);
+        // Others than those, and than as many as are trained on.
+        let compared = all_around_like(&space, &cameras[..5], 7).unwrap();
+        let trained = || cameras[..5].iter().chain(&like);
+        assert!(compared.iter().all(|camera| trained().all(|other| other != camera)));
+        let p = like[15].position();
         let distance = ((p[0] - 2.0).powi(2) + p[1].powi(2) + p[2].powi(2)).sqrt();
         assert!((distance - far).abs() < 1e-3);
-        assert!((like[20].focal[0] - cameras[0].focal[0]).abs() < 1e-2);
+        assert!((like[15].focal[0] - cameras[0].focal[0]).abs() < 1e-2);
         assert!(all_around_like(&space, &[], 20).is_none());
     }
 }

@@ -98,8 +98,9 @@ impl Convert {
                 return Ok(distill::held_out(own));
             }
             // A few do not see all of the scene: add more like them.
-            if let Some(cameras) = distill::all_around_like(space, own, distill::VIEWS) {
-                return Ok([cameras, own.to_vec()]);
+            let like = |count| distill::all_around_like(space, own, count);
+            if let (Some(added), Some(others)) = (like(distill::VIEWS), like(OTHERS)) {
+                return Ok([[own, &added].concat(), others]);
             }
             let around = |count| distill::all_around(space, distance, count);
             return match (around(distill::VIEWS), around(OTHERS)) {
