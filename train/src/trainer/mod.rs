@@ -3,6 +3,7 @@
 pub(crate) mod backend;
 mod config;
 mod finish;
+pub(crate) mod held_out;
 pub(crate) mod loss;
 mod occupancy;
 mod optim;
@@ -17,6 +18,7 @@ use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Sp
 pub use config::TrainConfig;
 pub use finish::Finished;
 pub use finish::budget::FinishingBudget;
+pub use held_out::HeldOutPsnr;
 pub(crate) use occupancy::cells::all_cells;
 pub use occupancy::cells::{dilated, pack};
 pub use occupancy::density_grid::DensityGrid;
@@ -30,12 +32,14 @@ pub use prepass::scene_ndc::ndc_of;
 pub use prepass::visual_hull::VisualHull;
 pub use run::checkpoint::{self, Checkpoint, CheckpointError};
 pub use run::guard::{Diverged, MAX_RESTARTS, Trouble};
+pub use run::watch::Overfitted;
 pub use run::{NoTime, Progress, Run, RunError, Summary, run};
 pub use step::{StepSettings, StepStats};
 
 use crate::dataset::Dataset;
 use crate::stopwatch::Stopwatch;
 use backend::{Backend, Cpu};
+use held_out::HeldOut;
 use parameters::{ParameterGroup, State};
 use pixels::importance::PixelSampler;
 use pixels::visibility::PixelVisibility;
@@ -58,6 +62,10 @@ pub struct Trainer {
     source: RaySource,
     visibility: PixelVisibility,
     sampler: PixelSampler,
+    /// Views that are not learnt from now.
+    held_out: HeldOut,
+    /// The field's parameters when those views were rendered best.
+    best: Option<Vec<f32>>,
     targets: Targets,
     space: Space,
     sampling: Sampling,
@@ -108,6 +116,8 @@ impl Trainer {
             targets: source.targets(&visibility),
             source,
             sampler: PixelSampler::new(visibility.n_tiles()),
+            held_out: HeldOut::default(),
+            best: None,
             visibility,
             space,
             sampling,
@@ -183,9 +193,48 @@ impl Trainer {
         self.backend.reset(self.seed);
         self.grid.reset();
         self.sampler = PixelSampler::new(self.visibility.n_tiles());
+        self.leave_out();
         self.step = 0;
         self.n_rays = self.config.batch_rays.unwrap_or(FIRST_RAYS);
         self.roulette = 0.0;
+    }
+
+    /// From now on a few views are not learnt from; gives how many.
+    pub(crate) fn hold_out(&mut self) -> usize {
+        self.held_out = HeldOut::choose(&self.source, self.config.seed);
+        self.leave_out();
+        self.held_out.len()
+    }
+
+    /// All views are learnt from again.
+    pub(crate) fn return_views(&mut self) {
+        (self.held_out, self.best) = (HeldOut::default(), None);
+        self.leave_out();
+    }
+
+    /// Keeps the parameters.
+    pub(crate) fn remember(&mut self) {
+        self.best = Some(self.backend.download().field().parameters.to_vec());
+    }
+
+    /// The parameters become what was remembered, and their average begins anew.
+    pub(crate) fn go_back(&mut self) {
+        let Some(best) = self.best.take() else { return };
+        let mut state = self.backend.download().clone();
+        state.averaged = 0;
+        state.groups.iter_mut().for_each(|group| group.sum = Vec::new());
+        state.field_mut().parameters.copy_from_slice(&best);
+        self.backend.upload(state);
+    }
+
+    fn leave_out(&mut self) {
+        let Self { sampler, visibility, held_out, .. } = self;
+        sampler.leave_out(|tile| held_out.has(visibility.view(tile)));
+    }
+
+    /// How close the field comes to the views that are held out, if there are any.
+    pub(crate) fn look_at_held_out(&self) -> Option<HeldOutPsnr> {
+        self.held_out.look(&self.model(), self.backend.simd()).ok().flatten()
     }
 
     /// Ends the run: the parameters become their average over its last part.

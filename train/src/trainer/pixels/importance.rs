@@ -25,6 +25,8 @@ pub(crate) struct PixelSampler {
     errors: Vec<f32>,
     /// How often each is drawn, 1 on average.
     sizes: Vec<f32>,
+    /// Which are never drawn; empty: all are.
+    left_out: Vec<bool>,
     alias: AliasTable,
 }
 
@@ -32,7 +34,41 @@ impl PixelSampler {
     /// All of so many tiles alike.
     pub(crate) fn new(n_tiles: usize) -> Self {
         let (errors, sizes) = (vec![UNKNOWN; n_tiles], vec![1.0; n_tiles]);
-        Self { errors, sizes, alias: AliasTable::uniform(n_tiles) }
+        Self { errors, sizes, left_out: Vec::new(), alias: AliasTable::uniform(n_tiles) }
+    }
+
+    /// From now on these are never drawn, and all others as before; none, if there is nothing
+    /// else.
+    pub(crate) fn leave_out(&mut self, which: impl Fn(usize) -> bool) {
+        self.left_out = (0..self.errors.len()).map(which).collect();
+        if !self.left_out.contains(&true) || !self.left_out.contains(&false) {
+            self.left_out = Vec::new();
+        }
+        self.renew();
+    }
+
+    fn is_drawn(&self, tile: usize) -> bool {
+        !self.left_out.get(tile).copied().unwrap_or(false)
+    }
+
+    /// The mean over the tiles that are drawn.
+    fn mean(&self, values: &[f32]) -> f64 {
+        let drawn = || (0..values.len()).filter(|tile| self.is_drawn(*tile));
+        drawn().map(|tile| f64::from(values[tile])).sum::<f64>() / drawn().count().max(1) as f64
+    }
+
+    /// Draws tiles as often as their sizes say.
+    fn renew(&mut self) {
+        if self.left_out.is_empty() {
+            return self.alias.update(&self.sizes);
+        }
+        // 1 on average over those that are drawn, and so over all.
+        let all = self.sizes.len() as f64;
+        let drawn = self.left_out.iter().filter(|out| !**out).count() as f64;
+        let scale = (all / (drawn * self.mean(&self.sizes))) as f32;
+        let size = |tile: usize| if self.is_drawn(tile) { scale * self.sizes[tile] } else { 0.0 };
+        let sizes: Vec<f32> = (0..self.sizes.len()).map(size).collect();
+        self.alias.update(&sizes);
     }
 
     /// A random tile, and what its pixels weigh.
@@ -51,16 +87,14 @@ impl PixelSampler {
 
     /// From now on tiles are drawn as the errors say.
     pub(crate) fn update(&mut self) {
-        let n = self.errors.len() as f64;
-        let mean = self.errors.iter().map(|error| f64::from(*error)).sum::<f64>() / n;
+        let mean = self.mean(&self.errors);
         let added = FLOOR * mean as f32 + LEAST;
         for (size, error) in self.sizes.iter_mut().zip(&self.errors) {
             *size = (error + added).sqrt();
         }
-        let mean = self.sizes.iter().map(|size| f64::from(*size)).sum::<f64>() / n;
-        let scale = (1.0 / mean) as f32;
+        let scale = (1.0 / self.mean(&self.sizes)) as f32;
         self.sizes.iter_mut().for_each(|size| *size *= scale);
-        self.alias.update(&self.sizes);
+        self.renew();
     }
 
     /// Errors and sizes.
@@ -83,7 +117,7 @@ impl PixelSampler {
         }
         self.errors.copy_from_slice(errors);
         self.sizes.copy_from_slice(sizes);
-        self.alias.update(&self.sizes);
+        self.renew();
         true
     }
 }
@@ -120,6 +154,42 @@ mod tests {
         }
         // Unbiased: weights are 1 on average.
         assert!((weights - 1.0).abs() < 0.01, "{weights}");
+    }
+
+    #[test]
+    fn what_is_left_out_is_never_drawn() {
+        let mut sampler = PixelSampler::new(5);
+        sampler.leave_out(|tile| tile % 2 == 1);
+        let mut random = Random::new(1, [0; 3]);
+        let counts = |sampler: &PixelSampler, random: &mut Random| {
+            let (mut counts, mut weights) = ([0.0; 5], 0.0);
+            for _ in 0..60_000 {
+                let (tile, weight) = sampler.draw(random);
+                counts[tile as usize] += 1.0 / 60_000.0;
+                weights += f64::from(weight) / 60_000.0;
+            }
+            assert!((weights - 1.0).abs() < 0.02, "{weights}");
+            counts
+        };
+        let found = counts(&sampler, &mut random);
+        assert!(found[1] == 0.0 && found[3] == 0.0, "{found:?}");
+        assert!([0, 2, 4].iter().all(|i| f64::abs(found[*i] - 1.0 / 3.0) < 0.01), "{found:?}");
+        // By their errors too, and resumed.
+        for _ in 0..100 {
+            (0..5).for_each(|tile| sampler.note(tile, [0.01, 9.0, 0.01, 9.0, 0.04][tile as usize]));
+        }
+        sampler.update();
+        let found = counts(&sampler, &mut random);
+        assert!(found[1] == 0.0 && found[3] == 0.0 && found[4] > 0.45, "{found:?}");
+        let mut resumed = PixelSampler::new(5);
+        resumed.leave_out(|tile| tile % 2 == 1);
+        assert!(resumed.restore(&sampler.state().concat()));
+        let (mut a, mut b) = (Random::new(3, [0; 3]), Random::new(3, [0; 3]));
+        assert!((0..1000).all(|_| sampler.draw(&mut a) == resumed.draw(&mut b)));
+        // They come back as often as was last known.
+        sampler.leave_out(|_| false);
+        let mut random = Random::new(5, [0; 3]);
+        assert!((0..1000).any(|_| sampler.draw(&mut random).0 == 1));
     }
 
     #[test]

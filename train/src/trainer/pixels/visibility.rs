@@ -104,6 +104,11 @@ impl PixelVisibility {
         self.tiles.len()
     }
 
+    /// The view that a tile is of.
+    pub(crate) fn view(&self, tile: usize) -> usize {
+        self.tiles[tile].view as usize
+    }
+
     /// A random pixel of a tile, one that counts.
     #[inline]
     pub(crate) fn pixel(&self, cameras: &[Camera], tile: usize, random: &mut Random) -> Pixel {

@@ -5,13 +5,18 @@ mod error;
 pub(crate) mod guard;
 #[cfg(test)]
 mod tests;
+pub(crate) mod watch;
 
 use std::time::{Duration, Instant};
 
 use crate::trainer::optim::schedule::{KNOWN, WARM_UP, adjust, budget, calibrate, settings};
-use crate::trainer::{FinishingBudget, Length, Plan, Trainer};
+use crate::trainer::{FinishingBudget, HeldOutPsnr, Length, Plan, Trainer};
 pub use error::{NoTime, RunError};
 use guard::{Averages, Diverged, MAX_RESTARTS, Trouble};
+use watch::{Overfitted, Then, Watch};
+
+/// Shorter runs learn from all views from the first step on.
+const LONG_ENOUGH: u32 = 1024;
 
 /// Where a run stands.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +27,8 @@ pub struct Progress {
     pub steps: Option<u32>,
     /// PSNR of the latest rays, dB; 0 before an attempt's first step.
     pub train_psnr: f64,
+    /// Mean PSNR of the held-out views when they were last looked at, dB.
+    pub held_out_psnr: Option<f64>,
     /// How often training has restarted.
     pub restarts: u32,
     /// Why it has just restarted.
@@ -47,6 +54,7 @@ pub struct Run {
     pub(crate) length: Length,
     pub(crate) plan: Option<Plan>,
     pub(crate) averages: Averages,
+    pub(crate) watch: Watch,
     pub(crate) rays: u64,
     pub(crate) samples: u64,
     /// Seconds that earlier parts of the run took.
@@ -86,6 +94,7 @@ impl Run {
             length,
             plan,
             averages,
+            watch: Watch::default(),
             rays: 0,
             samples: 0,
             before,
@@ -109,14 +118,20 @@ impl Run {
             // The last look: the guard does not see every parameter at every step.
             if guard::is_finite(trainer, true) {
                 trainer.finish();
+                if let Some(found) = trainer.look_at_held_out() {
+                    self.watch.note_end(found);
+                }
                 return Ok(None);
             }
             trouble = Some(Trouble::NotFinite);
             self.restart(trainer, Trouble::NotFinite)?;
         }
+        if trainer.steps() == 0 {
+            self.hold_out(trainer);
+        }
         self.plan_the_end(trainer);
         let (begun, steps) = self.fit_to_clock((trainer.steps(), trainer.config().settled()));
-        let stats = trainer.step(&settings(trainer.config(), trainer.steps(), self.plan));
+        let stats = trainer.step(&settings(trainer.config(), trainer.steps(), self.plan()));
         self.timed = Some((begun, steps + 1));
         self.averages.add(&stats);
         self.rays = self.rays.saturating_add(stats.rays as u64);
@@ -125,10 +140,12 @@ impl Run {
             trouble = Some(found);
             self.restart(trainer, found)?;
         }
+        self.look(trainer);
         Ok(Some(Progress {
             step: trainer.steps(),
-            steps: self.plan.map(|plan| plan.end),
+            steps: self.plan().map(|plan| plan.end),
             train_psnr: self.averages.psnr(),
+            held_out_psnr: self.watch.last().map(|found| found.mean),
             restarts: trainer.restarts(),
             trouble,
         }))
@@ -137,7 +154,48 @@ impl Run {
     /// Whether all steps are taken, or the time is over.
     #[must_use]
     pub fn is_over(&self, trainer: &Trainer) -> bool {
-        self.plan.is_some_and(|plan| trainer.steps() >= plan.end) || self.is_late()
+        self.plan().is_some_and(|plan| trainer.steps() >= plan.end) || self.is_late()
+    }
+
+    /// The steps, as far as they are known.
+    fn plan(&self) -> Option<Plan> {
+        self.watch.ending().or(self.plan)
+    }
+
+    /// Holds a few views out, where the run is long enough to return them. Hierarchical
+    /// sampling is as in the paper: all views, from first to last.
+    fn hold_out(&mut self, trainer: &mut Trainer) {
+        let short = matches!(self.length, Length::Steps(n) if n < LONG_ENOUGH);
+        if !short && trainer.config().hierarchical_training().is_none() {
+            self.watch = Watch::new(trainer.hold_out() > 0);
+        }
+    }
+
+    /// Looks at the held-out views, where it is time.
+    fn look(&mut self, trainer: &mut Trainer) {
+        let step = trainer.steps();
+        let Some(plan) = self.plan.filter(|plan| self.watch.is_due(*plan, step)) else { return };
+        let Some(found) = trainer.look_at_held_out() else { return };
+        let settled = step >= trainer.config().settled();
+        match self.watch.note(found, (plan, step), settled) {
+            Then::GoOn => {}
+            Then::Remember => trainer.remember(),
+            Then::GoBack => trainer.go_back(),
+            Then::Return => trainer.return_views(),
+        }
+    }
+
+    /// PSNR of the held-out views when they were last looked at: before they came back, or, in
+    /// a run that overfits, at the end. `None` where none were held out.
+    #[must_use]
+    pub fn held_out_psnr(&self) -> Option<HeldOutPsnr> {
+        self.watch.last()
+    }
+
+    /// Whether the run was ended early because it overfits.
+    #[must_use]
+    pub fn overfitted(&self) -> Option<Overfitted> {
+        self.watch.overfitted()
     }
 
     fn is_late(&self) -> bool {
@@ -157,7 +215,9 @@ impl Run {
     /// being timed began, and how many they are. A field is `settled` after so many steps.
     fn fit_to_clock(&mut self, (step, settled): (u32, u32)) -> (Instant, u32) {
         let (begun, timed) = *self.timed.get_or_insert_with(|| (Instant::now(), 0));
-        let Some(deadline) = self.deadline() else { return (begun, timed) };
+        let (Some(deadline), None) = (self.deadline(), self.watch.ending()) else {
+            return (begun, timed);
+        };
         let fitted = match self.plan {
             None => calibrate(begun, deadline, timed, step),
             Some(plan) => adjust(plan, begun, deadline, timed, step),

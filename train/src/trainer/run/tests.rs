@@ -4,11 +4,15 @@ use pocketnerf_core::SimdLevel;
 
 use super::*;
 use crate::builtin;
-use crate::dataset::Split;
+use crate::dataset::{Dataset, Split};
 use crate::field::HierarchicalTraining;
 use crate::trainer::TrainConfig;
 
 fn trainer() -> Trainer {
+    trainer_of(8)
+}
+
+fn trainer_of(views: usize) -> Trainer {
     let mut config = TrainConfig::hash_grid();
     let grid = &mut config.field.hash_grid_mut().unwrap().grid;
     (grid.n_levels, grid.log2_hashmap_size) = (2, 8);
@@ -16,9 +20,13 @@ fn trainer() -> Trainer {
     config.occupancy_resolution = 16;
     config.samples_per_side = 32.0;
     config.samples_per_step = 512;
+    Trainer::with_prepass(dataset(views), config, SimdLevel::detect()).unwrap()
+}
+
+fn dataset(views: usize) -> Dataset {
     let mut dataset = builtin::dataset(Split::Train, 40);
-    dataset.views.truncate(8);
-    Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap()
+    dataset.views.truncate(views);
+    dataset
 }
 
 fn parameters(trainer: &Trainer) -> &[f32] {
@@ -125,4 +133,57 @@ fn a_timed_run_starts_over_with_what_is_left() {
     assert_eq!(timed(400), Ok((Some(Plan { first: 0, end: 100 }), 0, 1)));
     let diverged = Diverged { trouble: Trouble::NotFinite, step: 300, restarts: 0 };
     assert_eq!(timed(399), Err(diverged));
+}
+
+#[test]
+fn held_out_views_come_back_and_a_resumed_run_goes_on_alike() {
+    const VIEWS: usize = 100;
+    let about = pocketnerf_formats::About::default();
+    let trained_on =
+        checkpoint::TrainedOn { fingerprint: dataset(VIEWS).fingerprint(), downscale_factor: 1 };
+    let (mut trainer, mut run) = (trainer_of(VIEWS), steps(LONG_ENOUGH));
+    let mut saved = Vec::new();
+    let mut returned = None;
+    while let Some(progress) = run.step(&mut trainer).unwrap() {
+        if returned.is_none() && trainer.held_out.len() == 0 {
+            returned = Some(progress.step);
+        }
+        if [500, 900].contains(&progress.step) {
+            saved.push(checkpoint::write(&trainer, &run, trained_on, &about).unwrap());
+        }
+    }
+    // After four fifths.
+    assert_eq!(returned, Some(820));
+    let found = run.held_out_psnr().unwrap();
+    assert!(found.min > 15.0 && found.mean > found.min, "{found:?}");
+    assert_eq!(run.overfitted(), None);
+    for bytes in saved {
+        let checkpoint = checkpoint::Checkpoint::from_bytes("x".as_ref(), &bytes).unwrap();
+        let resumed = checkpoint.resume(dataset(VIEWS), SimdLevel::detect(), Instant::now());
+        let (mut again, mut run) = resumed.unwrap();
+        assert!(finish((&mut again, &mut run), |_| ()).is_empty());
+        assert!(parameters(&again) == parameters(&trainer));
+        assert_eq!(run.held_out_psnr(), Some(found));
+    }
+}
+
+#[test]
+fn a_run_whose_held_out_views_fall_ends_early_and_says_so() {
+    let (mut trainer, mut run) = (trainer(), steps(4096));
+    let troubles = finish((&mut trainer, &mut run), |trainer| {
+        // What is learnt fades.
+        if (1400..1700).contains(&trainer.steps()) {
+            let mut state = trainer.backend.download().clone();
+            state.field_mut().parameters.iter_mut().for_each(|value| *value *= 0.98);
+            trainer.backend.upload(state);
+        }
+    });
+    assert!(troubles.is_empty(), "{troubles:?}");
+    let Overfitted { best, step, last } = run.overfitted().unwrap();
+    // Two looks were low; then it goes back and ends after an eighth of the way there.
+    assert!((1229..1640).contains(&step), "{step}");
+    assert!((1600..2200).contains(&trainer.steps()), "{}", trainer.steps());
+    assert!(best > 12.0 && run.held_out_psnr().unwrap().mean == last);
+    // Still held out.
+    assert_eq!(trainer.held_out.len(), 1);
 }

@@ -50,7 +50,9 @@ impl Bar {
             let n = progress.restarts;
             self.say(&format!("{trouble}: restarting ({n} of at most {MAX_RESTARTS} times)"));
         }
-        let psnr = format!("training PSNR {:.2} dB", progress.train_psnr);
+        let held_out = progress.held_out_psnr.map(|psnr| format!(", held-out {psnr:.2} dB"));
+        let psnr =
+            format!("training PSNR {:.2} dB{}", progress.train_psnr, held_out.unwrap_or_default());
         if let Some(bar) = &self.bar {
             if let Some(steps) = progress.steps {
                 if !std::mem::replace(&mut self.measured, true) {
@@ -128,19 +130,26 @@ mod tests {
         let mut bar = Bar::on(Some(ProgressBar::with_draw_target(None, target)), false);
         bar.phase("finding the scene");
         assert!(terminal.contents().contains("finding the scene"), "{}", terminal.contents());
-        let mut progress =
-            Progress { step: 1, steps: None, train_psnr: 9.5, restarts: 0, trouble: None };
+        let mut progress = Progress {
+            step: 1,
+            steps: None,
+            train_psnr: 9.5,
+            held_out_psnr: None,
+            restarts: 0,
+            trouble: None,
+        };
         bar.show(&progress);
         let shown = terminal.contents();
         assert!(shown.contains("training, 1 steps, training PSNR 9.50 dB"), "{shown}");
         assert!(!shown.contains('/') && !shown.contains("left"), "{shown}");
         (progress.step, progress.steps) = (20, Some(40));
+        progress.held_out_psnr = Some(9.25);
         bar.show(&progress);
         // Pictures are drawn a few times a second.
         std::thread::sleep(TICK);
         bar.warn("watch out".to_owned());
         let shown = terminal.contents();
-        assert!(shown.contains("20/40 steps, training PSNR 9.50 dB"), "{shown}");
+        assert!(shown.contains("20/40 steps, training PSNR 9.50 dB, held-out 9.25 dB"), "{shown}");
         assert!(shown.starts_with("warning: watch out"), "{shown}");
         bar.phase("finishing the model");
         assert_eq!(bar.warnings(), ["watch out"]);

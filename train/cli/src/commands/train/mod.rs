@@ -139,6 +139,9 @@ pub(super) fn finish(
     if let Some(doubt) = run.doubt(trainer) {
         bar.warn(format!("{doubt} after {steps} steps; train longer"));
     }
+    if let Some(overfitted) = run.overfitted() {
+        bar.warn(overfitted.to_string());
+    }
     let about = origin.about(trainer, run);
     let finished = trainer.finished(run.finishing_budget(trainer))?;
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
@@ -153,6 +156,8 @@ pub(super) fn finish(
         "samples": summary.samples,
         "samples_per_second": summary.samples as f64 / seconds,
         "train_psnr": summary.train_psnr,
+        "held_out_psnr": run.held_out_psnr().map(|found| found.mean),
+        "held_out_psnr_min": run.held_out_psnr().map(|found| found.min),
         "bytes": bytes.len(),
         "replaced": replaced,
         "peak_memory_bytes": memory::peak(),

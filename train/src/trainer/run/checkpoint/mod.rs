@@ -23,6 +23,7 @@ pub use sections::{kind, section_name};
 
 use crate::dataset::Dataset;
 use crate::trainer::run::guard::{self, Averages};
+use crate::trainer::run::watch::Watch;
 use crate::trainer::{Length, Plan, Run, TrainConfig, Trainer};
 use record::RecordV1;
 use sections::V1;
@@ -55,6 +56,10 @@ pub struct Checkpoint {
     scales: Vec<u8>,
     /// Errors, then sizes.
     sampler: Option<Vec<f32>>,
+    /// What was seen of the held-out views.
+    watch: Watch,
+    /// The parameters with which they were rendered best.
+    best: Option<Vec<f32>>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
 }
@@ -84,6 +89,12 @@ pub fn write(
     add(kind::SCALES, &state.scales);
     let sampler = trainer.sampler.state().concat();
     add(kind::PIXEL_ERRORS, bytemuck::must_cast_slice(&sampler));
+    // A vector grows and the struct has a known length: nothing can fail.
+    let watch = postcard::to_extend(&run.watch, Vec::new()).unwrap_or_default();
+    add(kind::WATCH, &watch);
+    if let Some(best) = &trainer.best {
+        add(kind::BEST, bytemuck::must_cast_slice(best));
+    }
     if let Some(field) = &field {
         add(kind::NERF, field);
     }
@@ -205,6 +216,10 @@ impl Checkpoint {
         let (density, updates) = (&self.density, record.updates);
         let restored = trainer.grid.restore(density, updates, &self.coarse, &self.fine);
         changed("cells that may be occupied", restored)?;
+        if self.watch.holding {
+            trainer.hold_out();
+            trainer.best = self.best;
+        }
         if let Some(sampler) = &self.sampler {
             let restored = trainer.sampler.restore(sampler);
             changed("tiles of the images", restored)?;
@@ -218,6 +233,7 @@ impl Checkpoint {
         let [squared_error, opacity] = record.averages;
         run.averages = Averages { squared_error, opacity };
         (run.rays, run.samples) = (record.rays, record.samples);
+        run.watch = self.watch;
         Ok((trainer, run))
     }
 }

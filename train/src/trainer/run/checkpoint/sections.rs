@@ -9,6 +9,7 @@ use super::record::RecordV1;
 use super::{Checkpoint, Problem};
 use crate::field::rounding::EightBits;
 use crate::field::{FieldConfig, Layout, Unusable};
+use crate::trainer::run::watch::Watch;
 
 /// Kinds of the sections that a checkpoint has beside those of a model.
 pub mod kind {
@@ -36,6 +37,12 @@ pub mod kind {
     pub const PIXEL_ERRORS: u32 = PROGRAM + 6;
     /// What else a run needs of its kind of field; for vanilla NeRFs.
     pub const NERF: u32 = PROGRAM + 7;
+    /// What was seen of the held-out views. Programs that held none out wrote none, and a run
+    /// of theirs goes on without.
+    pub const WATCH: u32 = PROGRAM + 8;
+    /// The parameters with which the held-out views were rendered best, f32, in the order of
+    /// the model's tensors, while there are such.
+    pub const BEST: u32 = PROGRAM + 9;
 }
 
 /// Version of every section so far.
@@ -53,6 +60,8 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::SCALES => Some("SCALES"),
         kind::PIXEL_ERRORS => Some("PIXEL_ERRORS"),
         kind::NERF => Some("NERF"),
+        kind::WATCH => Some("WATCH"),
+        kind::BEST => Some("BEST"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -98,6 +107,11 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         Some(_) => Some(floats(section(&model_file, kind::PIXEL_ERRORS)?.bytes)),
         None => None,
     };
+    let watch = watch(&model_file)?;
+    let best = match model_file.container().find(SectionId::first(kind::BEST)) {
+        Some(_) => Some(moments(kind::BEST, parameters.len())?),
+        None => None,
+    };
     let provenance = model_file.about.provenance;
     Ok(Checkpoint {
         file: file.to_owned(),
@@ -112,6 +126,8 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         density,
         scales,
         sampler,
+        watch,
+        best,
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
         parameters,
@@ -143,6 +159,17 @@ fn scales(file: &ModelFile<'_>, n_tables: usize) -> Result<Vec<u8>, Problem> {
         return Err(Problem::State("section SCALES"));
     }
     Ok(section.bytes.to_vec())
+}
+
+/// What was seen of the held-out views.
+fn watch(file: &ModelFile<'_>) -> Result<Watch, Problem> {
+    if file.container().find(SectionId::first(kind::WATCH)).is_none() {
+        return Ok(Watch::default());
+    }
+    let section = section(file, kind::WATCH)?;
+    let watch = postcard::take_from_bytes::<Watch>(section.bytes).ok();
+    let whole = watch.filter(|(watch, rest)| rest.is_empty() && watch.is_sound());
+    whole.map(|(watch, _)| watch).ok_or(Problem::State("section WATCH"))
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {

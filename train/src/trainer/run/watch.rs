@@ -1,0 +1,211 @@
+//! Watches the held-out views of a run.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::trainer::Plan;
+use crate::trainer::held_out::HeldOutPsnr;
+
+/// Looks at the held-out views in a run whose views are never returned.
+const LOOKS: u32 = 20;
+/// Progress at which the held-out views come back: there is time to learn them.
+const RETURN: f32 = 0.8;
+/// Fall below the best look that is more than noise, dB ...
+const FALL: f64 = 0.2;
+/// ... if as many looks in a row are that low.
+const FALLS: u32 = 2;
+/// A run that overfits goes back to its best moment and ends after this share of the steps
+/// that it took until then ...
+const ENDING: u32 = 8;
+/// ... and at least so many: the learning rate is low, and parameters are averaged.
+const LEAST: u32 = 128;
+
+/// What has been seen of the held-out views.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Watch {
+    /// Whether the views are held out now.
+    pub(crate) holding: bool,
+    /// Looks taken, or left out.
+    looks: u32,
+    /// Looks in a row that were much lower than the best.
+    falls: u32,
+    /// Mean PSNR of the best look and the step after which it was, dB.
+    best: Option<(f64, u32)>,
+    /// Mean and least of the last look, dB.
+    last: Option<[f64; 2]>,
+    /// First step and end of what is left of a run that overfits.
+    ending: Option<[u32; 2]>,
+}
+
+/// What is to be done after a look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Then {
+    /// Nothing.
+    GoOn,
+    /// These parameters are the best so far.
+    Remember,
+    /// The run goes back to the best parameters and ends soon.
+    GoBack,
+    /// The views come back.
+    Return,
+}
+
+/// A run learnt the photographs instead of the scene, and was ended early.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overfitted {
+    /// Mean PSNR of the held-out views at their best moment, dB.
+    pub best: f64,
+    /// The step after which that was.
+    pub step: u32,
+    /// At the end, dB.
+    pub last: f64,
+}
+
+impl fmt::Display for Overfitted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { best, step, last } = self;
+        write!(
+            f,
+            "held-out views were best at step {step} ({best:.2} dB) and fell while training went \
+             on: the run overfits; it went back there and ended early, with {last:.2} dB; give \
+             more photographs"
+        )
+    }
+}
+
+impl Watch {
+    /// Nothing has been seen yet.
+    pub(super) fn new(holding: bool) -> Self {
+        Self { holding, ..Self::default() }
+    }
+
+    /// The plan of a run that overfits.
+    pub(super) fn ending(&self) -> Option<Plan> {
+        self.ending.map(|[first, end]| Plan { first, end })
+    }
+
+    /// Whether it is time for a look.
+    pub(super) fn is_due(&self, plan: Plan, step: u32) -> bool {
+        let done = LOOKS as f32 * plan.progress(step);
+        self.holding && self.ending.is_none() && done >= (self.looks + 1) as f32
+    }
+
+    /// Notes a look after a step of a field that is `settled` or not yet.
+    pub(super) fn note(
+        &mut self,
+        found: HeldOutPsnr,
+        (plan, step): (Plan, u32),
+        settled: bool,
+    ) -> Then {
+        self.looks = (LOOKS as f32 * plan.progress(step)) as u32;
+        self.last = Some([found.mean, found.min]);
+        let best = self.best.map_or(f64::NEG_INFINITY, |(best, _)| best);
+        let fell = settled && found.mean < best - FALL;
+        self.falls = if fell { self.falls + 1 } else { 0 };
+        if let (true, Some((_, best))) = (self.falls >= FALLS, self.best) {
+            // Where the schedule lowers the rate and averages.
+            let left = (best.saturating_sub(plan.first) / ENDING).max(LEAST);
+            self.ending = Some([step.saturating_sub(3 * left), step.saturating_add(left)]);
+            return Then::GoBack;
+        }
+        if plan.progress(step) >= RETURN {
+            self.holding = false;
+            return Then::Return;
+        }
+        if found.mean <= best {
+            return Then::GoOn;
+        }
+        self.best = Some((found.mean, step));
+        Then::Remember
+    }
+
+    /// Notes the look at the finished model of a run that overfits.
+    pub(super) fn note_end(&mut self, found: HeldOutPsnr) {
+        self.last = Some([found.mean, found.min]);
+    }
+
+    /// The last look before the views came back, or at the end.
+    pub(super) fn last(&self) -> Option<HeldOutPsnr> {
+        self.last.map(|[mean, min]| HeldOutPsnr { mean, min })
+    }
+
+    /// Whether and how the run overfits.
+    pub(super) fn overfitted(&self) -> Option<Overfitted> {
+        let (Some((best, step)), Some([last, _]), Some(_)) = (self.best, self.last, self.ending)
+        else {
+            return None;
+        };
+        Some(Overfitted { best, step, last })
+    }
+
+    /// Whether a run may stand like this.
+    pub(crate) fn is_sound(&self) -> bool {
+        let finite = |x: f64| x.is_finite();
+        let best = self.best.is_none_or(|(best, _)| finite(best));
+        let last = self.last.is_none_or(|last| last.into_iter().all(finite));
+        best && last && self.ending.is_none_or(|[first, end]| first < end && end < u32::MAX / 2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAN: Plan = Plan { first: 0, end: 10_000 };
+
+    /// Looks at a run whose held-out views are as good as `psnr` says; what was done last.
+    fn watch(psnr: impl Fn(u32) -> f64) -> (Watch, u32, Then) {
+        let mut watch = Watch::new(true);
+        let mut then = Then::GoOn;
+        for step in 1..=PLAN.end {
+            if watch.is_due(PLAN, step) {
+                let mean = psnr(step);
+                then = watch.note(HeldOutPsnr { mean, min: mean - 1.0 }, (PLAN, step), step >= 512);
+            }
+            if !watch.holding || watch.ending.is_some() {
+                return (watch, step, then);
+            }
+        }
+        (watch, PLAN.end, then)
+    }
+
+    #[test]
+    fn views_that_improve_come_back() {
+        let (seen, step, then) = watch(|step| 20.0 + f64::from(step) * 1e-3);
+        assert_eq!((step, then, seen.looks), (8000, Then::Return, 16));
+        assert_eq!(seen.last(), Some(HeldOutPsnr { mean: 28.0, min: 27.0 }));
+        assert_eq!((seen.overfitted(), seen.ending()), (None, None));
+        // Noise is no fall: one look that is low, or many that are a little lower.
+        assert_eq!(watch(|step| if step == 4000 { 20.0 } else { 25.0 }).1, 8000);
+        assert_eq!(watch(|step| if step > 1000 { 24.85 } else { 25.0 }).1, 8000);
+    }
+
+    #[test]
+    fn a_run_that_overfits_ends_soon() {
+        let (mut seen, step, then) = watch(|step| 25.0 - (f64::from(step) - 3000.0).abs() * 1e-3);
+        // 0.5 and 1 dB below the best at 3500 and 4000.
+        assert_eq!(step, 4000);
+        let ending = seen.ending().unwrap();
+        assert_eq!((ending, then), (Plan { first: 2875, end: 4375 }, Then::GoBack));
+        assert!((ending.progress(4000) - 0.75).abs() < 1e-6);
+        assert!(!seen.is_due(PLAN, 9999) && seen.is_sound());
+        seen.note_end(HeldOutPsnr { mean: 24.9, min: 24.0 });
+        let said = seen.overfitted().unwrap().to_string();
+        assert!(
+            said.starts_with("held-out views were best at step 3000 (25.00 dB) and fell ")
+                && said.contains(", with 24.90 dB; "),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn what_no_run_has_seen_is_not_sound() {
+        let unsound = [
+            Watch { best: Some((f64::NAN, 1)), ..Watch::default() },
+            Watch { last: Some([1.0, f64::INFINITY]), ..Watch::default() },
+            Watch { ending: Some([5, 5]), ..Watch::default() },
+        ];
+        assert!(unsound.iter().all(|watch| !watch.is_sound()) && Watch::default().is_sound());
+    }
+}
