@@ -61,7 +61,7 @@ impl Metrics {
 
 /// What a mask leaves: of picture and truth the pixels that count, one after another,
 /// and the picture with the truth in place of the others.
-fn masked<'p>(
+pub(crate) fn masked<'p>(
     picture: &'p [u8],
     truth: &'p [u8],
     mask: Option<&[u8]>,

@@ -4,7 +4,7 @@
 use pocketnerf_core::{Camera, Display, Error, Model, SimdLevel};
 
 use crate::lens::Lens;
-use crate::metrics::{composite_on, psnr, quantize_all};
+use crate::metrics::{composite_on, masked, psnr, quantize_all};
 use crate::picture::{Renderer, Settings};
 use crate::trainer::pixels::rays::{Pixel, RaySource};
 
@@ -41,13 +41,13 @@ struct HeldOutView {
     lens: Lens,
     /// Straight RGBA of the pixels.
     rgba: Vec<u8>,
-    /// Whether each counts.
-    counts: Vec<bool>,
+    /// 0 where one does not count.
+    mask: Vec<u8>,
 }
 
 impl HeldOut {
-    /// Chooses one view in 25, spread evenly around what the cameras look at; of less than 24
-    /// views one, another for each seed. Of less than 8, none.
+    /// Chooses one view in 25, at least one, spread evenly around what the cameras look at;
+    /// other ones for another seed. Of less than 8, none.
     pub(crate) fn choose(source: &RaySource, seed: u64) -> Self {
         let order = around(source.cameras());
         let n = order.len();
@@ -112,18 +112,14 @@ impl HeldOutView {
             camera,
             lens: source.lenses()[number],
             rgba: pixels.clone().flat_map(|pixel| source.rgba(pixel)).collect(),
-            counts: pixels.map(|pixel| source.counts(number, index(&pixel))).collect(),
+            mask: pixels.map(|pixel| source.counts(number, index(&pixel)).into()).collect(),
         }
     }
 
     /// Of a picture of its pixels.
     fn psnr(&self, picture: &[u8], display: &Display) -> f64 {
         let truth = quantize_all(&composite_on(&self.rgba, display.srgb_background()));
-        let counted = |rgb: &[u8]| -> Vec<u8> {
-            let pixels = rgb.as_chunks::<3>().0.iter().zip(&self.counts);
-            pixels.filter(|(_, counts)| **counts).flat_map(|(rgb, _)| *rgb).collect()
-        };
-        let (picture, truth) = (counted(picture), counted(&truth));
+        let ([picture, truth], _) = masked(picture, &truth, Some(&self.mask));
         // Every few pixels may all be pixels that do not count.
         if truth.is_empty() { EQUAL } else { psnr(&picture, &truth).min(EQUAL) }
     }

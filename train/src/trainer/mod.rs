@@ -194,6 +194,7 @@ impl Trainer {
         self.grid.reset();
         self.sampler = PixelSampler::new(self.visibility.n_tiles());
         self.leave_out();
+        self.best = None;
         self.step = 0;
         self.n_rays = self.config.batch_rays.unwrap_or(FIRST_RAYS);
         self.roulette = 0.0;

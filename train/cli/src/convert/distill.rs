@@ -11,7 +11,11 @@ const CELLS: usize = 400_000;
 /// log2 of the fewest entries per grid level.
 const LEAST_TABLE: u32 = 10;
 /// Views to train on if no cameras are given.
-pub const VIEWS: usize = 100;
+const VIEWS: usize = 100;
+/// Views from which a distilled model and its source are compared.
+const OTHERS: usize = 7;
+/// Cameras of the source that are enough to see all of a scene; every eighth is held out.
+const ENOUGH: usize = 24;
 /// Their width and height.
 const SIDE: u32 = 256;
 /// Their horizontal field of view, radians, for views from outside.
@@ -19,10 +23,24 @@ const FOV_X: f32 = 0.7;
 /// Azimuth between one view and the next: the golden angle spreads them evenly.
 const TURN: f32 = 2.399_963_2;
 
+/// Cameras to train on, and others to compare on: the source's own, if they are enough to see
+/// all of the scene; else those and more like them; without any, some at `distance` all around.
+/// `None` for forward-facing scenes of which too few are known.
+#[must_use]
+pub fn cameras(space: &Space, own: &[Camera], distance: f32) -> Option<[Vec<Camera>; 2]> {
+    if own.len() >= ENOUGH {
+        return Some(held_out(own));
+    }
+    let around = |count| match own {
+        [] => all_around(space, distance, count),
+        own => all_around_like(space, own, count),
+    };
+    Some([[own, &around(VIEWS)?].concat(), around(OTHERS)?])
+}
+
 /// `count` cameras evenly all around a box, at `distance` from its middle, or farther if
 /// needed to see all of it; `None` for other spaces, whose cameras are known.
-#[must_use]
-pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Camera>> {
+fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Camera>> {
     let [min, max] = space.scene_box()?;
     let radius = 0.5 * (0..3).map(|a| (max[a] - min[a]).powi(2)).sum::<f32>().sqrt();
     let distance = distance.max(radius / (0.5 * FOV_X).sin());
@@ -31,8 +49,7 @@ pub fn all_around(space: &Space, distance: f32, count: usize) -> Option<Vec<Came
 
 /// `count` cameras evenly all around a box, with the mean distance and field of view of
 /// `others`; `None` if there are none, and for other spaces.
-#[must_use]
-pub fn all_around_like(space: &Space, others: &[Camera], count: usize) -> Option<Vec<Camera>> {
+fn all_around_like(space: &Space, others: &[Camera], count: usize) -> Option<Vec<Camera>> {
     space.scene_box()?;
     let center = space.center();
     let distance = |camera: &Camera| {
@@ -59,8 +76,7 @@ fn around(center: [f32; 3], distance: f32, fov_x: f32, count: usize) -> Vec<Came
 }
 
 /// Cameras to train on, and every eighth, held out; downscaled to the size of our own views.
-#[must_use]
-pub fn held_out(cameras: &[Camera]) -> [Vec<Camera>; 2] {
+fn held_out(cameras: &[Camera]) -> [Vec<Camera>; 2] {
     let small =
         |camera: &Camera| camera.downscaled(camera.width.max(camera.height).div_ceil(2 * SIDE));
     let numbered = || cameras.iter().enumerate();
@@ -165,14 +181,28 @@ mod tests {
         // Those like some are as far away, and see as much.
         let like = all_around_like(&space, &cameras[..5], 20).unwrap();
         assert_eq!(like.len(), 20);
-        // Others than those, and than as many as are trained on.
-        let compared = all_around_like(&space, &cameras[..5], 7).unwrap();
-        let trained = || cameras[..5].iter().chain(&like);
-        assert!(compared.iter().all(|camera| trained().all(|other| other != camera)));
         let p = like[15].position();
         let distance = ((p[0] - 2.0).powi(2) + p[1].powi(2) + p[2].powi(2)).sqrt();
         assert!((distance - far).abs() < 1e-3);
         assert!((like[15].focal[0] - cameras[0].focal[0]).abs() < 1e-2);
         assert!(all_around_like(&space, &[], 20).is_none());
+    }
+
+    #[test]
+    fn no_camera_is_trained_on_and_compared_on() {
+        let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
+        let all = all_around(&space, 4.0, 40).unwrap();
+        for (own, expected) in [(0, [100, 7]), (5, [105, 7]), (23, [123, 7]), (40, [35, 5])] {
+            let own = &all[..own];
+            let [trained, compared] = cameras(&space, own, 4.0).unwrap();
+            assert_eq!([trained.len(), compared.len()], expected);
+            assert!(compared.iter().all(|camera| !trained.contains(camera)));
+            // All of a few are worth training on.
+            assert!(own.len() >= ENOUGH || trained[..own.len()] == *own);
+        }
+        let (min, max) = ([-1.0; 3], [1.0; 3]);
+        let forward =
+            Space::Ndc(pocketnerf_core::space::Ndc { near: 1.0, slope: [1.0; 2], min, max });
+        assert!(cameras(&forward, &all[..5], 4.0).is_none());
     }
 }

@@ -175,9 +175,13 @@ impl Run {
     fn look(&mut self, trainer: &mut Trainer) {
         let step = trainer.steps();
         let Some(plan) = self.plan.filter(|plan| self.watch.is_due(*plan, step)) else { return };
-        let Some(found) = trainer.look_at_held_out() else { return };
         let settled = step >= trainer.config().settled();
-        match self.watch.note(found, (plan, step), settled) {
+        let then = match trainer.look_at_held_out() {
+            Some(found) => self.watch.note(found, (plan, step), settled),
+            // What cannot be looked at is of no use.
+            None => self.watch.end(),
+        };
+        match then {
             Then::GoOn => {}
             Then::Remember => trainer.remember(),
             Then::GoBack => trainer.go_back(),

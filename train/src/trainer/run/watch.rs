@@ -21,7 +21,8 @@ const ENDING: u32 = 8;
 /// ... and at least so many: the learning rate is low, and parameters are averaged.
 const LEAST: u32 = 128;
 
-/// What has been seen of the held-out views.
+/// What has been seen of the held-out views. A checkpoint holds it (section WATCH, version 1) in
+/// postcard's order of fields, which never changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Watch {
     /// Whether the views are held out now.
@@ -110,14 +111,19 @@ impl Watch {
             return Then::GoBack;
         }
         if plan.progress(step) >= RETURN {
-            self.holding = false;
-            return Then::Return;
+            return self.end();
         }
         if found.mean <= best {
             return Then::GoOn;
         }
         self.best = Some((found.mean, step));
         Then::Remember
+    }
+
+    /// The views are held out no longer.
+    pub(super) fn end(&mut self) -> Then {
+        self.holding = false;
+        Then::Return
     }
 
     /// Notes the look at the finished model of a run that overfits.
@@ -197,6 +203,21 @@ mod tests {
                 && said.contains(", with 24.90 dB; "),
             "{said}"
         );
+    }
+
+    #[test]
+    fn bytes_of_version_1() {
+        let watch = Watch {
+            holding: true,
+            looks: 300,
+            falls: 1,
+            best: Some((2.0, 7)),
+            last: Some([1.0, 0.5]),
+            ending: Some([5, 9]),
+        };
+        let [two, one, half] = [2.0f64, 1.0, 0.5].map(f64::to_le_bytes);
+        let expected = [&[1, 0xac, 2, 1, 1][..], &two, &[7, 1], &one, &half, &[1, 5, 9]];
+        assert_eq!(postcard::to_extend(&watch, Vec::new()).unwrap(), expected.concat());
     }
 
     #[test]

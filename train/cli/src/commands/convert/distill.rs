@@ -16,11 +16,6 @@ use crate::commands::train::Bar;
 use crate::commands::{Common, Failure};
 use crate::convert::{compare, distill};
 
-/// Views from which a distilled model and its source are compared.
-const OTHERS: usize = 7;
-/// Cameras of the source that are enough to see all of a scene; every eighth is held out.
-const ENOUGH: usize = 24;
-
 impl Convert {
     /// Trains a hash grid on renderings of the source, and compares both on held-out views.
     pub(super) fn distill(
@@ -94,21 +89,10 @@ impl Convert {
         distance: f32,
     ) -> Result<[Vec<Camera>; 2], Failure> {
         let Some(folder) = &self.data else {
-            if own.len() >= ENOUGH {
-                return Ok(distill::held_out(own));
-            }
-            // A few do not see all of the scene: add more like them.
-            let like = |count| distill::all_around_like(space, own, count);
-            if let (Some(added), Some(others)) = (like(distill::VIEWS), like(OTHERS)) {
-                return Ok([[own, &added].concat(), others]);
-            }
-            let around = |count| distill::all_around(space, distance, count);
-            return match (around(distill::VIEWS), around(OTHERS)) {
-                (Some(cameras), Some(others)) => Ok([cameras, others]),
-                _ => Err("--distill-to: views of a forward-facing scene are those of its \
-                          capture, give --data"
-                    .into()),
-            };
+            return distill::cameras(space, own, distance).ok_or_else(|| {
+                "--distill-to: views of a forward-facing scene are those of its capture, give --data"
+                    .into()
+            });
         };
         let factor = self.downscale_factor;
         let load = |split| dataset::load_with(folder, split, &self.reading.options(factor));
