@@ -169,10 +169,12 @@ fn held_out_views_come_back_and_a_resumed_run_goes_on_alike() {
 
 #[test]
 fn a_run_whose_held_out_views_fall_ends_early_and_says_so() {
-    let (mut trainer, mut run) = (trainer(), steps(4096));
+    // So many views that it would not overfit by itself.
+    let (mut trainer, mut run) = (trainer_of(100), steps(4096));
+    let n = trainer.source.cameras().len() / 25;
     let troubles = finish((&mut trainer, &mut run), |trainer| {
-        // What is learnt fades.
-        if (1400..1700).contains(&trainer.steps()) {
+        // What is learnt fades, as two looks see: after 1434 and 1639 steps.
+        if (1400..1639).contains(&trainer.steps()) {
             let mut state = trainer.backend.download().clone();
             state.field_mut().parameters.iter_mut().for_each(|value| *value *= 0.98);
             trainer.backend.upload(state);
@@ -180,10 +182,11 @@ fn a_run_whose_held_out_views_fall_ends_early_and_says_so() {
     });
     assert!(troubles.is_empty(), "{troubles:?}");
     let Overfitted { best, step, last } = run.overfitted().unwrap();
-    // Two looks were low; then it goes back and ends after an eighth of the way there.
-    assert!((1229..1640).contains(&step), "{step}");
-    assert!((1600..2200).contains(&trainer.steps()), "{}", trainer.steps());
+    assert_eq!(step, 1229);
+    // It goes back, and ends after an eighth of the way there.
+    assert_eq!(trainer.steps(), 1639 + 1229 / 8);
+    assert!(last > best - 0.3, "{best} {last}");
     assert!(best > 12.0 && run.held_out_psnr().unwrap().mean == last);
     // Still held out.
-    assert_eq!(trainer.held_out.len(), 1);
+    assert_eq!(trainer.held_out.len(), n);
 }
