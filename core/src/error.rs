@@ -44,6 +44,11 @@ pub enum Error {
     Limits(&'static str),
     /// This build leaves out the requested cargo feature.
     Feature(&'static str),
+    /// Rendering would take more samples than the caller allows.
+    TooManySamples {
+        /// Samples allowed, all pixels together.
+        allowed: u64,
+    },
     /// The machine (or this build) lacks the requested SIMD level.
     SimdUnavailable(crate::simd::SimdLevel),
 }
@@ -69,6 +74,9 @@ impl fmt::Display for Error {
             Self::Limits(what) => write!(f, "the model exceeds the limits given: {what}"),
             Self::Feature(name) => {
                 write!(f, "this build leaves it out: it needs the cargo feature `{name}`")
+            }
+            Self::TooManySamples { allowed } => {
+                write!(f, "rendering takes more than the {allowed} samples allowed")
             }
             Self::SimdUnavailable(level) => {
                 write!(f, "this machine or build has no SIMD level `{level}`")

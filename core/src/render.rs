@@ -66,14 +66,29 @@ pub struct RenderOptions {
     pub detail: Detail,
     /// Where along a ray the field is evaluated; see [`with_sampling`](Self::with_sampling).
     pub sampling: SamplingMode,
+    /// A call ends with [`Error::TooManySamples`] once the field has been evaluated at more
+    /// samples than this, times the pixels: a small file may ask for hours of work.
+    pub max_samples_per_pixel: u32,
 }
 
 impl RenderOptions {
+    /// Samples a pixel that are allowed by default. Sound models take fewer than a hundred;
+    /// converted ones with large scenes around them, and fog, a few thousand.
+    pub const MAX_SAMPLES_PER_PIXEL: u32 = 1 << 15;
+
     /// The usual way to render `model`: all it needs and no more.
     #[must_use]
     pub fn new(model: &Model<'_>, simd: SimdLevel, tuning: Tuning) -> Self {
         let (limits, detail) = (model.field.limits(), model.detail(0.5));
-        Self { simd, limits, tuning, skip: true, detail, sampling: SamplingMode::Occupancy }
+        Self {
+            simd,
+            limits,
+            tuning,
+            skip: true,
+            detail,
+            sampling: SamplingMode::Occupancy,
+            max_samples_per_pixel: Self::MAX_SAMPLES_PER_PIXEL,
+        }
     }
 
     /// The same with another sampling, and the scratch that it needs.
@@ -163,8 +178,9 @@ impl core::ops::AddAssign for RenderStats {
 ///
 /// # Errors
 /// When the parts of the model do not fit together, it exceeds
-/// `options.limits`, a slice is too short, or the SIMD level is not there.
-/// Nothing is written then.
+/// `options.limits`, a slice is too short, or the SIMD level is not there: nothing is
+/// written then. [`Error::TooManySamples`] where the model asks for more work than
+/// `options.max_samples_per_pixel` allows: the outputs then hold anything.
 pub fn render_tile(
     model: &Model<'_>,
     camera: &Camera,

@@ -39,6 +39,11 @@ pub trait SampleSink {
     /// `work.output`, what rays accumulate in the rows after it.
     fn accumulate<S: Simd>(&mut self, simd: S, samples: &SampleBatch<'_>, work: &mut Workspace<'_>);
 
+    /// Whether there have been more samples than are allowed: rays then stop where they are.
+    fn is_spent(&self) -> bool {
+        false
+    }
+
     /// Is called when a part of a stage has ended, with the number of samples.
     fn ended(&mut self, stage: Stage, n: usize) {
         let _ = (stage, n);
@@ -73,6 +78,9 @@ pub fn march<S: Simd>(
         evaluate(simd.level(), field, output, samples, work, |stage, n| sink.ended(stage, n));
         sink.accumulate(simd, samples, work);
         sink.ended(Stage::Composite, samples.len);
+        if sink.is_spent() {
+            return;
+        }
     }
 }
 

@@ -20,6 +20,8 @@ pub(super) struct Compositor<'c, 's, 'o, 'f> {
     /// Distance between samples.
     pub(super) step: f32,
     pub(super) stats: &'c mut RenderStats,
+    /// Samples that are allowed, all pixels together.
+    pub(super) max_samples: u64,
     pub(super) observer: &'c mut Option<&'o mut Observer<'f>>,
 }
 
@@ -51,6 +53,11 @@ impl<'s> SampleSink for Compositor<'_, 's, '_, '_> {
                 }
             },
         );
+    }
+
+    #[inline(always)]
+    fn is_spent(&self) -> bool {
+        self.stats.samples > self.max_samples
     }
 
     #[inline(always)]

@@ -56,7 +56,8 @@ pub(super) fn render(
     let depths = core::mem::take(&mut scratch.depths);
     let marcher = Marcher::new(model, skip);
     let stats = RenderStats::default();
-    let mut group = RayGroup { model, marcher, tuning, scratch, stats, observer };
+    let max_samples = n as u64 * u64::from(options.max_samples_per_pixel);
+    let mut group = RayGroup { model, marcher, tuning, scratch, stats, max_samples, observer };
     let foreground = match skip {
         true => source.foreground(model, span.to, depths),
         false => Foreground::unknown(depths),
@@ -77,6 +78,9 @@ pub(super) fn render(
             });
         }
     }
+    if group.is_spent() {
+        return Err(Error::TooManySamples { allowed: max_samples });
+    }
     target.fill(span.to);
     Ok(group.stats)
 }
@@ -90,6 +94,9 @@ fn each_pass<S: Simd>(
     let (source, detail) = (job.source, job.options.detail);
     for pass in job.span.passes(target.size) {
         one_pass(simd, group, source, pass, detail, target);
+        if group.is_spent() {
+            return;
+        }
     }
 }
 
@@ -137,7 +144,7 @@ fn one_pass<S: Simd>(
             group.finish(simd, source, target);
             group.ended(Stage::Shade, rays);
         }
-        if n < room {
+        if n < room || group.is_spent() {
             return;
         }
     }

@@ -76,7 +76,7 @@ pub(super) fn each_pixel<S: Simd>(
             group.finish(simd, job.source, target);
             group.ended(Stage::Shade, count);
         }
-        if n < room {
+        if n < room || group.is_spent() {
             return;
         }
     }

@@ -18,6 +18,8 @@ pub(super) struct RayGroup<'m, 's, 'o, 'f> {
     pub(super) tuning: Tuning,
     pub(super) scratch: Scratch<'s>,
     pub(super) stats: RenderStats,
+    /// Samples that are allowed, all pixels together.
+    pub(super) max_samples: u64,
     pub(super) observer: Option<&'o mut Observer<'f>>,
 }
 
@@ -38,6 +40,12 @@ impl RayGroup<'_, '_, '_, '_> {
     #[inline(always)]
     pub(super) const fn is_full(&self) -> bool {
         self.count() + LANES / 4 > self.tuning.rays
+    }
+
+    /// Whether there have been more samples than are allowed.
+    #[inline(always)]
+    pub(super) const fn is_spent(&self) -> bool {
+        self.stats.samples > self.max_samples
     }
 
     /// Notifies the observer.
@@ -80,12 +88,13 @@ impl RayGroup<'_, '_, '_, '_> {
     pub(super) fn march<S: Simd>(&mut self, simd: S) {
         let (model, count) = (self.model, self.count());
         let channels = model.field.channels();
-        let Self { marcher, scratch, stats, observer, .. } = self;
+        let Self { marcher, scratch, stats, max_samples, observer, .. } = self;
+        let max_samples = *max_samples;
         let Scratch { work, samples, slots, active, sums, .. } = scratch;
         sums[..count * sums_len(channels)].fill(0.0);
         active[..count].iter_mut().zip(0..).for_each(|(active, number)| *active = number);
         let step = model.sampling.step;
-        let mut sink = Compositor { slots, sums, channels, step, stats, observer };
+        let mut sink = Compositor { slots, sums, channels, step, stats, max_samples, observer };
         let active = &mut active[..count];
         march(simd, &model.field, Output::Channels, marcher, (samples, work), active, &mut sink);
     }

@@ -123,7 +123,7 @@ impl From<pocketnerf_core::Error> for Failure {
         use pocketnerf_core::Error as Core;
         let status = match error {
             Core::ScratchTooSmall { .. } | Core::OutputLength { .. } => Status::Buffer,
-            Core::Unsupported(_) => Status::Unsupported,
+            Core::Unsupported(_) | Core::TooManySamples { .. } => Status::Unsupported,
             Core::SimdUnavailable(_) => Status::NoSimd,
             _ => Status::Argument,
         };

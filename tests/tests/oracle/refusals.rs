@@ -83,6 +83,31 @@ fn tuning_that_kernels_cannot_work_with() {
     }
 }
 
+/// A small file may ask for hours of work.
+#[test]
+fn more_samples_than_are_allowed() {
+    let model = Recipe::PLAIN.build();
+    let camera = camera(5, 3);
+    for level in levels() {
+        let free = options(&model, level, Tuning::SMALL);
+        let render = |options: &RenderOptions| {
+            let (mut scratch, mut rgba) = (vec![0.0; options.scratch_len()], vec![0.0; 60]);
+            let tile = whole(&camera);
+            let stats = render_tile(&model, &camera, tile, options, &mut scratch, &mut rgba, None)?;
+            Ok((stats, rgba))
+        };
+        let allowing = |n: u32| RenderOptions { max_samples_per_pixel: n, ..free };
+        let whole: Result<_, Error> = render(&free);
+        let samples = whole.clone().unwrap().0.samples;
+        assert!(samples > 15, "{samples}");
+        let enough = u32::try_from(samples.div_ceil(15)).unwrap();
+        assert_eq!(render(&allowing(enough)), whole);
+        // 15 pixels; whole batches are evaluated before it is noticed.
+        assert_eq!(render(&allowing(1)), Err(Error::TooManySamples { allowed: 15 }));
+        assert_eq!(render(&allowing(0)), Err(Error::TooManySamples { allowed: 0 }));
+    }
+}
+
 #[test]
 fn levels_that_the_machine_lacks() {
     let model = Recipe::PLAIN.build();
