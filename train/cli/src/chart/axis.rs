@@ -120,6 +120,12 @@ impl Axis {
         )
     }
 
+    /// Whether it is as unsteady as the times of pictures are.
+    #[must_use]
+    pub const fn is_time(self) -> bool {
+        matches!(self, Self::MsPerFrame | Self::RaysPerSecond)
+    }
+
     /// The point's figure, if it is known and finite. Equal pictures, whose PSNR is
     /// infinite, have none.
     #[must_use]

@@ -122,7 +122,21 @@ fn legend<B: DrawingBackend>(area: &DrawingArea<B, Shift>, series: &[(&str, bool
         x += 34 + 9 * name.chars().count() as i32;
     }
     mark(area, (x, 16), BEATEN, false)?;
-    area.draw(&text("another is as fast and better", x + 10)).map_err(failed)
+    let beaten = "another is as fast and better";
+    area.draw(&text(beaten, x + 10)).map_err(failed)?;
+    x += 34 + 8 * beaten.len() as i32;
+    hollow(area, (x, 16), BEATEN)?;
+    area.draw(&text("unsteady time", x + 10)).map_err(failed)
+}
+
+/// A point whose time is not to be trusted is a ring.
+fn hollow<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    at: (i32, i32),
+    color: RGBColor,
+) -> Drawn {
+    area.draw(&Circle::new(at, 4, WHITE.filled())).map_err(failed)?;
+    area.draw(&Circle::new(at, 4, color.stroke_width(2))).map_err(failed)
 }
 
 /// A point of ours is a disc, one of another program a triangle.
@@ -210,6 +224,10 @@ fn panel_of<B: DrawingBackend>(
             let own = (point.series(), !point.is_ours());
             let i = series.iter().position(|series| *series == own).unwrap_or(0);
             let at = (at.0 - base_x, at.1 - base_y);
+            if cost.is_time() && point.unsteady == Some(true) {
+                hollow(area, at, color(i))?;
+                continue;
+            }
             mark(area, at, color(i), own.1)?;
             if !*on && !own.1 {
                 area.draw(&Circle::new(at, 3, BEATEN.filled())).map_err(failed)?;
@@ -246,15 +264,24 @@ mod tests {
 
     #[test]
     fn every_point_is_drawn_in_both_formats() {
-        let points = points();
+        let mut points = points();
         let costs = [Axis::MsPerFrame, Axis::Bytes];
+        // Four of ours, one of them dominated, and in the legend one for each of two series and
+        // for dominated points, and a ring of two circles for unsteady times.
+        let marks = |points: &[Point]| {
+            let svg = svg(points, Axis::Psnr, &costs).unwrap();
+            (svg.matches("<circle").count(), svg.matches("stroke-width=\"2\"").count())
+        };
+        let (circles, wide) = marks(&points);
+        assert_eq!(circles, 4 + 1 + 3 + 2);
+        points[1].unsteady = Some(true);
+        let (circles, wider) = marks(&points);
+        // One more, that of the ring.
+        assert_eq!((circles, wider), (4 + 1 + 3 + 2 + 1, wide + 1));
         let svg = svg(&points, Axis::Psnr, &costs).unwrap();
-        // Four of ours, one of them dominated, and one in the legend for each of two series
-        // and for dominated points.
-        assert_eq!(svg.matches("<circle").count(), 4 + 1 + 3, "{svg}");
         assert_eq!(svg.matches("<polygon").count(), 1 + 1, "{svg}");
         for text in
-            ["hash-grid", "nerf", "other", "a &lt;scene&gt; &amp; more 400x300", "ms a frame"]
+            ["hash-grid", "nerf", "other", "unsteady time", "a &lt;scene&gt; &amp; more 400x300"]
         {
             assert!(svg.contains(text), "{text}");
         }

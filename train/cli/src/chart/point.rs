@@ -66,8 +66,7 @@ pub struct Point {
     pub lpips: Option<f64>,
     /// Mean of the views' depth errors, scene units.
     pub depth_error: Option<f64>,
-    /// Median time of a picture over the rounds, on an undisturbed machine:
-    /// [`Turn::ms`](super::rounds::Turn::ms).
+    /// Median time of a picture over the rounds, by the clock, on the machine as it was.
     pub ms_per_frame: Option<f64>,
     /// Lower end of its 95 % bootstrap interval.
     pub ms_low: Option<f64>,
@@ -77,11 +76,12 @@ pub struct Point {
     pub spread: Option<f64>,
     /// Whether the spread exceeds [`UNSTEADY`](Self::UNSTEADY): do not trust the time.
     pub unsteady: Option<bool>,
-    /// The median as measured, on the machine as it was.
-    pub wall_ms_per_frame: Option<f64>,
-    /// Pictures per second, undisturbed.
+    /// The median on an undisturbed machine:
+    /// [`Turn::normalized_ms`](super::rounds::Turn::normalized_ms).
+    pub normalized_ms_per_frame: Option<f64>,
+    /// Pictures per second, by the clock.
     pub frames_per_second: Option<f64>,
-    /// Pixels per second, undisturbed, interpolated ones included.
+    /// Pixels per second, by the clock, interpolated ones included.
     pub rays_per_second: Option<f64>,
     /// Evaluations of the field per pixel.
     pub samples_per_ray: Option<f64>,

@@ -73,7 +73,7 @@ pub struct Turn {
 impl Turn {
     /// Milliseconds per picture of an undisturbed machine.
     #[must_use]
-    pub fn ms(&self) -> f64 {
+    pub fn normalized_ms(&self) -> f64 {
         self.wall_ms / self.slowdown
     }
 }

@@ -89,7 +89,7 @@ fn from_a_sweep_to_a_page_and_a_choice() {
             "ms_per_frame",
             "ms_low",
             "ms_high",
-            "wall_ms_per_frame",
+            "normalized_ms_per_frame",
             "spread",
             "rays_per_second",
             "samples_per_ray",

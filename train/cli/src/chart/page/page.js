@@ -133,6 +133,9 @@
     svg.append(draw("text", { x: SIZE.left + width / 2, y: SIZE.height - 8, "text-anchor": "middle" }, x.label));
     svg.append(draw("text", { "text-anchor": "middle",
       transform: `translate(14 ${SIZE.top + height / 2}) rotate(-90)` }, y.label));
+    // As `Axis::is_time` of the program: hollow where the time is not to be trusted.
+    const isUnsteady = (p) => p.unsteady && [x, y].some((axis) =>
+      ["ms_per_frame", "rays_per_second"].includes(axis.key));
     const best = frontier(shown, x, y);
     const line = shown.filter((p) => best.has(p) && isOurs(p)).sort((a, b) => a[x.key] - b[x.key]);
     svg.append(draw("path", { class: "frontier",
@@ -144,7 +147,8 @@
         : { points: `${cx},${cy - 8} ${cx - 7.5},${cy + 6} ${cx + 7.5},${cy + 6}` };
       const mark = draw(isOurs(p) ? "circle" : "polygon", { ...place, tabindex: 0,
         class: p === kept ? "mark kept" : "mark", "data-id": p.id,
-        fill: best.has(p) || !isOurs(p) ? colorOf(p) : BEATEN, stroke: colorOf(p) });
+        fill: isUnsteady(p) ? "white" : best.has(p) || !isOurs(p) ? colorOf(p) : BEATEN,
+        stroke: colorOf(p) });
       mark.append(draw("title", {}, `${seriesOf(p)} ${p.model}: ${short(p[y.key])}, ${short(p[x.key])}`));
       mark.addEventListener("mouseenter", () => tell(p));
       mark.addEventListener("mouseleave", () => tell(kept));

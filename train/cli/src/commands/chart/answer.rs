@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::Chart;
 use crate::chart::{Point, Wish, groups};
-use crate::commands::{Common, Failure, open, print_line, read_model};
+use crate::commands::{Common, Failure, open, print_json, print_line, read_model};
 
 impl Chart {
     /// Answers every wish for every scene and picture size, and stores the choice with
@@ -36,9 +36,10 @@ impl Chart {
             }
         }
         if common.json {
-            print_line(json!({
+            let object = json!({
                 "out": self.out.display().to_string(), "points": points, "recommended": answers,
-            }));
+            });
+            print_json(object, &unsteady(points));
         }
         Ok(())
     }
@@ -57,6 +58,15 @@ impl Chart {
         let bytes = pocketnerf_formats::with_quality(&file, point.quality.unwrap_or(0.5))?;
         Ok(output::write_atomic(to, &bytes)?)
     }
+}
+
+/// What is to be said of times that cannot be trusted.
+fn unsteady(points: &[Point]) -> Vec<String> {
+    let unsteady = points.iter().filter(|point| point.unsteady == Some(true));
+    let said = |point: &Point| {
+        format!("{}: the times of its rounds differ: measure again on a quiet machine", point.id)
+    };
+    unsteady.map(said).collect()
 }
 
 /// Where the model of a point lies.

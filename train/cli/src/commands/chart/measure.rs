@@ -132,7 +132,8 @@ fn time(
     interrupted?;
     for (point, turns) in points.iter_mut().zip(&turns) {
         let of = |figure: fn(&Turn) -> f64| turns.iter().map(figure).collect::<Vec<f64>>();
-        let Some(Summary { median, interval, spread }) = Summary::of(&of(Turn::ms)) else {
+        let clock = Summary::of(&of(|turn| turn.wall_ms));
+        let Some(Summary { median, interval, spread }) = clock else {
             continue;
         };
         let rays = f64::from(point.width) * f64::from(point.height);
@@ -140,7 +141,8 @@ fn time(
         [point.ms_low, point.ms_high] = interval.map(Some);
         point.spread = Some(spread);
         point.unsteady = Some(spread > Point::UNSTEADY);
-        point.wall_ms_per_frame = Summary::of(&of(|turn| turn.wall_ms)).map(|wall| wall.median);
+        let undisturbed = Summary::of(&of(Turn::normalized_ms));
+        point.normalized_ms_per_frame = undisturbed.map(|summary| summary.median);
         point.frames_per_second = Some(1e3 / median);
         point.rays_per_second = Some(rays * 1e3 / median);
         point.threads = Some(rayon::current_num_threads());
