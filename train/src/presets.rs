@@ -65,8 +65,10 @@ impl TrainConfig {
     }
 
     /// With as much detail as a run of this length can learn: shorter steps, and
-    /// for runs of more than a minute and a half a wider colour network. A
-    /// second counts as 110 steps.
+    /// for runs of more than a minute and a half a wider colour network, on a machine that
+    /// takes 110 steps a second. How many this one takes, [`Trainer::pace`] measures.
+    ///
+    /// [`Trainer::pace`]: crate::trainer::Trainer::pace
     #[must_use]
     pub fn for_length(mut self, length: Length) -> Self {
         let seconds = match length {

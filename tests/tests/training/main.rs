@@ -6,6 +6,7 @@ mod builtin;
 mod determinism;
 mod finished;
 mod guard;
+mod jumps;
 mod masked;
 mod mutated;
 mod ndc;

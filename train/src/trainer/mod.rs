@@ -18,6 +18,7 @@ use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Sp
 pub use config::TrainConfig;
 pub use finish::Finished;
 pub use finish::budget::FinishingBudget;
+pub use finish::color_jumps::share as color_jumps;
 pub use held_out::HeldOutPsnr;
 pub(crate) use occupancy::cells::all_cells;
 pub use occupancy::cells::{dilated, pack};
@@ -37,13 +38,14 @@ pub use run::{NoTime, Progress, Run, RunError, Summary, run};
 pub use step::{StepSettings, StepStats};
 
 use crate::dataset::Dataset;
+use crate::field::FieldConfig;
 use crate::stopwatch::Stopwatch;
 use backend::{Backend, Cpu};
 use held_out::HeldOut;
 use parameters::{ParameterGroup, State};
 use pixels::importance::PixelSampler;
 use pixels::visibility::PixelVisibility;
-use prepass::Prepared;
+use prepass::{Deadline, Prepared, PrepassError};
 use run::guard;
 
 /// Shares that a step is cut into, at any number of threads.
@@ -52,6 +54,16 @@ pub const GROUPS: usize = 16;
 const FIRST_RAYS: usize = 1024;
 /// Rays of a step at most, where the user sets their number.
 pub const MAX_BATCH_RAYS: usize = 1 << 20;
+
+/// Steps that are timed to find a machine's pace.
+const PACE_STEPS: u32 = 16;
+
+/// What trains the field of a configuration.
+fn backend(config: &TrainConfig, space: &Space, simd: SimdLevel) -> Result<Cpu, Error> {
+    let field = config.field.kind().build(space.unit_map().scale);
+    let state = State::new(ParameterGroup::of_field(field.layout(), config.adam()));
+    Cpu::new(field, state, simd)
+}
 
 /// A field in training.
 #[derive(Debug)]
@@ -93,8 +105,8 @@ impl Trainer {
         dataset: Dataset,
         config: TrainConfig,
         simd: SimdLevel,
-    ) -> Result<Self, Error> {
-        Self::from_prepared(prepass::run(dataset, config, simd)?, simd)
+    ) -> Result<Self, PrepassError> {
+        Ok(Self::from_prepared(prepass::run(dataset, config, simd, Deadline::NONE)?, simd)?)
     }
 
     /// Prepares a run; nothing is trained.
@@ -104,9 +116,7 @@ impl Trainer {
     pub fn from_prepared(prepared: Prepared, simd: SimdLevel) -> Result<Self, Error> {
         let Prepared { source, space, candidates, config } = prepared;
         let sampling = config.sampling(&space)?;
-        let field = config.field.kind().build(space.unit_map().scale);
-        let state = State::new(ParameterGroup::of_field(field.layout(), config.adam()));
-        let backend = Cpu::new(field, state, simd)?;
+        let backend = backend(&config, &space, simd)?;
         let resolution = config.occupancy_resolution;
         // Coordinates that hold all that the cameras see: every tile sees something.
         let seen = if space.scene_box().is_some() { &candidates[..] } else { &[] };
@@ -132,6 +142,39 @@ impl Trainer {
         };
         trainer.begin(0);
         Ok(trainer)
+    }
+
+    /// Steps a second that this machine takes now, from a few steps, which are undone. The
+    /// number of samples of a step hardly changes in a run, and with it the time.
+    pub fn pace(&mut self) -> f64 {
+        let settings = StepSettings {
+            rate: 0.0,
+            decay: 0.0,
+            step_scale: self.config.first_step_scale,
+            kept: self.config.kept[0],
+            update_occupancy: false,
+            average: false,
+        };
+        // The first few find out how many rays have so many samples.
+        (0..PACE_STEPS / 4).for_each(|_| _ = self.step(&settings));
+        let begun = std::time::Instant::now();
+        (0..PACE_STEPS).for_each(|_| _ = self.step(&settings));
+        let pace = f64::from(PACE_STEPS) / begun.elapsed().as_secs_f64().max(1e-9);
+        self.begin(0);
+        pace
+    }
+
+    /// Begins anew with a field of another shape, and samples closer together or less close.
+    ///
+    /// # Errors
+    /// When these do not make a valid field.
+    pub fn reshape(&mut self, field: FieldConfig, samples_per_side: f32) -> Result<(), Error> {
+        let config = TrainConfig { field, samples_per_side, ..self.config.clone() };
+        let sampling = config.sampling(&self.space)?;
+        let backend = backend(&config, &self.space, self.backend.simd())?;
+        (self.config, self.sampling, self.backend) = (config, sampling, Box::new(backend));
+        self.begin(0);
+        Ok(())
     }
 
     /// The model as it stands.

@@ -27,6 +27,9 @@ pub enum BenchError {
     /// The model or the settings.
     #[error(transparent)]
     Core(#[from] pocketnerf_core::Error),
+    /// What comes before training.
+    #[error(transparent)]
+    Prepass(#[from] pocketnerf_train::trainer::prepass::PrepassError),
     /// Training.
     #[error(transparent)]
     Training(#[from] RunError),

@@ -9,7 +9,7 @@ use pocketnerf_train::dataset::{self, Dataset, Split};
 use pocketnerf_train::trainer::{TrainConfig, ndc_of};
 
 use super::rendering::Rendering;
-use super::{Common, Failure, open, open_to_render, print_line, read_model};
+use super::{Common, Failure, open, open_to_render, print_json, print_line, read_model};
 use crate::bench::{Report, networks, rendering, training};
 use crate::machine::{self, Machine};
 
@@ -85,7 +85,7 @@ impl Bench {
         let clock = machine::clock_now(self.quick);
         let report = Report::new(&machine, networks, (name, training), (model, rendering), clock);
         if common.json {
-            print_line(serde_json::to_string(&report)?);
+            print_json(serde_json::to_value(&report)?, &[]);
         } else {
             print_line(report.to_string().trim_end());
         }

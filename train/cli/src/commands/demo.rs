@@ -50,7 +50,9 @@ impl Demo {
         let mut trainer = Trainer::with_prepass(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(Length::Seconds(self.seconds), common.started);
         train::train(&mut trainer, &mut run, &mut bar, |_, _, _| Ok(()))?;
-        let mut value = train::finish(&trainer, &run, &origin, &path, &mut bar)?;
+        let never = || false;
+        let finished = train::finish(&trainer, &run, &origin, (&path, &never), &mut bar)?;
+        let mut value = finished.unwrap_or_default();
         drop(bar);
         let bytes = read_model(&path)?;
         let mut table = Vec::new();

@@ -15,6 +15,34 @@ pub(super) fn free() -> Option<u64> {
     machine.into_iter().chain(group).min()
 }
 
+/// Refuses what needs more bytes than are free: one line that names it and says what to do.
+pub(super) fn check(
+    needed: u64,
+    advice: &str,
+    what: impl Fn() -> String,
+) -> Result<(), super::Failure> {
+    against(free(), needed, advice, what)
+}
+
+fn against(
+    free: Option<u64>,
+    needed: u64,
+    advice: &str,
+    what: impl Fn() -> String,
+) -> Result<(), super::Failure> {
+    let gigabytes = |bytes: u64| bytes as f64 / 1e9;
+    match free.filter(|free| needed > *free) {
+        None => Ok(()),
+        Some(free) => Err(format!(
+            "{} needs {:.1} GB of memory, but only {:.1} GB are free; {advice}",
+            what(),
+            gigabytes(needed),
+            gigabytes(free)
+        )
+        .into()),
+    }
+}
+
 fn kilobytes(file: &str, name: &str) -> Option<u64> {
     let text = std::fs::read_to_string(file).ok()?;
     let line = text.lines().find(|line| line.starts_with(name))?;
@@ -51,6 +79,16 @@ mod tests {
         assert_eq!(group(folder.path()), Some(500));
         write("memory.current", "1300\n");
         assert_eq!(group(folder.path()), Some(0));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let against = |free| against(free, 3_000_000_000, "give less", || "this".to_owned());
+        assert!(against(None).is_ok() && against(Some(3_000_000_000)).is_ok());
+        assert_eq!(
+            against(Some(1_499_000_000)).unwrap_err().to_string(),
+            "this needs 3.0 GB of memory, but only 1.5 GB are free; give less"
+        );
     }
 
     #[test]

@@ -21,6 +21,7 @@ use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
 use reading::Reading;
+use serde_json::Value;
 
 /// Why a command stopped: its text is one line.
 type Failure = Box<dyn std::error::Error>;
@@ -118,6 +119,12 @@ fn print_line(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
+/// The object that `--json` prints, with what the user should know.
+fn print_json(mut object: Value, warnings: &[String]) {
+    object["warnings"] = warnings.into();
+    print_line(object);
+}
+
 /// Runs the command of this process; `started` is when the program started.
 #[must_use]
 pub fn run(started: Instant) -> ExitCode {
@@ -155,7 +162,10 @@ fn execute(command: &Command) -> Result<(), Failure> {
 
 /// Reads a whole model file.
 fn read_model(path: &Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(path).map_err(|e| format!("{}: cannot be read: {e}", path.display()).into())
+    let failure = |e| format!("{}: cannot be read: {e}", path.display());
+    let bytes = std::fs::metadata(path).map_err(failure)?.len();
+    memory::check(bytes, "give a smaller model", || path.display().to_string())?;
+    Ok(std::fs::read(path).map_err(failure)?)
 }
 
 /// Opens a model's bytes; the error names the file.
@@ -170,6 +180,8 @@ fn open_to_render<'a>(
     table: &'a mut Vec<u8>,
 ) -> Result<pocketnerf_formats::ModelFile<'a>, Failure> {
     let mut file = open(path, bytes)?;
+    let name = || format!("{}: the cells of this model", path.display());
+    memory::check(file.model.table_len() as u64, "convert it with fewer cells", name)?;
     table.resize(file.model.table_len(), 0);
     file.model = file.model.with_table(table)?;
     Ok(file)

@@ -9,10 +9,11 @@ use pocketnerf_formats::ModelFile;
 use pocketnerf_train::cameras::{self, Circle};
 use pocketnerf_train::output;
 use pocketnerf_train::picture::{self, Picture, Progressive, image_file};
+use serde_json::json;
 
 use super::parse::parse_color;
 use super::rendering::{Rendering, Sampling};
-use super::{Common, Failure, make_folder, open_to_render, read_model};
+use super::{Common, Failure, make_folder, memory, open_to_render, print_json, read_model};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Render {
@@ -72,13 +73,18 @@ impl Render {
         let (depth, sampling) = (self.depth, self.sampling.into());
         let usual = self.rendering.settings(file.about.quality);
         let settings = picture::Settings { depth, sampling, ..usual };
+        memory::check(picture_bytes(&cameras), "render smaller pictures", || {
+            "a picture".to_owned()
+        })?;
         let mut renderer = picture::Renderer::new(&file.model, &settings);
         let mut refined;
+        let mut seconds = 0.0;
         for (i, camera) in cameras.iter().enumerate() {
             let path = match &folder {
                 Some(folder) => folder.join(format!("{i:03}.png")),
                 None => self.out.clone(),
             };
+            let begun = Instant::now();
             let rendered = match self.deadline_ms {
                 None => renderer.render(camera)?,
                 Some(ms) => {
@@ -87,6 +93,7 @@ impl Render {
                     &refined
                 }
             };
+            seconds += begun.elapsed().as_secs_f64();
             let rgb = rendered.rgb8(&display);
             image_file::write_rgb(&path, camera.width, camera.height, &rgb)?;
             if self.depth {
@@ -95,7 +102,21 @@ impl Render {
                 image_file::write_depth(&path, size.0, size.1, &rendered.depth, per_step)?;
             }
         }
-        if !common.quiet {
+        if common.json {
+            let n = cameras.len();
+            let object = json!({
+                "model": self.model.display().to_string(),
+                "bytes": bytes.len(),
+                "method": file.model.field.kind(),
+                "pictures": n,
+                "width": cameras.first().map(|camera| camera.width),
+                "height": cameras.first().map(|camera| camera.height),
+                "seconds_per_frame": seconds / n.max(1) as f64,
+                "threads": rayon::current_num_threads(),
+                "out": self.out.display().to_string(),
+            });
+            print_json(object, &[]);
+        } else if !common.quiet {
             let pictures = if cameras.len() == 1 { "picture" } else { "pictures" };
             common.say(&format!("{}: {} {pictures}", self.out.display(), cameras.len()));
         }
@@ -143,6 +164,12 @@ impl Render {
         circle.first = Orbit { axis, up, ..circle.first };
         Ok(Circle { size, ..circle }.cameras())
     }
+}
+
+/// Memory of the largest picture: its colours and depths, and the bytes that are written.
+fn picture_bytes(cameras: &[Camera]) -> u64 {
+    let pixels = |camera: &Camera| u64::from(camera.width) * u64::from(camera.height);
+    32 * cameras.iter().map(pixels).max().unwrap_or(0)
 }
 
 /// The finest picture that a deadline allows.

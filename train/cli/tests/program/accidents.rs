@@ -131,6 +131,31 @@ fn images_that_do_not_fit_into_memory_are_refused_before_they_are_decoded() {
     assert!(line.starts_with(expected) && line.contains(" GB are free; give "), "{line}");
 }
 
+/// Scripts find what they should know in one place.
+#[test]
+fn each_object_has_warnings() {
+    let place = Place::new();
+    place.ok(&format!("{TRAIN} --steps 3 --out x.pnerf"));
+    for command in [
+        "info data",
+        "info x.pnerf",
+        "render x.pnerf --width 8 --height 8",
+        "eval x.pnerf data --split train",
+        "convert x.pnerf y.pnerf",
+    ] {
+        let object = place.ok(&format!("{command} --json"));
+        assert_eq!(object["warnings"], serde_json::json!([]), "{command}: {object}");
+    }
+    let rendered = place.ok("render x.pnerf --width 8 --height 6 --orbit 2 --out views --json");
+    let [pictures, width, height] = ["pictures", "width", "height"].map(|key| &rendered[key]);
+    assert_eq!((pictures, width, height), (&2.into(), &8.into(), &6.into()));
+    assert!(rendered["seconds_per_frame"].as_f64().unwrap() > 0.0);
+    // What is wrong with a dataset is a warning too.
+    cut(&place.path("data/3.png"));
+    let notes = place.ok("info data --json");
+    assert_eq!(notes["warnings"], notes["notes"]);
+}
+
 #[test]
 fn that_an_older_file_was_replaced_is_said() {
     let place = Place::new();

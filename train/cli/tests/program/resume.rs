@@ -1,8 +1,13 @@
 //! `pocketnerf train`: saved, interrupted and resumed.
 
+#[cfg(unix)]
+use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 #[cfg(unix)]
 use std::time::{Duration, Instant};
+
+use pocketnerf_core::SimdLevel;
+use serde_json::Value;
 
 use crate::place::{Place, TRAIN, text};
 
@@ -64,6 +69,57 @@ fn saved_and_resumed() {
     assert!(line.starts_with("whole.pnerf: this is a model, expected a checkpoint; "), "{line}");
     let line = place.line("train data --resume none.pnerf --out x.pnerf");
     assert!(line.starts_with("none.pnerf: cannot be read: "), "{line}");
+}
+
+/// A checkpoint knows its vector instructions, with which the run goes on by itself.
+#[test]
+fn resumed_with_the_same_vector_instructions() {
+    let place = Place::new();
+    let train = format!("{TRAIN} --steps 40 --simd portable");
+    place.ok(&format!("{train} --out whole.pnerf --save-every 0.000001"));
+    let again = place.ok("train data --json --resume whole.ckpt.pnerf --out again.pnerf");
+    assert!(place.bytes("again.pnerf") == place.bytes("whole.pnerf"));
+    let only_steps = |warning: &Value| warning.as_str().unwrap().starts_with("only 40 steps");
+    assert!(again["warnings"].as_array().unwrap().iter().all(only_steps), "{again}");
+    // Others are taken, and it is said.
+    let best = SimdLevel::detect();
+    if best != SimdLevel::Portable {
+        let resume = "train data --json --resume whole.ckpt.pnerf --out other.pnerf";
+        let other = place.ok(&format!("{resume} --simd {best}"));
+        let warning = other["warnings"][0].as_str().unwrap();
+        assert_eq!(
+            warning,
+            format!(
+                "whole.ckpt.pnerf: trained with portable so far, resumed with {best}: the model \
+                 will differ by rounding; expected --simd portable for the same bytes"
+            )
+        );
+    }
+}
+
+/// A signal that comes when all steps are taken.
+#[cfg(unix)]
+#[test]
+fn interrupted_while_the_model_is_finished() {
+    let place = Place::new();
+    let train = TRAIN.replace("--quiet ", "");
+    let whole = format!("{train} --steps 600 --out whole.pnerf");
+    place.ok(&whole);
+    let mut command = place.command(&whole.replace("whole", "cut"));
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut said = BufReader::new(child.stderr.take().unwrap()).lines();
+    while said.next().unwrap().unwrap() != "finishing the model" {}
+    let pid = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    let line = said.next().unwrap().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{line}");
+    let resume = "train data --out cut.pnerf --resume cut.ckpt.pnerf";
+    let expected =
+        format!("pocketnerf: interrupted at step 600, saved; resume with: pocketnerf {resume}");
+    assert_eq!(line, expected);
+    assert!(!place.path("cut.pnerf").exists());
+    place.ok(&format!("{resume} --json"));
+    assert!(place.bytes("cut.pnerf") == place.bytes("whole.pnerf"));
 }
 
 #[test]

@@ -5,12 +5,13 @@ use std::borrow::Cow;
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Display, Error, Model};
 
-use super::{pruning, tolerance};
+use super::{color_jumps, pruning, tolerance};
 use crate::trainer::Trainer;
 use crate::trainer::finish::budget::FinishingBudget;
 use crate::trainer::finish::calibration_tiles::CalibrationTiles;
 use crate::trainer::occupancy::cells::{MOST_CELLS, Packed};
 use crate::trainer::occupancy::density_grid::{DensityGrid, PERIOD};
+use crate::trainer::run::LONG_ENOUGH;
 
 /// Smaller cells may add a byte to so many parameters, which take a byte or two
 /// each.
@@ -120,6 +121,20 @@ impl Trainer {
 }
 
 impl Finished<'_> {
+    /// How much the model risks between the training views, see
+    /// [`color_jumps`](crate::trainer::color_jumps); `None` also for a field that is still
+    /// taking shape.
+    ///
+    /// # Errors
+    /// Whatever rendering reports.
+    pub fn color_jumps(&self) -> Result<Option<f64>, Error> {
+        let Trainer { source, seed, backend, step, .. } = self.trainer;
+        if *step < LONG_ENOUGH {
+            return Ok(None);
+        }
+        color_jumps::share(&self.model(), source, backend.simd(), *seed)
+    }
+
     /// The model, to be written.
     #[must_use]
     pub fn model(&self) -> Model<'_> {

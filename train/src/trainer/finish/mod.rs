@@ -2,6 +2,7 @@
 
 pub(crate) mod budget;
 pub(crate) mod calibration_tiles;
+pub(crate) mod color_jumps;
 mod finished;
 pub(crate) mod pruning;
 pub(crate) mod tolerance;

@@ -3,11 +3,11 @@
 //! Silhouettes leave room that no camera looks into, below a table that all of
 //! them see from above. The finer the box, the finer the grid that fills it.
 
-use pocketnerf_core::{Camera, Error, Ray, SimdLevel, Space};
+use pocketnerf_core::{Camera, Ray, SimdLevel, Space};
 use rayon::prelude::*;
 
 use super::visual_hull::VisualHull;
-use super::{Prepared, carved};
+use super::{Deadline, Prepared, PrepassError, carved};
 use crate::trainer::pixels::rays::{Pixel, RaySource};
 use crate::trainer::{StepSettings, TrainConfig, Trainer};
 
@@ -33,10 +33,10 @@ pub(crate) fn tighten(
     source: RaySource,
     hull: &VisualHull,
     config: &TrainConfig,
-    simd: SimdLevel,
-) -> Result<(Space, RaySource), Error> {
+    resources: (SimdLevel, Deadline),
+) -> Result<(Space, RaySource), PrepassError> {
     let small = carved(source, Some(hull), around, small(config));
-    let trainer = trained(small, simd, STEPS)?;
+    let trainer = trained(small, resources, STEPS)?;
     let found = occupied(&trainer, SIGMA);
     let source = trainer.source;
     let Some([min, max]) = found else { return Ok((around, source)) };
@@ -51,10 +51,10 @@ pub(crate) fn tighten(
 pub(super) fn cells(
     prepared: Prepared,
     hull: Option<&VisualHull>,
-    simd: SimdLevel,
-) -> Result<(Vec<u32>, RaySource), Error> {
+    resources: (SimdLevel, Deadline),
+) -> Result<(Vec<u32>, RaySource), PrepassError> {
     let Prepared { source, space, mut candidates, config } = prepared;
-    let trainer = trained(carved(source, hull, space, small(&config)), simd, LONGER)?;
+    let trainer = trained(carved(source, hull, space, small(&config)), resources, LONGER)?;
     let (grown, n) = (trainer.grid.grown(), config.occupancy_resolution);
     let at = |c: u32| (c as f32 + 0.5) / n as f32;
     candidates.retain(|cell| grown.at([at(cell % n), at(cell / n % n), at(cell / (n * n))]));
@@ -62,9 +62,14 @@ pub(super) fn cells(
 }
 
 /// The small field after so many steps.
-fn trained(small: Prepared, simd: SimdLevel, steps: u32) -> Result<Trainer, Error> {
+fn trained(
+    small: Prepared,
+    (simd, deadline): (SimdLevel, Deadline),
+    steps: u32,
+) -> Result<Trainer, PrepassError> {
     let mut trainer = Trainer::from_prepared(small, simd)?;
     for step in 0..steps {
+        deadline.check()?;
         let progress = step as f32 / steps as f32;
         trainer.step(&StepSettings {
             rate: (progress * 16.0).min(1.0) * (1.0 - 0.9 * progress),

@@ -2,6 +2,7 @@
 //! the cells that may hold something.
 
 pub(crate) mod coarse_field;
+mod deadline;
 pub(crate) mod scene_box;
 pub(crate) mod scene_ndc;
 pub(crate) mod visual_hull;
@@ -12,6 +13,7 @@ use super::occupancy::cells::MOST_CELLS;
 use super::pixels::rays::{Backdrop, RaySource};
 use super::{TrainConfig, all_cells};
 use crate::dataset::Dataset;
+pub use deadline::{Deadline, PrepassError};
 use scene_box::find_box;
 use visual_hull::VisualHull;
 
@@ -32,11 +34,17 @@ pub struct Prepared {
 /// where that helps, by training a small field for a second or three.
 ///
 /// # Errors
-/// When the configuration does not make a valid field, or the SIMD level is not there.
-pub fn run(dataset: Dataset, mut config: TrainConfig, simd: SimdLevel) -> Result<Prepared, Error> {
+/// When the configuration does not make a valid field, the SIMD level is not there, or the
+/// deadline passes.
+pub fn run(
+    dataset: Dataset,
+    mut config: TrainConfig,
+    simd: SimdLevel,
+    deadline: Deadline,
+) -> Result<Prepared, PrepassError> {
     config.field.kind().validate()?;
     if config.occupancy_resolution > MOST_CELLS {
-        return Err(Error::Range("occupancy resolution"));
+        return Err(Error::Range("occupancy resolution").into());
     }
     let has_alpha = dataset.has_alpha;
     let backdrop = match (config.backdrop, has_alpha) {
@@ -48,21 +56,22 @@ pub fn run(dataset: Dataset, mut config: TrainConfig, simd: SimdLevel) -> Result
     if let Some(ndc) = config.ndc {
         // All that the cameras see lies there, and silhouettes hide little of it.
         config.aabb = None;
-        return prepared(source, None, Space::Ndc(ndc), config, simd);
+        return prepared(source, None, Space::Ndc(ndc), config, (simd, deadline));
     }
     config.aabb = config.aabb.or(dataset.aabb);
-    let hull = has_alpha.then(|| VisualHull::new(&source));
+    let hull = has_alpha.then(|| VisualHull::before(&source, deadline));
     let (space, source) = match (config.aabb, &hull) {
         (Some([min, max]), _) => (Space::Box { min, max }, source),
         (None, None) => (find_box(source.cameras(), None), source),
         (None, Some(hull)) => {
             let around = find_box(source.cameras(), Some(hull));
-            coarse_field::tighten(around, source, hull, &config, simd)?
+            deadline.check()?;
+            coarse_field::tighten(around, source, hull, &config, (simd, deadline))?
         }
     };
     // A checkpoint holds it: a resumed run does not look for it again.
     config.aabb = space.scene_box();
-    prepared(source, hull.as_ref(), space, config, simd)
+    prepared(source, hull.as_ref(), space, config, (simd, deadline))
 }
 
 /// In this space.
@@ -71,15 +80,16 @@ fn prepared(
     hull: Option<&VisualHull>,
     space: Space,
     config: TrainConfig,
-    simd: SimdLevel,
-) -> Result<Prepared, Error> {
+    (simd, deadline): (SimdLevel, Deadline),
+) -> Result<Prepared, PrepassError> {
     config.sampling(&space)?;
     let kind = config.field.kind();
     let prepared = carved(source, hull, space, config.clone());
+    deadline.check()?;
     if !kind.is_costly() || kind.hierarchical_training().is_some() {
         return Ok(prepared);
     }
-    let (candidates, source) = coarse_field::cells(prepared, hull, simd)?;
+    let (candidates, source) = coarse_field::cells(prepared, hull, (simd, deadline))?;
     Ok(Prepared { source, space, candidates, config })
 }
 

@@ -15,8 +15,9 @@ pub use error::{NoTime, RunError};
 use guard::{Averages, Diverged, MAX_RESTARTS, Trouble};
 use watch::{Overfitted, Then, Watch};
 
-/// Shorter runs learn from all views from the first step on.
-const LONG_ENOUGH: u32 = 1024;
+/// Shorter runs learn from all views from the first step on, and what they risk between these is
+/// not measured.
+pub(crate) const LONG_ENOUGH: u32 = 1024;
 
 /// Where a run stands.
 #[derive(Clone, Copy, Debug)]

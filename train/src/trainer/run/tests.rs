@@ -7,6 +7,7 @@ use crate::builtin;
 use crate::dataset::{Dataset, Split};
 use crate::field::HierarchicalTraining;
 use crate::trainer::TrainConfig;
+use crate::trainer::prepass::{Deadline, PrepassError};
 
 fn trainer() -> Trainer {
     trainer_of(8)
@@ -94,6 +95,44 @@ fn a_run_without_a_step_is_an_error() {
         "{text}"
     );
     assert_eq!(trainer.steps(), 0);
+}
+
+#[test]
+fn a_prepass_ends_with_its_deadline() {
+    let config = TrainConfig { aabb: None, ..trainer().config().clone() };
+    let run = |deadline| {
+        let simd = SimdLevel::detect();
+        crate::trainer::prepass::run(dataset(8), config.clone(), simd, deadline)
+    };
+    let over = run(Deadline::at(Instant::now()));
+    assert_eq!(over.unwrap_err(), PrepassError::OutOfTime);
+    let later = Instant::now() + Duration::from_secs(3600);
+    let [unhurried, in_time] = [Deadline::NONE, Deadline::at(later)].map(|end| run(end).unwrap());
+    assert_eq!(unhurried.space, in_time.space);
+    assert_eq!(unhurried.candidates, in_time.candidates);
+}
+
+/// What is measured and changed before the first step leaves no trace.
+#[test]
+fn pace_and_shape_are_found_before_a_run() {
+    let taken = |mut trainer: Trainer| {
+        let _ = finish((&mut trainer, &mut steps(20)), |_| ());
+        parameters(&trainer).to_vec()
+    };
+    let expected = taken(trainer());
+    let mut measured = trainer();
+    assert!(measured.pace() > 0.0);
+    assert!(taken(measured) == expected);
+    let mut reshaped = trainer();
+    let mut config = reshaped.config().clone();
+    config.field.hash_grid_mut().unwrap().color_hidden = vec![24];
+    config.samples_per_side = 48.0;
+    reshaped.reshape(config.field.clone(), config.samples_per_side).unwrap();
+    assert_eq!(reshaped.config(), &config);
+    let direct = Trainer::with_prepass(dataset(8), config, SimdLevel::detect()).unwrap();
+    assert_eq!(direct.model().sampling, reshaped.model().sampling);
+    let found = taken(reshaped);
+    assert!(found == taken(direct) && found.len() != expected.len());
 }
 
 #[test]

@@ -11,7 +11,7 @@ use pocketnerf_train::trainer::checkpoint::{Checkpoint, kind, section_name};
 use pocketnerf_train::{dataset, field};
 use serde_json::{Value, json};
 
-use super::{Common, Failure, Reading, open, print_line, read_model};
+use super::{Common, Failure, Reading, open, print_json, print_line, read_model};
 use table::table;
 
 #[derive(Debug, clap::Args)]
@@ -27,7 +27,7 @@ impl Info {
         if self.path.is_dir() {
             let report = dataset::inspect_with(&self.path, &self.reading.options(1))?;
             if common.json {
-                print_line(serde_json::to_string(&report)?);
+                print_json(serde_json::to_value(&report)?, &report.notes);
             } else {
                 print_line(report);
             }
@@ -77,7 +77,7 @@ impl Info {
             "metrics": provenance.and_then(|p| p.train_psnr).map(|p| json!({"train_psnr": p})),
         });
         if common.json {
-            print_line(value);
+            print_json(value, &[]);
         } else {
             print_line(table(&self.path.display().to_string(), &value).trim_end());
         }

@@ -1,6 +1,7 @@
 //! `pocketnerf train`.
 
 mod bar;
+mod begin;
 mod model;
 mod nerf;
 mod options;
@@ -26,6 +27,10 @@ pub(super) use saving::Interrupted;
 use saving::{Resume, Saving, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
 
+/// Share of surface points whose colours jump between the training views from which on the user
+/// is told: sound models have a fifth of it at most, one whose views saturate has thrice as much.
+const JUMPS: f64 = 1e-3;
+
 impl Train {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         self.check()?;
@@ -34,12 +39,14 @@ impl Train {
         output::check_output(&self.out)?;
         output::check_output(&saved)?;
         let checkpoint = self.resume.as_deref().map(Checkpoint::read).transpose()?;
+        let mut bar = Bar::new(common.quiet);
+        let mut level = self.vectors.level();
         if let Some(checkpoint) = &checkpoint {
             self.check_against(checkpoint)?;
+            level = self.level_to_resume(checkpoint, &mut bar);
         }
         let factor = checkpoint.as_ref().map(|c| c.trained_on().downscale_factor);
         let factor = factor.unwrap_or_else(|| self.downscale_factor());
-        let mut bar = Bar::new(common.quiet);
         bar.phase("reading the images");
         let mut dataset = match (&checkpoint, self.length()) {
             (None, Length::Seconds(seconds)) => {
@@ -55,10 +62,9 @@ impl Train {
         let origin = Origin::new(&dataset, factor, self.precision);
         bar.phase("finding the scene");
         let (mut trainer, mut run) = match checkpoint {
-            Some(checkpoint) => checkpoint.resume(dataset, self.vectors.level(), common.started)?,
+            Some(checkpoint) => checkpoint.resume(dataset, level, common.started)?,
             None => {
-                let config = self.config(&dataset)?;
-                let trainer = Trainer::with_prepass(dataset, config, self.vectors.level())?;
+                let trainer = self.new_trainer(dataset, level, common.started)?;
                 (trainer, Run::new(self.length(), common.started))
             }
         };
@@ -80,8 +86,13 @@ impl Train {
                 None => Ok(()),
             }
         })?;
-        let result = match finish(&trainer, &run, &origin, &self.out, &mut bar) {
-            Ok(result) => result,
+        let stopped = || saving.is_asked_to_stop();
+        let result = match finish(&trainer, &run, &origin, (&self.out, &stopped), &mut bar) {
+            Ok(Some(result)) => result,
+            Ok(None) => {
+                let saved = saving.rescue(&trainer, &run, &origin)?;
+                return Err(Interrupted { step: trainer.steps(), resume: resume(saved) }.into());
+            }
             Err(reason) => {
                 let saved = saving.rescue(&trainer, &run, &origin)?;
                 return Err(Unfinished { reason, resume: resume(saved) }.into());
@@ -121,15 +132,19 @@ pub(super) fn train(
     Ok(())
 }
 
-/// Writes the model, and returns what `train --json` prints.
+/// Writes the model, and returns what `train --json` prints; `None` where it is `stopped` before
+/// that.
 pub(super) fn finish(
     trainer: &Trainer,
     run: &Run,
     origin: &Origin,
-    out: &Path,
+    (out, stopped): (&Path, &dyn Fn() -> bool),
     bar: &mut Bar,
-) -> Result<Value, Failure> {
+) -> Result<Option<Value>, Failure> {
     bar.phase("finishing the model");
+    if stopped() {
+        return Ok(None);
+    }
     let (steps, settled) = (trainer.steps(), trainer.config().settled());
     if steps < settled {
         bar.warn(format!(
@@ -144,11 +159,24 @@ pub(super) fn finish(
     }
     let about = origin.about(trainer, run);
     let finished = trainer.finished(run.finishing_budget(trainer))?;
+    let color_jumps = finished.color_jumps()?;
+    if let Some(share) = color_jumps.filter(|share| *share > JUMPS) {
+        bar.warn(format!(
+            "colours of {:.2} % of the surfaces jump between the training views, expected at most \
+             {:.1} %: highlights may show where there are none; train with another --seed or give \
+             more photographs",
+            100.0 * share,
+            100.0 * JUMPS
+        ));
+    }
+    if stopped() {
+        return Ok(None);
+    }
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
     let replaced = out.exists();
     output::write_atomic(out, &bytes)?;
     let (summary, seconds) = (run.summary(trainer), run.elapsed());
-    Ok(json!({
+    Ok(Some(json!({
         "seconds": seconds,
         "steps": trainer.steps(),
         "restarts": summary.restarts,
@@ -158,6 +186,7 @@ pub(super) fn finish(
         "train_psnr": summary.train_psnr,
         "held_out_psnr": run.held_out_psnr().map(|found| found.mean),
         "held_out_psnr_min": run.held_out_psnr().map(|found| found.min),
+        "color_jumps": color_jumps,
         "bytes": bytes.len(),
         "replaced": replaced,
         "peak_memory_bytes": memory::peak(),
@@ -166,7 +195,7 @@ pub(super) fn finish(
         "method": method(trainer),
         "warnings": bar.warnings(),
         "out": out.display().to_string(),
-    }))
+    })))
 }
 
 /// Where a model comes from.

@@ -1,6 +1,5 @@
 //! What is trained: options of `pocketnerf train` for the kind of field and its size.
 
-use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
@@ -86,9 +85,9 @@ impl ModelOptions {
     }
 
     /// The settings of a new run.
-    pub(super) fn config(&self, dataset: &Dataset, length: Length) -> TrainConfig {
+    pub(super) fn config(&self, has_alpha: bool, length: Length) -> TrainConfig {
         let mut config = match self.method.unwrap_or_default() {
-            Method::Nerf => self.nerf.config(dataset.has_alpha),
+            Method::Nerf => self.nerf.config(has_alpha),
             Method::HashGrid => TrainConfig::hash_grid().for_length(length),
         };
         if self.no_view_dependence {
@@ -117,6 +116,12 @@ impl ModelOptions {
             }
         }
         config
+    }
+
+    /// Whether the settings depend on how many steps there are.
+    pub(super) fn follow_steps(&self, has_alpha: bool) -> bool {
+        let [few, many] = [1, u32::MAX].map(|n| self.config(has_alpha, Length::Steps(n)));
+        few != many
     }
 
     /// The options whose values a checkpoint stores: name, given, stored.

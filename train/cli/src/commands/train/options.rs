@@ -64,7 +64,7 @@ pub(in crate::commands) struct Train {
     #[command(flatten)]
     scene: SceneOptions,
     #[command(flatten)]
-    model: ModelOptions,
+    pub(super) model: ModelOptions,
     #[command(flatten)]
     pub(super) vectors: Vectors,
 }
@@ -90,7 +90,7 @@ impl Train {
 
     /// The settings of a new run on this dataset.
     pub(super) fn config(&self, dataset: &Dataset) -> Result<TrainConfig, Failure> {
-        let mut config = self.model.config(dataset, self.length());
+        let mut config = self.model.config(dataset.has_alpha, self.length());
         config.seed = self.seed.unwrap_or(config.seed);
         config.batch_rays = self.batch_rays.or(config.batch_rays);
         self.scene.apply(&mut config, dataset)?;

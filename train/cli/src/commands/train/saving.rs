@@ -29,6 +29,11 @@ impl Saving {
         Self { path, every, last: Instant::now(), stop, warned: false }
     }
 
+    /// Whether the user wants the command to end.
+    pub(super) fn is_asked_to_stop(&self) -> bool {
+        self.stop.is_asked()
+    }
+
     /// Saves if it is time to, or if the run is to stop and steps are left: then it stops
     /// here, and the result is where it is saved.
     pub(super) fn after_step(

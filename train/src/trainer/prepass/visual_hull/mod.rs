@@ -8,6 +8,7 @@ mod tests;
 use pocketnerf_core::{Camera, Space};
 use rayon::prelude::*;
 
+use super::Deadline;
 use crate::lens::{Lens, Rectangle};
 use crate::trainer::pixels::rays::RaySource;
 use pyramid::Pyramid;
@@ -15,6 +16,8 @@ use pyramid::Pyramid;
 /// Silhouettes of all training views.
 #[derive(Debug)]
 pub struct VisualHull {
+    /// After this, no more cells are looked for.
+    deadline: Deadline,
     views: Vec<(Camera, Lens, Pyramid)>,
 }
 
@@ -22,6 +25,11 @@ impl VisualHull {
     /// From the views' cameras and RGBA images.
     #[must_use]
     pub fn new(source: &RaySource) -> Self {
+        Self::before(source, Deadline::NONE)
+    }
+
+    /// The same; where the deadline passes, it finds no more cells.
+    pub(super) fn before(source: &RaySource, deadline: Deadline) -> Self {
         let cameras = source.cameras().par_iter().zip(source.lenses());
         let images = source.images().par_iter().zip(source.masks());
         let view = |((camera, lens), (rgba, mask)): ((&Camera, &Lens), (&Vec<u8>, &_))| {
@@ -29,7 +37,7 @@ impl VisualHull {
             let (width, height) = (camera.width as usize, camera.height as usize);
             (*camera, *lens, Pyramid::new(width, height, rgba, mask.as_deref()))
         };
-        Self { views: cameras.zip(images).map(view).collect() }
+        Self { deadline, views: cameras.zip(images).map(view).collect() }
     }
 
     /// Whether a ball around `center` (scene units) may hold something: false
@@ -78,6 +86,9 @@ impl VisualHull {
             .into_par_iter()
             .flat_map_iter(|i| {
                 let mut cells = Vec::new();
+                if self.deadline.has_passed() {
+                    return cells;
+                }
                 self.descend(&grid, [i % 16, i / 16 % 16, i / 256], 16, &all, &mut cells);
                 cells
             })

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use pocketnerf_formats::{FormatError, SectionId};
 
 use crate::json::{escape, one_line};
+use crate::trainer::prepass::PrepassError;
 
 /// A checkpoint that cannot be resumed. The message is one line.
 #[derive(Debug, thiserror::Error)]
@@ -105,7 +106,7 @@ pub enum Problem {
     },
     /// The settings do not make a field, or the machine lacks the SIMD level.
     #[error("{0}; train from scratch without --resume")]
-    Model(#[source] pocketnerf_core::Error),
+    Model(#[source] PrepassError),
     /// This build makes something else of the same data.
     #[error(
         "this build does not find the same {0} in the dataset; \

@@ -60,6 +60,8 @@ pub struct Checkpoint {
     watch: Watch,
     /// The parameters with which they were rendered best.
     best: Option<Vec<f32>>,
+    /// The vector instructions of the steps so far.
+    simd: Option<SimdLevel>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
 }
@@ -95,6 +97,7 @@ pub fn write(
     if let Some(best) = &trainer.best {
         add(kind::BEST, bytemuck::must_cast_slice(best));
     }
+    add(kind::SIMD, trainer.backend.simd().name().as_bytes());
     if let Some(field) = &field {
         add(kind::NERF, field);
     }
@@ -162,6 +165,13 @@ impl Checkpoint {
     #[must_use]
     pub const fn restarts(&self) -> u32 {
         self.record.restarts
+    }
+
+    /// The vector instructions of the steps so far, where that is known: with others the run
+    /// ends with a model that differs by rounding.
+    #[must_use]
+    pub const fn simd(&self) -> Option<SimdLevel> {
+        self.simd
     }
 
     /// Seconds that the run has taken so far.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use pocketnerf_core::DType;
+use pocketnerf_core::{DType, SimdLevel};
 use pocketnerf_formats::{ModelFile, Section, SectionId};
 
 use super::record::RecordV1;
@@ -43,6 +43,9 @@ pub mod kind {
     /// The parameters with which the held-out views were rendered best, f32, in the order of
     /// the model's tensors, while there are such.
     pub const BEST: u32 = PROGRAM + 9;
+    /// The vector instructions of the steps so far, by their name on the command line. Without
+    /// it they are not known.
+    pub const SIMD: u32 = PROGRAM + 10;
 }
 
 /// Version of every section so far.
@@ -62,6 +65,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::NERF => Some("NERF"),
         kind::WATCH => Some("WATCH"),
         kind::BEST => Some("BEST"),
+        kind::SIMD => Some("SIMD"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -112,6 +116,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         Some(_) => Some(moments(kind::BEST, parameters.len())?),
         None => None,
     };
+    let simd = simd(&model_file)?;
     let provenance = model_file.about.provenance;
     Ok(Checkpoint {
         file: file.to_owned(),
@@ -128,6 +133,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         sampler,
         watch,
         best,
+        simd,
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
         parameters,
@@ -170,6 +176,16 @@ fn watch(file: &ModelFile<'_>) -> Result<Watch, Problem> {
     let watch = postcard::take_from_bytes::<Watch>(section.bytes).ok();
     let whole = watch.filter(|(watch, rest)| rest.is_empty() && watch.is_sound());
     whole.map(|(watch, _)| watch).ok_or(Problem::State("section WATCH"))
+}
+
+/// Which vector instructions the steps had, where the file says it.
+fn simd(file: &ModelFile<'_>) -> Result<Option<SimdLevel>, Problem> {
+    if file.container().find(SectionId::first(kind::SIMD)).is_none() {
+        return Ok(None);
+    }
+    let name = std::str::from_utf8(section(file, kind::SIMD)?.bytes).ok();
+    let level = name.and_then(|name| name.parse().ok());
+    level.map(Some).ok_or(Problem::State("section SIMD"))
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {

@@ -1,0 +1,82 @@
+//! How a run begins: its scene found, its detail fitted to the machine.
+
+use std::time::{Duration, Instant};
+
+use pocketnerf_core::SimdLevel;
+use pocketnerf_train::dataset::Dataset;
+use pocketnerf_train::trainer::prepass::{self, Deadline, PrepassError};
+use pocketnerf_train::trainer::{Checkpoint, Length, NoTime, TrainConfig, Trainer};
+
+use super::{Bar, Train};
+use crate::commands::Failure;
+
+/// Runs of fewer seconds have the least detail on any machine, whose pace need not be measured.
+const MEASURED: f64 = 30.0;
+/// Steps a second of a whole run, as a share of those at its beginning: later rays end at
+/// surfaces, so that more of them share a step's samples.
+const LATER: f64 = 0.6;
+
+impl Train {
+    /// The trainer of a new run, its scene found.
+    pub(super) fn new_trainer(
+        &self,
+        dataset: Dataset,
+        level: SimdLevel,
+        started: Instant,
+    ) -> Result<Trainer, Failure> {
+        let (config, has_alpha) = (self.config(&dataset)?, dataset.has_alpha);
+        let seconds = match self.length() {
+            Length::Seconds(seconds) => Some(seconds),
+            Length::Steps(_) => None,
+        };
+        let end = seconds.and_then(|seconds| started.checked_add(Duration::from_secs_f64(seconds)));
+        let deadline = end.map_or(Deadline::NONE, Deadline::at);
+        let prepared = prepass::run(dataset, config, level, deadline);
+        let prepared = prepared.map_err(|error| -> Failure {
+            match (error, seconds) {
+                (PrepassError::OutOfTime, Some(seconds)) => {
+                    NoTime { seconds, before: started.elapsed().as_secs_f64() }.into()
+                }
+                (error, _) => error.into(),
+            }
+        })?;
+        let mut trainer = Trainer::from_prepared(prepared, level)?;
+        self.fit_detail(&mut trainer, has_alpha)?;
+        Ok(trainer)
+    }
+
+    /// The vector instructions to go on with: those given, else those of the steps so far, so
+    /// that the model is the same to the byte.
+    pub(super) fn level_to_resume(&self, checkpoint: &Checkpoint, bar: &mut Bar) -> SimdLevel {
+        let before = checkpoint.simd();
+        let same = before.filter(|level| level.is_available());
+        let level = self.vectors.simd.or(same).unwrap_or_else(SimdLevel::detect);
+        if let Some(before) = before.filter(|before| *before != level) {
+            bar.warn(format!(
+                "{}: trained with {before} so far, resumed with {level}: the model will differ by \
+                 rounding; expected --simd {before} for the same bytes",
+                checkpoint.file().display()
+            ));
+        }
+        level
+    }
+
+    /// Fits the detail of a new timed run to the steps that this machine has time for.
+    fn fit_detail(&self, trainer: &mut Trainer, has_alpha: bool) -> Result<(), Failure> {
+        match self.length() {
+            Length::Seconds(seconds)
+                if seconds >= MEASURED && self.model.follow_steps(has_alpha) =>
+            {
+                let steps = Length::Steps((LATER * seconds * trainer.pace()) as u32);
+                let TrainConfig { field, samples_per_side, .. } =
+                    self.model.config(has_alpha, steps);
+                let config = trainer.config();
+                if (&field, samples_per_side) != (&config.field, config.samples_per_side) {
+                    trainer.reshape(field, samples_per_side)?;
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+}
