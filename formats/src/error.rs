@@ -101,6 +101,15 @@ pub enum FormatError {
     },
     /// The bytes between the section and the part before it are not zero.
     Padding(SectionId),
+    /// The section's packed payload cannot be decoded.
+    Packed(SectionId),
+    /// The caller's memory does not hold the unpacked file.
+    Room {
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes given.
+        given: u64,
+    },
     /// A metadata section is longer than any such section may be.
     MetadataLength {
         /// The section.
@@ -227,7 +236,11 @@ impl fmt::Display for FormatError {
                 write!(f, "{section}: version {found} where version 1 was expected")
             }
             Self::UnknownEncoding { section, found } => {
-                write!(f, "{section}: encoding {found} where 0 (raw) was expected")
+                write!(
+                    f,
+                    "{section}: encoding {found} where 0 (raw) was expected; a packed file has to \
+                     be unpacked first"
+                )
             }
             Self::Missing(section) => write!(f, "{section}: not in the file"),
             Self::Checksum { section, expected, found } => write!(
@@ -237,6 +250,12 @@ impl fmt::Display for FormatError {
             ),
             Self::Padding(section) => {
                 write!(f, "{section}: the bytes before it are not zero: the file is damaged")
+            }
+            Self::Packed(section) => {
+                write!(f, "{section}: its packed bytes cannot be decoded: the file is damaged")
+            }
+            Self::Room { needed, given } => {
+                write!(f, "the unpacked file has {needed} bytes where there is room for {given}")
             }
             Self::MetadataLength { section, limit, found } => {
                 write!(f, "{section}: {found} bytes where at most {limit} were expected")

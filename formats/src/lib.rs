@@ -91,6 +91,7 @@ mod error;
 #[cfg(feature = "import")]
 pub mod import;
 mod metadata;
+mod packed;
 mod reader;
 mod tensor_name;
 #[cfg(feature = "alloc")]
@@ -106,7 +107,10 @@ pub use container::{
 pub use error::FormatError;
 pub use metadata::MAX_METADATA_BYTES;
 pub use metadata::field::tensors;
+#[cfg(feature = "alloc")]
+pub use packed::unpacked;
+pub use packed::{PACKED_BLOCKS, PACKED_CELLS, PACKED_TABLE, is_packed, unpack_into, unpacked_len};
 pub use reader::{ModelFile, open, open_verified};
 pub use tensor_name::{Role, TensorName};
 #[cfg(feature = "alloc")]
-pub use write::{ContainerWriter, Precision, WriteError, with_quality, write};
+pub use write::{ContainerWriter, Precision, WriteError, pack, with_quality, write};

@@ -32,6 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("expected an argument: MODEL".into());
     };
     let bytes = std::fs::read(&path).map_err(|e| format!("{path}: {e}"))?;
+    let bytes = pocketnerf_formats::unpacked(&bytes).map_err(|e| format!("{path}: {e}"))?;
     let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{path}: {e}"))?;
     let own = file.about.camera.map(|camera| camera.camera());
     let circle = Circle::around(&file.model.space, own.as_ref(), VIEWS, 0.7);

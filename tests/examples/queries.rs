@@ -43,6 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let threads = arguments.next().map_or(Ok(0), |n| n.parse())?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let bytes = pocketnerf_formats::unpacked(&bytes)?;
     let file = pocketnerf_formats::open_verified(&bytes)?;
     let mut table = vec![0; file.model.table_len()];
     let model = file.model.with_table(&mut table)?;

@@ -30,6 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("expected two arguments: MODEL DATA".into());
     };
     let bytes = std::fs::read(model).map_err(|e| format!("{model}: {e}"))?;
+    let bytes = pocketnerf_formats::unpacked(&bytes).map_err(|e| format!("{model}: {e}"))?;
     let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{model}: {e}"))?;
     let dataset = dataset::load(Path::new(data), Split::Test, 1)?;
     let background = file.model.display.background;

@@ -18,6 +18,8 @@ pub struct Tiny {
     weights: Vec<u8>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
+    /// Cells along an axis.
+    resolution: u32,
 }
 
 /// Cuts tensors off the front of a buffer.
@@ -63,7 +65,25 @@ impl Tiny {
         coarse[0] = 1;
         coarse[10] = 2;
         let fine = (0..128u32).map(|i| (i * 37 % 251) as u8).collect();
-        Self { weights, coarse, fine }
+        Self { weights, coarse, fine, resolution: 16 }
+    }
+
+    /// Most weights are 0 and the cells are those of a ball: what packing makes smaller.
+    #[must_use]
+    pub fn trained() -> Self {
+        let mut tiny = Self::new();
+        for bytes in tiny.weights.as_chunks_mut::<4>().0 {
+            let value = f32::from_le_bytes(*bytes);
+            *bytes = if value.abs() < 0.4 { 0.0 } else { value }.to_le_bytes();
+        }
+        let n = 32;
+        let inside = |cell: u32| {
+            let square = |c: u32| (2 * c + 1).abs_diff(n).pow(2);
+            square(cell % n) + square(cell / n % n) + square(cell / (n * n)) < 24 * 24
+        };
+        let cells = (0..n * n * n).filter(|cell| inside(*cell));
+        let (coarse, fine) = pocketnerf_train::trainer::pack(n, cells).unwrap();
+        Self { coarse, fine, resolution: n, ..tiny }
     }
 
     /// A hash grid of a dense and a hashed level, shaded once per ray, with occupancy.
@@ -93,7 +113,7 @@ impl Tiny {
         Model {
             field: AnyField::HashGrid(HashGridField { grid: HashGrid { config, levels }, decoder }),
             space: Space::Box { min: [-1.0, -1.0, -0.5], max: [1.0, 1.0, 0.5] },
-            occupancy: Some(Occupancy::new(16, 1, &self.coarse, &self.fine).unwrap()),
+            occupancy: Some(Occupancy::new(self.resolution, 1, &self.coarse, &self.fine).unwrap()),
             sampling: Sampling { step: 0.0625, near: 0.25, far: 6.0, min_transmittance: 1e-3 },
             hierarchical: None,
             display: Display {

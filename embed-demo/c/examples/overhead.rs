@@ -26,6 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rounds: usize = arguments.next().map_or(Ok(31), |n| n.parse())?;
 
     let bytes = std::fs::read(&path)?;
+    let bytes = pocketnerf_formats::unpacked(&bytes)?;
     let file = pocketnerf_formats::open_verified(&bytes)?;
     let mut table = vec![0; file.model.table_len()];
     let model = file.model.with_table(&mut table)?;

@@ -26,7 +26,7 @@
 #define PNRF_MAX_SIDE 16384
 
 // For `pnrf_open_bytes`: the bytes are not copied. They must stay in place, unchanged, until
-// the model is closed.
+// the model is closed. (A packed file is unpacked to memory of the model's own.)
 #define PNRF_OPEN_BORROWED 1
 
 // Skip the check of checksums and weights: opening takes no time, whatever the size. Damaged

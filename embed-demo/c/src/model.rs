@@ -1,19 +1,20 @@
 //! Opening and closing.
 
+use std::borrow::Cow;
 use std::ffi::{CStr, c_char, c_void};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use pocketnerf_core::query::Similarity;
-use pocketnerf_formats::{ModelFile, Scene, open, open_verified};
+use pocketnerf_formats::{ModelFile, Scene, open, open_verified, unpacked};
 use self_cell::self_cell;
 
 use crate::border;
 use crate::status::{Error, Failure, Status, call};
 
 /// For `pnrf_open_bytes`: the bytes are not copied. They must stay in place, unchanged, until
-/// the model is closed.
+/// the model is closed. (A packed file is unpacked to memory of the model's own.)
 pub const OPEN_BORROWED: u32 = 1;
 /// Skip the check of checksums and weights: opening takes no time, whatever the size. Damaged
 /// weights then give wrong pictures, but never a crash.
@@ -95,6 +96,15 @@ impl Bytes {
             Self::Owned(bytes) => bytes,
         }
     }
+
+    /// The ordinary file of a packed one, in memory of its own; other files as they are.
+    fn unpacked(self) -> Result<Self, Failure> {
+        let unpacked = match unpacked(self.get())? {
+            Cow::Owned(bytes) => Some(bytes),
+            Cow::Borrowed(_) => None,
+        };
+        Ok(unpacked.map_or(self, |bytes| Self::Owned(bytes.into())))
+    }
 }
 
 impl std::fmt::Debug for Bytes {
@@ -105,6 +115,7 @@ impl std::fmt::Debug for Bytes {
 
 impl Model {
     fn open(bytes: Bytes, flags: u32) -> Result<Self, Failure> {
+        let bytes = bytes.unpacked()?;
         let opened = match flags & OPEN_UNVERIFIED {
             0 => open_verified(bytes.get())?,
             _ => open(bytes.get())?,
@@ -184,13 +195,13 @@ pub unsafe extern "C" fn pnrf_open_file(
 }
 
 #[cfg(unix)]
-fn to_path(path: &CStr) -> Result<std::borrow::Cow<'_, Path>, Failure> {
+fn to_path(path: &CStr) -> Result<Cow<'_, Path>, Failure> {
     use std::os::unix::ffi::OsStrExt;
     Ok(Path::new(std::ffi::OsStr::from_bytes(path.to_bytes())).into())
 }
 
 #[cfg(not(unix))]
-fn to_path(path: &CStr) -> Result<std::borrow::Cow<'_, Path>, Failure> {
+fn to_path(path: &CStr) -> Result<Cow<'_, Path>, Failure> {
     let text = path.to_str().map_err(|_| Failure::new(Status::File, "path: not UTF-8"))?;
     Ok(Path::new(text).into())
 }

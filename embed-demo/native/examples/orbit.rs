@@ -30,6 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => ("the built-in model", Cow::Borrowed(STILL_LIFE)),
     };
     let folder = folder.as_deref().unwrap_or("out/orbit");
+    let bytes = pocketnerf_formats::unpacked(&bytes).map_err(|e| format!("{name}: {e}"))?;
     let file = pocketnerf_formats::open_verified(&bytes).map_err(|e| format!("{name}: {e}"))?;
     // The same pictures in less time, for some memory.
     let mut table = vec![0; file.model.table_len()];

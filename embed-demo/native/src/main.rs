@@ -100,8 +100,9 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => (path.display().to_string(), Cow::Owned(read(path)?)),
         None => ("still life".to_owned(), Cow::Borrowed(STILL_LIFE)),
     };
-    let file = pocketnerf_formats::open_verified(&bytes)
-        .map_err(|e| format!("{name}: {e}; give a model that `pocketnerf info` can read"))?;
+    let refused = |e| format!("{name}: {e}; give a model that `pocketnerf info` can read");
+    let bytes = pocketnerf_formats::unpacked(&bytes).map_err(refused)?;
+    let file = pocketnerf_formats::open_verified(&bytes).map_err(refused)?;
     // The same pictures in less time, for some memory.
     let mut table = vec![0; file.model.table_len()];
     let model = file.model.with_table(&mut table)?;

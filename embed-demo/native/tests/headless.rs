@@ -36,6 +36,19 @@ fn pictures_are_those_of_the_rust_api() {
 }
 
 #[test]
+fn a_packed_file_shows_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let [model, path] = ["packed.pnerf", "picture.png"].map(|name| folder.path().join(name));
+    std::fs::write(&model, pocketnerf_formats::pack(STILL_LIFE).unwrap()).unwrap();
+    let mut command = viewer();
+    command.arg(&model).args(["--headless", "--size", "60x50", "--quality", "1", "--out"]);
+    let output = command.arg(&path).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    assert!(read_png(&path).1 == picture(&file, &View::new(&file).camera(60, 50), 1.0));
+}
+
+#[test]
 fn an_orbit_begins_with_the_view() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("a/b");

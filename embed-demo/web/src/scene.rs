@@ -1,5 +1,6 @@
 //! An open file, and the picture that is being rendered.
 
+use alloc::borrow::Cow;
 use alloc::string::{String, ToString};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -8,7 +9,7 @@ use pocketnerf_core::render::{Detail, RenderStats, Tiles};
 use pocketnerf_core::{
     Camera, Model, RenderOptions, Sampling, SimdLevel, Tile, Tuning, math, render_tile,
 };
-use pocketnerf_formats::{ModelFile, open_verified};
+use pocketnerf_formats::{ModelFile, open_verified, unpacked};
 
 use crate::facts::Facts;
 
@@ -31,11 +32,16 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Opens a file, with every byte checked.
+    /// Opens a file, packed or not, with every byte checked.
     ///
     /// # Errors
     /// One line: why the file is refused.
     pub fn open(bytes: &'static [u8], simd: SimdLevel) -> Result<Self, String> {
+        let bytes = match unpacked(bytes).map_err(|error| error.to_string())? {
+            Cow::Borrowed(ordinary) => ordinary,
+            // Until the instance is dropped, as the file.
+            Cow::Owned(unpacked) => unpacked.leak(),
+        };
         let file = open_verified(bytes).map_err(|error| error.to_string())?;
         let coordinates = file.about.scene;
         coordinates.similarity().validate().map_err(|error| error.to_string())?;

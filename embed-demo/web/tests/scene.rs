@@ -36,6 +36,19 @@ fn tiles_are_those_of_every_host() {
 }
 
 #[test]
+fn a_packed_file_shows_the_same() {
+    let packed = pocketnerf_formats::pack(STILL_LIFE).unwrap();
+    let simd = SimdLevel::detect();
+    let scenes = [STILL_LIFE, packed.leak()].map(|bytes| Scene::open(bytes, simd).unwrap());
+    let [ordinary, packed] = scenes.map(|mut scene| {
+        let camera = scene.own_camera(60, 50);
+        scene.begin(&camera, 1.0).unwrap();
+        scene.tile(0).unwrap().1.to_vec()
+    });
+    assert!(packed == ordinary);
+}
+
+#[test]
 fn a_linear_model_is_shown_in_srgb() {
     let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
     let display =

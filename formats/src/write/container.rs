@@ -28,6 +28,8 @@ struct Pending<'a> {
     id: SectionId,
     version: u16,
     critical: bool,
+    encoding: u16,
+    decoded_length: u64,
     payload: Cow<'a, [u8]>,
 }
 
@@ -46,7 +48,21 @@ impl<'a> ContainerWriter<'a> {
         critical: bool,
         payload: impl Into<Cow<'a, [u8]>>,
     ) {
-        self.sections.push(Pending { id, version, critical, payload: payload.into() });
+        let payload = payload.into();
+        let (encoding, decoded_length) = (RAW, payload.len() as u64);
+        self.sections.push(Pending { id, version, critical, encoding, decoded_length, payload });
+    }
+
+    /// Adds a section whose payload stands for so many bytes.
+    pub(crate) fn add_packed(
+        &mut self,
+        (id, version, critical): (SectionId, u16, bool),
+        encoding: u16,
+        decoded_length: u64,
+        payload: Vec<u8>,
+    ) {
+        let payload = payload.into();
+        self.sections.push(Pending { id, version, critical, encoding, decoded_length, payload });
     }
 
     /// The file's bytes.
@@ -71,11 +87,11 @@ impl<'a> ContainerWriter<'a> {
             let entry = Entry {
                 id: section.id,
                 version: section.version,
-                encoding: RAW,
+                encoding: section.encoding,
                 flags: if section.critical { CRITICAL } else { 0 },
                 offset: end.next_multiple_of(ALIGNMENT),
                 stored_length: length,
-                decoded_length: length,
+                decoded_length: section.decoded_length,
                 checksum: checksum::hash(&section.payload),
             };
             head.extend_from_slice(&entry.to_bytes());

@@ -4,6 +4,7 @@ mod container;
 mod eight_bits;
 mod error;
 mod f16;
+mod pack;
 
 use alloc::vec::Vec;
 
@@ -12,6 +13,7 @@ use serde::Serialize;
 
 pub use container::ContainerWriter;
 pub use error::WriteError;
+pub use pack::pack;
 
 use crate::about::{About, PixelOrigin};
 use crate::container::{SectionId, kind};

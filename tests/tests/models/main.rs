@@ -5,6 +5,7 @@ mod compare;
 mod detail;
 mod golden;
 mod mutated;
+mod packed;
 mod query;
 mod specification;
 mod still_life;

@@ -89,6 +89,17 @@ pub fn load_with(
     Ok(Dataset { bounds, aabb, background, forward_facing, notes, ..dataset })
 }
 
+/// Camera-to-world poses of all frames of the dataset in the folder `path`, of all its splits. No
+/// image is read.
+///
+/// # Errors
+/// As [`load`], except for what is wrong with images.
+pub fn poses(path: &Path, options: &LoadOptions) -> Result<Vec<[f32; 16]>, DatasetError> {
+    recognise(path)?;
+    let splits = Split::ALL.into_iter().filter_map(|split| list(path, split, options).ok());
+    Ok(splits.flat_map(|listing| listing.frames).map(|frame| frame.pose).collect())
+}
+
 /// The frames of a split, before any image is decoded.
 fn list(path: &Path, split: Split, options: &LoadOptions) -> Result<Listing, DatasetError> {
     let convention = recognise(path)?;

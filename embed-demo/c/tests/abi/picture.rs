@@ -3,8 +3,9 @@
 use std::ptr::null_mut;
 
 use pocketnerf_c::{
-    Alpha, Camera, DepthKind, Format, Image, Memory, OPEN_MODEL_COORDINATES, OPEN_WITHOUT_TABLE,
-    Options, Simd, Stats, Tile, pnrf_render, pnrf_render_tile, pnrf_tile, pnrf_tile_count,
+    Alpha, Camera, DepthKind, Format, Image, Memory, OPEN_BORROWED, OPEN_MODEL_COORDINATES,
+    OPEN_UNVERIFIED, OPEN_WITHOUT_TABLE, Options, Simd, Stats, Tile, pnrf_render, pnrf_render_tile,
+    pnrf_tile, pnrf_tile_count,
 };
 use pocketnerf_core::reference::render_pixel;
 use pocketnerf_core::render::Tiles;
@@ -12,7 +13,7 @@ use pocketnerf_core::{
     Camera as CoreCamera, ColorSpace, Display, Model, RenderOptions, SimdLevel, Tuning, pixel,
     render_tile,
 };
-use pocketnerf_formats::{Precision, open, write};
+use pocketnerf_formats::{Precision, open, pack, write};
 
 use crate::{GOLDEN, NOTHING, Open, STILL_LIFE, done, usual_options};
 
@@ -259,5 +260,17 @@ fn every_simd_level_and_memory_is_within_50_db_of_the_oracle() {
                 assert!(psnr >= 50.0, "{code:?} {memory:?}: {psnr:.1} dB");
             }
         }
+    }
+}
+
+#[test]
+fn a_packed_file_shows_the_same() {
+    let packed = pack(STILL_LIFE).unwrap();
+    let ordinary = Open::new(STILL_LIFE, 0);
+    let (camera, options) = (ordinary.camera(60, 50), usual_options());
+    let expected = bytes_of(&ordinary, &camera, &options, NOTHING);
+    for flags in [0, OPEN_BORROWED, OPEN_UNVERIFIED | OPEN_WITHOUT_TABLE] {
+        let opened = Open::new(&packed, flags);
+        assert!(bytes_of(&opened, &camera, &options, NOTHING) == expected, "{flags}");
     }
 }

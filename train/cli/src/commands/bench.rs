@@ -62,7 +62,7 @@ impl Bench {
         }
         let (trainer, training) = training::measure(dataset, config, steps, simd, &machine)?;
         let (path, bytes) = match (&self.model, given) {
-            (Some(path), Some(bytes)) => (path.clone(), bytes),
+            (Some(path), Some(bytes)) => (path.clone(), bytes.to_vec()),
             _ => {
                 let about = About { camera: first, ..About::default() };
                 let bytes = pocketnerf_formats::write(&trainer.model(), &about, Precision::I8)?;

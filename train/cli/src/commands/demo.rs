@@ -8,7 +8,7 @@ use pocketnerf_train::dataset::Split;
 use pocketnerf_train::evaluate::{Evaluation, evaluate};
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::image_file;
-use pocketnerf_train::trainer::{Length, Run, TrainConfig, Trainer};
+use pocketnerf_train::trainer::{Length, Run, RunError, TrainConfig, Trainer};
 
 use super::parse::parse_seconds;
 use super::rendering::Rendering;
@@ -49,7 +49,7 @@ impl Demo {
         let origin = train::Origin::new(&dataset, 1, Precision::I8);
         let mut trainer = Trainer::with_prepass(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(Length::Seconds(self.seconds), common.started);
-        train::train(&mut trainer, &mut run, &mut bar, |_, _, _| Ok(()))?;
+        train::train(&mut trainer, &mut run, &mut bar, |_, _, _| Ok(())).map_err(in_demo)?;
         let never = || false;
         let finished = train::finish(&trainer, &run, &origin, (&path, &never), &mut bar)?;
         let mut value = finished.unwrap_or_default();
@@ -91,6 +91,21 @@ impl Demo {
             ));
         }
         Ok(())
+    }
+}
+
+/// The demo has fewer options than training, whose advice names them.
+fn in_demo(failure: Failure) -> Failure {
+    match failure.downcast_ref() {
+        Some(RunError::NoTime(no_time)) => format!(
+            "--seconds {}: tracing the scene and finding it takes {:.1} s, which leaves no time to \
+             train; expected at least {}",
+            no_time.seconds,
+            no_time.before,
+            no_time.least()
+        )
+        .into(),
+        _ => failure,
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{ModelFile, PixelOrigin};
-use pocketnerf_train::dataset::{Dataset, Split};
+use pocketnerf_train::dataset::{Dataset, Split, poses};
 use pocketnerf_train::evaluate::{Evaluation, evaluate, worst};
 use pocketnerf_train::metrics::{Lpips, Metrics};
 use pocketnerf_train::output::write_atomic;
@@ -110,7 +110,7 @@ impl Eval {
         if common.json {
             let mut value = serde_json::to_value(&result)?;
             value["model"] = self.model.display().to_string().into();
-            value["bytes"] = bytes.len().into();
+            value["bytes"] = bytes.stored().len().into();
             value["method"] = file.model.field.kind().into();
             value["split"] = self.split.name().into();
             value["warnings"] = warnings.into();
@@ -149,9 +149,10 @@ impl Eval {
     fn other_scene(&self, file: &ModelFile<'_>, dataset: &Dataset) -> Option<String> {
         let origin = file.about.provenance.filter(|origin| origin.trained_on != 0)?;
         let train = || self.reading.read(&self.data, Split::Train, self.downscale_factor);
-        // A folder may have been renamed.
-        let same = origin.dataset == dataset.name()
-            || train().is_ok_and(|train| train.fingerprint() == origin.trained_on);
+        // A folder may have been renamed, and folders of other scenes may have the same name.
+        let named_alike = origin.dataset == dataset.name() && self.has_camera_of(file);
+        let same =
+            named_alike || train().is_ok_and(|train| train.fingerprint() == origin.trained_on);
         (!same).then(|| {
             format!(
                 "{}: trained on {:?}, expected a model of {}: the scores may be those of another \
@@ -161,6 +162,18 @@ impl Eval {
                 self.data.display()
             )
         })
+    }
+}
+
+impl Eval {
+    /// Whether the dataset has the camera that the model starts with, its first training view's;
+    /// yes where that is not known.
+    fn has_camera_of(&self, file: &ModelFile<'_>) -> bool {
+        let options = self.reading.options(self.downscale_factor);
+        let (Some(camera), Ok(poses)) = (file.about.camera, poses(&self.data, &options)) else {
+            return true;
+        };
+        poses.contains(&camera.camera_to_world)
     }
 }
 

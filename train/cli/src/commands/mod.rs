@@ -7,10 +7,12 @@ mod demo;
 mod eval;
 mod info;
 mod memory;
+mod model_file;
 mod parse;
 mod reading;
 mod render;
 mod rendering;
+mod repack;
 mod stop;
 mod train;
 
@@ -20,6 +22,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand};
+use model_file::{open, open_to_render, read_model};
 use reading::Reading;
 use serde_json::Value;
 
@@ -64,6 +67,14 @@ enum Action {
     Convert(Box<convert::Convert>),
     /// Render a model
     Render(render::Render),
+    /// Pack a model: the same pictures from fewer bytes
+    ///
+    /// Tables and occupied cells are coded, and table entries that no picture depends on become
+    /// 0. All commands read packed files; `train` writes them. A microcontroller, which reads
+    /// weights in place, needs `pocketnerf unpack` before.
+    Repack(repack::Repack),
+    /// Unpack a packed model to an ordinary file, which is read in place
+    Unpack(repack::Repack),
     /// Show details of a model, checkpoint or dataset
     Info(info::Info),
     /// Chart accuracy against speed over a sweep of models and settings
@@ -154,37 +165,12 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Eval(action) => action.run(common),
         Action::Convert(action) => action.run(common),
         Action::Render(action) => action.run(common),
+        Action::Repack(action) => action.pack(common),
+        Action::Unpack(action) => action.unpack(common),
         Action::Info(action) => action.run(common),
         Action::Chart(action) => action.run(common),
         Action::Bench(action) => action.run(common),
     }
-}
-
-/// Reads a whole model file.
-fn read_model(path: &Path) -> Result<Vec<u8>, Failure> {
-    let failure = |e| format!("{}: cannot be read: {e}", path.display());
-    let bytes = std::fs::metadata(path).map_err(failure)?.len();
-    memory::check(bytes, "give a smaller model", || path.display().to_string())?;
-    Ok(std::fs::read(path).map_err(failure)?)
-}
-
-/// Opens a model's bytes; the error names the file.
-fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<pocketnerf_formats::ModelFile<'a>, Failure> {
-    pocketnerf_formats::open_verified(bytes).map_err(|e| format!("{}: {e}", path.display()).into())
-}
-
-/// The same, for rendering: `table` becomes the empty-space skip table.
-fn open_to_render<'a>(
-    path: &Path,
-    bytes: &'a [u8],
-    table: &'a mut Vec<u8>,
-) -> Result<pocketnerf_formats::ModelFile<'a>, Failure> {
-    let mut file = open(path, bytes)?;
-    let name = || format!("{}: the cells of this model", path.display());
-    memory::check(file.model.table_len() as u64, "convert it with fewer cells", name)?;
-    table.resize(file.model.table_len(), 0);
-    file.model = file.model.with_table(table)?;
-    Ok(file)
 }
 
 /// Creates a folder for results.

@@ -106,7 +106,7 @@ impl Render {
             let n = cameras.len();
             let object = json!({
                 "model": self.model.display().to_string(),
-                "bytes": bytes.len(),
+                "bytes": bytes.stored().len(),
                 "method": file.model.field.kind(),
                 "pictures": n,
                 "width": cameras.first().map(|camera| camera.width),

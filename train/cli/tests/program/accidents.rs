@@ -74,6 +74,28 @@ fn scores_of_another_scene_are_said() {
     // The same under another name.
     std::fs::rename(place.path("data"), place.path("renamed")).unwrap();
     assert_eq!(eval("renamed --split train"), [Value::Null; 0]);
+    // Another scene in a folder of that name: its cameras are elsewhere.
+    std::fs::create_dir(place.path("data")).unwrap();
+    for entry in std::fs::read_dir(place.path("renamed")).unwrap() {
+        let from = entry.unwrap().path();
+        std::fs::copy(&from, place.path("data").join(from.file_name().unwrap())).unwrap();
+    }
+    assert_eq!(eval("data --split train"), [Value::Null; 0]);
+    let cameras = place.path("data/transforms_train.json");
+    let text = std::fs::read_to_string(&cameras).unwrap();
+    let mut moved: Value = serde_json::from_str(&text).unwrap();
+    for frame in moved["frames"].as_array_mut().unwrap() {
+        let x = &mut frame["transform_matrix"][0][3];
+        *x = (x.as_f64().unwrap() + 0.25).into();
+    }
+    std::fs::write(&cameras, moved.to_string()).unwrap();
+    let [warning] = &eval("data --split train")[..] else { panic!("one warning") };
+    assert!(
+        warning
+            .as_str()
+            .unwrap()
+            .starts_with("x.pnerf: trained on \"data\", expected a model of data")
+    );
     let [warning] = &eval("builtin --downscale-factor 16")[..] else { panic!("one warning") };
     assert_eq!(
         warning,

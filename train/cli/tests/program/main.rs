@@ -5,6 +5,7 @@ mod bench;
 mod chart;
 mod convert;
 mod eval;
+mod packed;
 mod page;
 mod peers;
 mod place;

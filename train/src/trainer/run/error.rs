@@ -30,7 +30,8 @@ pub struct NoTime {
 
 impl NoTime {
     /// Twice what it takes to begin, whole seconds.
-    fn least(&self) -> f64 {
+    #[must_use]
+    pub fn least(&self) -> f64 {
         (2.0 * self.before).ceil().max(self.seconds + 1.0)
     }
 }

@@ -225,7 +225,7 @@ impl<'m> Way<'m> {
             train_seconds: trained.map(|t| t.seconds),
             train_steps: trained.map(|t| t.steps).or(file.about.provenance.map(|p| p.steps)),
             train_memory_bytes: trained.and_then(|t| t.peak_memory_bytes),
-            bytes: Some(model.bytes.len() as u64),
+            bytes: Some(model.file_length as u64),
             psnr: scored.psnr,
             psnr_median: scored.psnr_median,
             psnr_p05: scored.psnr_p05,

@@ -48,6 +48,8 @@ pub(super) struct Model {
     pub(super) scene: usize,
     pub(super) path: PathBuf,
     pub(super) bytes: Vec<u8>,
+    /// Length of the file, which is packed where training wrote it.
+    pub(super) file_length: usize,
     pub(super) precision: Option<&'static str>,
     pub(super) trained: Option<Trained>,
     /// The command that trains it.
@@ -90,7 +92,9 @@ pub(super) fn take(paths: &[PathBuf], scenes: &[Scene]) -> Result<Vec<Model>, Fa
             );
         }
         let (path, trained, command) = (path.clone(), None, None);
-        taken.push(Model { name, scene: 0, path, bytes, precision: None, trained, command });
+        let (bytes, file_length) = (bytes.to_vec(), bytes.stored().len());
+        let precision = None;
+        taken.push(Model { name, scene: 0, path, bytes, file_length, precision, trained, command });
     }
     Ok(taken)
 }
@@ -272,8 +276,9 @@ impl<'a> Job<'a> {
             let name = precision_name(*precision);
             let path = self.path.with_extension("").with_extension(format!("{name}.pnerf"));
             let bytes = pocketnerf_formats::write(&file.model, &file.about, *precision)?;
+            let packed = pocketnerf_formats::pack(&bytes)?;
             if *precision != Precision::F32 {
-                output::write_atomic(&path, &bytes)?;
+                output::write_atomic(&path, &packed)?;
             }
             let command = format!(
                 "pocketnerf train {} --out scene.pnerf{}{} --precision {name}",
@@ -286,6 +291,7 @@ impl<'a> Job<'a> {
                 scene: self.scene.0,
                 path,
                 bytes,
+                file_length: packed.len(),
                 precision: Some(name),
                 trained: trained.clone(),
                 command: Some(command),

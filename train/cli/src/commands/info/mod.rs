@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use pocketnerf_core::Space;
 use pocketnerf_core::march::Reach;
-use pocketnerf_formats::{ModelFile, Role, SectionId};
+use pocketnerf_formats::{Container, ModelFile, Role, SectionId};
 use pocketnerf_train::trainer::checkpoint::{Checkpoint, kind, section_name};
 use pocketnerf_train::{dataset, field};
 use serde_json::{Value, json};
@@ -41,11 +41,16 @@ impl Info {
             _ => return Err("this build does not know the model's kind of space".into()),
         };
         let parameters: usize = file.tensors().map(|(_, t)| t.rows() * t.cols()).sum();
-        let sections: Vec<_> = file
+        // As they lie on disk.
+        let sections: Vec<_> = Container::open(bytes.stored())?
             .sections()
             .map(|s| {
-                let kind = section_name(s.id.kind);
-                json!({"kind": kind, "index": s.id.index, "bytes": s.bytes.len()})
+                json!({
+                    "kind": section_name(s.id.kind),
+                    "index": s.id.index,
+                    "bytes": s.bytes.len(),
+                    "unpacked_bytes": s.decoded_length,
+                })
             })
             .collect();
         let provenance = file.about.provenance;
@@ -57,7 +62,8 @@ impl Info {
         let value = json!({
             "checkpoint": checkpoint,
             "method": file.model.field.kind(),
-            "bytes": bytes.len(),
+            "bytes": bytes.stored().len(),
+            "unpacked_bytes": bytes.len(),
             "parameters": parameters,
             "networks": field::networks(&file.model.field),
             "paper_sampling": file.model.hierarchical.map(|h| {

@@ -10,7 +10,11 @@ pub(super) fn table(path: &str, value: &Value) -> String {
     let mut table = String::new();
     let mut row = |label: &str, text: String| _ = writeln!(table, "{label:<11} {text}");
     let kind = if value["checkpoint"].is_null() { "model" } else { "checkpoint" };
-    row(kind, format!("{path}, {} bytes", grouped(&value["bytes"])));
+    let unpacked = match value["bytes"] == value["unpacked_bytes"] {
+        true => String::new(),
+        false => format!(", {} unpacked", grouped(&value["unpacked_bytes"])),
+    };
+    row(kind, format!("{path}, {} bytes{unpacked}", grouped(&value["bytes"])));
     row("method", plain(&value["method"]));
     let [parameters, precision] = [grouped(&value["parameters"]), plain(&value["precision"])];
     row("parameters", format!("{parameters}, in {precision}"));
@@ -107,7 +111,7 @@ mod tests {
     #[test]
     fn a_row_for_everything_that_is_there() {
         let value = json!({
-            "checkpoint": null, "method": "hash-grid", "bytes": 1_234_567, "parameters": 999,
+            "checkpoint": null, "method": "hash-grid", "bytes": 1_234_567, "unpacked_bytes": 2_000_000, "parameters": 999,
             "networks": null, "paper_sampling": null, "precision": "i8 tables, f16 networks",
             "sections": [{"kind": "META", "index": 0, "bytes": 1000}],
             "space": "box", "aabb": [[-1.0, -1.0, -1.0], [1.0, 2.0, 3.5]], "tolerance": 0.1,
@@ -117,7 +121,7 @@ mod tests {
             "metrics": {"train_psnr": 31.456},
         });
         let expected = "\
-model       m.pnerf, 1,234,567 bytes
+model       m.pnerf, 1,234,567 bytes, 2,000,000 unpacked
 method      hash-grid
 parameters  999, in i8 tables, f16 networks
 space       box from (-1.000, -1.000, -1.000) to (1.000, 2.000, 3.500)

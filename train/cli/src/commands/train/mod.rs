@@ -173,6 +173,7 @@ pub(super) fn finish(
         return Ok(None);
     }
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
+    let bytes = pocketnerf_formats::pack(&bytes)?;
     let replaced = out.exists();
     output::write_atomic(out, &bytes)?;
     let (summary, seconds) = (run.summary(trainer), run.elapsed());

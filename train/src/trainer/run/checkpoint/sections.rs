@@ -72,7 +72,8 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
 
 /// Everything but the dataset is checked here, lengths before memory is allocated.
 pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
-    let model_file = pocketnerf_formats::open_verified(bytes)?;
+    let bytes = pocketnerf_formats::unpacked(bytes)?;
+    let model_file = pocketnerf_formats::open_verified(&bytes)?;
     let record = RecordV1::from_bytes(section(&model_file, kind::TRAINER)?.bytes)
         .ok_or(Problem::State("section TRAINER"))?;
     let model = &model_file.model;

@@ -1,0 +1,139 @@
+//! Packed files: sections whose payload is coded in fewer bytes. Unpacking gives an ordinary
+//! file, into the caller's memory, without a heap.
+
+pub(crate) mod bits;
+pub(crate) mod cells;
+pub(crate) mod tables;
+
+use crate::FormatError;
+use crate::container::header::seal;
+use crate::container::section::{ENTRY_BYTES, Entry};
+use crate::container::{ALIGNMENT, Container, HEADER_BYTES, Header, RAW, Section, checksum};
+
+/// Encoding of tables: SPEC, section 8.
+pub const PACKED_TABLE: u16 = 1;
+/// Encoding of OCC_COARSE.
+pub const PACKED_BLOCKS: u16 = 2;
+/// Encoding of OCC_FINE.
+pub const PACKED_CELLS: u16 = 3;
+
+/// A packed payload stands for at most so many times its bytes.
+const MOST_RATIO: u64 = 1 << 12;
+
+/// Bytes of the ordinary file that a file, packed or not, stands for. O(sections); no payload is
+/// touched.
+///
+/// # Errors
+/// Those of [`Container::open`]; [`FormatError::Packed`] for a section that claims to stand for
+/// more than any payload of its length does.
+pub fn unpacked_len(bytes: &[u8]) -> Result<u64, FormatError> {
+    let container = Container::open(bytes)?;
+    let mut end = table_end(&container) as u64;
+    for section in container.sections() {
+        end = end_after(end, &section)?;
+    }
+    Ok(end)
+}
+
+/// Whether any section is packed.
+///
+/// # Errors
+/// Those of [`Container::open`].
+pub fn is_packed(bytes: &[u8]) -> Result<bool, FormatError> {
+    Ok(Container::open(bytes)?.sections().any(|section| section.encoding != RAW))
+}
+
+/// Writes the ordinary file that a file, packed or not, stands for into the first
+/// [`unpacked_len`] bytes of `out`, and gives their number. Every payload is compared with its
+/// checksum first. O(bytes), about 250 bytes of stack and tables of a kilobyte; with `std`, five.
+///
+/// # Errors
+/// Those of [`unpacked_len`]; [`FormatError::Room`] for too short an `out`;
+/// [`FormatError::Checksum`]; [`FormatError::Packed`] for a payload that cannot be decoded;
+/// [`FormatError::UnknownEncoding`].
+pub fn unpack_into(bytes: &[u8], out: &mut [u8]) -> Result<usize, FormatError> {
+    let needed = unpacked_len(bytes)?;
+    let given = out.len() as u64;
+    let container = Container::open(bytes)?;
+    let Some(out) = usize::try_from(needed).ok().and_then(|needed| out.get_mut(..needed)) else {
+        return Err(FormatError::Room { needed, given });
+    };
+    let (head, payloads) = out.split_at_mut(table_end(&container));
+    let (entries, _) = head[HEADER_BYTES..].as_chunks_mut::<ENTRY_BYTES>();
+    let mut end = HEADER_BYTES + entries.len() * ENTRY_BYTES;
+    let mut rest = payloads;
+    for (section, to) in container.sections().zip(entries) {
+        section.verify()?;
+        let start = end.next_multiple_of(ALIGNMENT as usize);
+        let (padding, after) = core::mem::take(&mut rest).split_at_mut(start - end);
+        padding.fill(0);
+        // Their sum is the length of `out`.
+        let (payload, after) = after.split_at_mut(section.decoded_length as usize);
+        unpack_section(&section, payload)?;
+        (end, rest) = (start + payload.len(), after);
+        *to = Entry {
+            id: section.id,
+            version: section.version,
+            encoding: RAW,
+            flags: section.flags,
+            offset: start as u64,
+            stored_length: section.decoded_length,
+            decoded_length: section.decoded_length,
+            checksum: checksum::hash(payload),
+        }
+        .to_bytes();
+    }
+    let header = Header { file_length: needed, checksum: 0, ..container.header() };
+    head[..HEADER_BYTES].copy_from_slice(&header.to_bytes());
+    seal(head);
+    Ok(needed as usize)
+}
+
+/// The bytes of the ordinary file: those given, where they are one already.
+///
+/// # Errors
+/// Those of [`unpack_into`].
+#[cfg(feature = "alloc")]
+pub fn unpacked(bytes: &[u8]) -> Result<alloc::borrow::Cow<'_, [u8]>, FormatError> {
+    if !is_packed(bytes)? {
+        return Ok(bytes.into());
+    }
+    let needed = unpacked_len(bytes)?;
+    let room = FormatError::Room { needed, given: 0 };
+    let mut out = alloc::vec::Vec::new();
+    let length = usize::try_from(needed).map_err(|_| room)?;
+    out.try_reserve_exact(length).map_err(|_| room)?;
+    out.resize(length, 0);
+    unpack_into(bytes, &mut out)?;
+    Ok(out.into())
+}
+
+fn table_end(container: &Container<'_>) -> usize {
+    HEADER_BYTES + container.sections().len() * ENTRY_BYTES
+}
+
+/// Where a section ends in the ordinary file, if the one before it ends at `end`.
+fn end_after(end: u64, section: &Section<'_>) -> Result<u64, FormatError> {
+    let stored = section.bytes.len() as u64;
+    let most = if section.encoding == RAW { stored } else { stored.saturating_mul(MOST_RATIO) };
+    let end = end.checked_next_multiple_of(ALIGNMENT);
+    let end = end.and_then(|start| start.checked_add(section.decoded_length));
+    match end {
+        Some(end) if section.decoded_length <= most => Ok(end),
+        _ => Err(FormatError::Packed(section.id)),
+    }
+}
+
+fn unpack_section(section: &Section<'_>, out: &mut [u8]) -> Result<(), FormatError> {
+    let done = match section.encoding {
+        RAW => {
+            out.copy_from_slice(section.bytes);
+            Some(())
+        }
+        PACKED_TABLE => tables::unpack(section.bytes, out),
+        PACKED_BLOCKS => cells::unpack_blocks(section.bytes, out),
+        PACKED_CELLS => cells::unpack_bits(section.bytes, out),
+        found => return Err(FormatError::UnknownEncoding { section: section.id, found }),
+    };
+    done.ok_or(FormatError::Packed(section.id))
+}

@@ -1,0 +1,82 @@
+//! From an ordinary file to a packed one.
+
+mod bits;
+mod cells;
+mod tables;
+mod unused;
+
+use alloc::borrow::Cow;
+use alloc::vec::Vec;
+
+use super::{ContainerWriter, WriteError};
+use crate::container::{Container, kind};
+use crate::packed::{PACKED_BLOCKS, PACKED_CELLS, PACKED_TABLE};
+use crate::{ModelFile, reader};
+
+/// Bytes of a table's values that lie together, where nothing else is known.
+const BLOCK: u8 = 32;
+
+/// The same model in fewer bytes: tables and occupancy are packed, and entries of tables that no
+/// occupied cell reaches, which no picture and no answer depends on, become 0.
+/// [`unpack_into`](crate::unpack_into) gives an ordinary file that renders to the same bytes. A
+/// section that packing would not make smaller stays as it is.
+///
+/// # Errors
+/// [`WriteError::Unreadable`] for a file that [`open_verified`](crate::open_verified) refuses, a
+/// packed one among them.
+pub fn pack(bytes: &[u8]) -> Result<Vec<u8>, WriteError> {
+    let file = reader::open_verified(bytes)?;
+    let mut writer = ContainerWriter::new();
+    for section in file.sections() {
+        let payload = match section.id.kind {
+            kind::GRID if !is_checkpoint(&file) => {
+                unused::cleared(&file, section.id.index as usize, section.bytes)
+            }
+            _ => Cow::Borrowed(section.bytes),
+        };
+        let packed = match section.id.kind {
+            kind::GRID => tables::pack(&payload, block_of(&file, section.id.index as usize))
+                .map(|packed| (PACKED_TABLE, packed)),
+            kind::OCC_COARSE => {
+                cells::pack_blocks(&payload, side(&file)).map(|packed| (PACKED_BLOCKS, packed))
+            }
+            kind::OCC_FINE => cells::pack_bits(&payload).map(|packed| (PACKED_CELLS, packed)),
+            _ => None,
+        };
+        let critical = section.is_critical();
+        match packed.filter(|(_, packed)| packed.len() < payload.len()) {
+            Some((encoding, packed)) => {
+                let length = payload.len() as u64;
+                writer.add_packed(
+                    (section.id, section.version, critical),
+                    encoding,
+                    length,
+                    packed,
+                );
+            }
+            None => writer.add(section.id, section.version, critical, payload),
+        }
+    }
+    let packed = writer.finish()?;
+    Container::open(&packed)?;
+    Ok(packed)
+}
+
+/// A trainer goes on from all of its parameters.
+fn is_checkpoint(file: &ModelFile<'_>) -> bool {
+    file.sections().any(|section| section.id.kind >= kind::PROGRAM)
+}
+
+/// Blocks of the occupancy along an axis; 0 where there is none.
+fn side(file: &ModelFile<'_>) -> usize {
+    let occupancy = file.model.occupancy.filter(|occupancy| occupancy.n_cascades() == 1);
+    occupancy.map_or(0, |o| (o.resolution() / pocketnerf_core::occupancy::BLOCK) as usize)
+}
+
+/// Bytes of the entries of a table that are used together: eight entries.
+fn block_of(file: &ModelFile<'_>, level: usize) -> u8 {
+    let grid = unused::grid(file);
+    let table = grid.and_then(|grid| grid.levels.get(level));
+    let bytes = table.map(|table| 8 * table.bytes().len() / table.rows().max(1));
+    bytes.and_then(|bytes| u8::try_from(bytes).ok()).unwrap_or(BLOCK)
+}

@@ -1,0 +1,86 @@
+//! Entries of hash tables that no occupied cell reaches.
+
+use alloc::borrow::Cow;
+use alloc::vec;
+
+use pocketnerf_core::encoding::hash_grid::HASH_PRIMES;
+use pocketnerf_core::encoding::hash_grid::Level;
+use pocketnerf_core::encoding::{GridIndex, HashGrid};
+use pocketnerf_core::{AnyField, Occupancy};
+
+use crate::ModelFile;
+
+/// Entries of a block.
+const BLOCK: usize = 8;
+/// Distance by which a point's place in the grid may be off by rounding, cells of the grid: a
+/// thousand times what f32 has at the finest grids there are.
+const SLACK: f32 = 0.01;
+
+/// The model's hash grid, where it has one.
+pub(super) fn grid<'f, 'a>(file: &'f ModelFile<'a>) -> Option<&'f HashGrid<'a>> {
+    match &file.model.field {
+        #[cfg(feature = "hash-grid")]
+        AnyField::HashGrid(field) => Some(&field.grid),
+        #[allow(unreachable_patterns, reason = "other kinds may be left out")]
+        _ => None,
+    }
+}
+
+/// A level's table in which blocks that no sample reads are 0.
+pub(super) fn cleared<'a>(file: &ModelFile<'a>, level: usize, table: &'a [u8]) -> Cow<'a, [u8]> {
+    let occupancy = file.model.occupancy.filter(|occupancy| occupancy.n_cascades() == 1);
+    let (Some(grid), Some(occupancy)) = (grid(file), occupancy) else { return table.into() };
+    // Other numberings come from other programs, whose points may lie anywhere.
+    if !matches!(grid.config.index, GridIndex::Blocked) {
+        return table.into();
+    }
+    let shape = grid.config.level(level);
+    let used = used(&occupancy, &shape);
+    let block_bytes = BLOCK * table.len() / shape.entries as usize;
+    let mut table = Cow::Borrowed(table);
+    for (block, _) in used.iter().enumerate().filter(|(_, used)| !**used) {
+        let bytes = block * block_bytes..(block + 1) * block_bytes;
+        if table[bytes.clone()].iter().any(|byte| *byte != 0) {
+            table.to_mut()[bytes].fill(0);
+        }
+    }
+    table
+}
+
+/// Which blocks of a level the samples in occupied cells read.
+fn used(occupancy: &Occupancy<'_>, level: &Level) -> vec::Vec<bool> {
+    let n = occupancy.resolution();
+    // The blocks of corners that the points of a cell lie between, along any axis.
+    let reach = |cell: u32| {
+        let at = |cell: u32| cell as f32 / n as f32 * level.scale + level.shift();
+        let (low, high) = (at(cell) - SLACK, at(cell + 1) + SLACK);
+        (low.max(0.0) as u32) >> 1..((high as u32 + 1) >> 1) + 1
+    };
+    let mut used = vec![false; level.entries as usize / BLOCK];
+    let mut mark = |[x, y, z]: [u32; 3]| {
+        let block = match level.dense_side {
+            0 => {
+                let [x, y, z] =
+                    [(x, 0), (y, 1), (z, 2)].map(|(c, a)| c.wrapping_mul(HASH_PRIMES[a]));
+                (x ^ y ^ z) as usize & (used.len() - 1)
+            }
+            side => (x + side * (y + side * z)) as usize,
+        };
+        // Corners beyond the last are not read by points of the unit cube.
+        if let Some(used) = used.get_mut(block) {
+            *used = true;
+        }
+    };
+    for z in 0..n {
+        for y in 0..n {
+            for x in (0..n).filter(|x| occupancy.cell(*x, y, z)) {
+                for z in reach(z) {
+                    for y in reach(y) {
+                        reach(x).for_each(|x| mark([x, y, z]));
+                    }
+                }
+            }
+        }
+    }
+    used
+}

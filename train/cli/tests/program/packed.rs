@@ -1,0 +1,68 @@
+//! Packed files: `train` writes them, every command reads them, `repack` and `unpack` change one
+//! into the other.
+
+use pocketnerf_formats::is_packed;
+
+use crate::place::{Place, TRAIN};
+
+#[test]
+fn packed_and_unpacked_models_are_the_same() {
+    let place = Place::new();
+    let trained = place.ok(&format!("{TRAIN} --steps 60 --out packed.pnerf --save-every 0.000001"));
+    let packed = place.bytes("packed.pnerf");
+    assert_eq!(trained["bytes"], packed.len());
+    assert!(is_packed(&packed).unwrap());
+    let unpacked = place.ok("unpack packed.pnerf plain.pnerf --json");
+    let plain = place.bytes("plain.pnerf");
+    assert!(!is_packed(&plain).unwrap() && plain.len() > packed.len());
+    assert_eq!(unpacked["bytes_before"], packed.len());
+    assert_eq!(unpacked["bytes"], plain.len());
+    // There and back.
+    place.ok("repack plain.pnerf again.pnerf");
+    assert!(place.bytes("again.pnerf") == packed);
+    place.ok("repack packed.pnerf again.pnerf");
+    assert!(place.bytes("again.pnerf") == packed);
+    place.ok("unpack plain.pnerf same.pnerf");
+    assert!(place.bytes("same.pnerf") == plain);
+
+    // The same pictures, scores and facts.
+    for name in ["packed", "plain"] {
+        place.ok(&format!("render {name}.pnerf --width 24 --height 20 --out {name}.png"));
+    }
+    assert!(place.bytes("packed.png") == place.bytes("plain.png"));
+    let of = |command: &str, name: &str| place.ok(&command.replace("MODEL", name));
+    let eval = |name: &str| of("eval MODEL data --split train --json --quality 1", name);
+    assert_eq!(eval("packed.pnerf")["psnr"], eval("plain.pnerf")["psnr"]);
+    assert_eq!(eval("packed.pnerf")["bytes"], packed.len());
+    let info = |name: &str| of("info MODEL --json", name);
+    let [a, b] = ["packed.pnerf", "plain.pnerf"].map(info);
+    assert_eq!((&a["bytes"], &a["unpacked_bytes"]), (&packed.len().into(), &plain.len().into()));
+    assert_eq!((&b["bytes"], &b["unpacked_bytes"]), (&plain.len().into(), &plain.len().into()));
+    assert_eq!((&a["parameters"], &a["precision"]), (&b["parameters"], &b["precision"]));
+    let mut sections = a["sections"].as_array().unwrap().iter();
+    let table = sections.find(|s| s["kind"] == "OCC_COARSE").unwrap();
+    assert!(table["bytes"].as_u64() < table["unpacked_bytes"].as_u64(), "{table}");
+
+    // A packed checkpoint resumes.
+    place.ok("repack packed.ckpt.pnerf small.ckpt.pnerf");
+    assert!(place.bytes("small.ckpt.pnerf").len() < place.bytes("packed.ckpt.pnerf").len());
+    place.ok("train data --resume small.ckpt.pnerf --out resumed.pnerf");
+    assert!(place.bytes("resumed.pnerf") == packed);
+}
+
+#[test]
+fn damaged_packed_files_are_refused_by_name() {
+    let place = Place::new();
+    place.ok(&format!("{TRAIN} --steps 5 --out x.pnerf"));
+    let mut bytes = place.bytes("x.pnerf");
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(place.path("x.pnerf"), &bytes).unwrap();
+    std::fs::write(place.path("old.pnerf"), "old").unwrap();
+    for command in ["unpack x.pnerf old.pnerf", "repack x.pnerf old.pnerf", "info x.pnerf"] {
+        let line = place.line(command);
+        assert!(line.starts_with("x.pnerf: section OCC_FINE: checksum "), "{line}");
+    }
+    assert_eq!(place.bytes("old.pnerf"), b"old");
+    let line = place.line("unpack data/0.png y.pnerf");
+    assert!(line.starts_with("data/0.png: "), "{line}");
+}
