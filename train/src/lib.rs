@@ -43,6 +43,7 @@
 pub mod aligned;
 pub mod builtin;
 pub mod cameras;
+pub mod compact;
 pub mod convert;
 pub mod dataset;
 pub mod evaluate;

@@ -1,6 +1,7 @@
 //! Model files: their bytes, what is in them and what they show.
 
 mod camera;
+mod compact;
 mod compare;
 mod detail;
 mod golden;

@@ -72,9 +72,12 @@ enum Action {
     /// Tables and occupied cells are coded, and table entries that no picture depends on become
     /// 0. All commands read packed files; `train` writes them. A microcontroller, which reads
     /// weights in place, needs `pocketnerf unpack` before.
+    ///
+    /// With --max-bytes, values of tables are also rounded, more coarsely where pictures suffer
+    /// least; no photographs are needed.
     Repack(repack::Repack),
     /// Unpack a packed model to an ordinary file, which is read in place
-    Unpack(repack::Repack),
+    Unpack(repack::Unpack),
     /// Show details of a model, checkpoint or dataset
     Info(info::Info),
     /// Chart accuracy against speed over a sweep of models and settings
@@ -165,8 +168,8 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Eval(action) => action.run(common),
         Action::Convert(action) => action.run(common),
         Action::Render(action) => action.run(common),
-        Action::Repack(action) => action.pack(common),
-        Action::Unpack(action) => action.unpack(common),
+        Action::Repack(action) => action.run(common),
+        Action::Unpack(action) => action.run(common),
         Action::Info(action) => action.run(common),
         Action::Chart(action) => action.run(common),
         Action::Bench(action) => action.run(common),
@@ -221,7 +224,10 @@ mod tests {
             sub.get_arguments().any(|argument| argument.get_long() == Some(option))
         };
         for (option, commands) in [
-            ("simd", &["demo", "train", "eval", "convert", "render", "chart", "bench"][..]),
+            (
+                "simd",
+                &["demo", "train", "eval", "convert", "render", "repack", "chart", "bench"][..],
+            ),
             ("quality", &["demo", "eval", "convert", "render", "bench"]),
             ("no-skip", &["demo", "eval", "convert", "render", "bench"]),
             ("sampling", &["train", "eval", "render", "chart"]),

@@ -2,16 +2,50 @@
 
 use std::path::PathBuf;
 
+use pocketnerf_core::Camera;
 use pocketnerf_formats::pack;
+use pocketnerf_train::cameras::Circle;
+use pocketnerf_train::compact::{self, Compacted};
+use pocketnerf_train::dataset::{Split, thin};
 use pocketnerf_train::output;
-use serde_json::json;
+use pocketnerf_train::picture::Settings;
+use serde_json::{Value, json};
 
 use super::model_file::ModelBytes;
-use super::{Common, Failure, print_json, print_line, read_model};
+use super::rendering::Vectors;
+use super::{Common, Failure, Reading, print_json, print_line, read_model};
+
+/// Views from which pictures are compared.
+const VIEWS: usize = 12;
+/// Their longer sides at most, pixels.
+const SIDE: u32 = 128;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Repack {
+    #[command(flatten)]
+    files: Files,
+    /// Round tables until the file has at most so many bytes, with the least change of pictures
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    max_bytes: Option<u32>,
+    /// Compare pictures from this dataset's training cameras [default: from a circle around the
+    /// scene]
+    #[arg(long, value_name = "DIR", requires = "max_bytes", help_heading = "Dataset")]
+    data: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+    #[command(flatten)]
+    vectors: Vectors,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Unpack {
+    #[command(flatten)]
+    files: Files,
+}
 
 /// A model file, and where its copy goes.
 #[derive(Debug, clap::Args)]
-pub(super) struct Repack {
+struct Files {
     /// Model file
     input: PathBuf,
     /// Model file to write
@@ -19,19 +53,51 @@ pub(super) struct Repack {
 }
 
 impl Repack {
-    /// Packs the model.
-    pub(super) fn pack(&self, common: &Common) -> Result<(), Failure> {
-        let bytes = self.read()?;
-        let packed = pack(&bytes).map_err(|e| format!("{}: {e}", self.input.display()))?;
-        self.write(&bytes, &packed, common)
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let bytes = self.files.read()?;
+        let refused = |e: &dyn std::fmt::Display| format!("{}: {e}", self.files.input.display());
+        let Some(most) = self.max_bytes else {
+            let packed = pack(&bytes).map_err(|e| refused(&e))?;
+            return self.files.write(&bytes, &packed, (json!({}), ""), common);
+        };
+        let cameras = self.cameras(&bytes)?;
+        let settings = Settings { simd: self.vectors.level(), ..Settings::default() };
+        let compacted = compact::to_bytes(&bytes, most as usize, &cameras, &settings);
+        let Compacted { bytes: packed, steps, psnr } = compacted.map_err(|e| refused(&e))?;
+        let said = match psnr.is_finite() {
+            true => format!(", {psnr:.1} dB to the original"),
+            false => ", the same pictures".to_owned(),
+        };
+        let facts = json!({ "steps": steps, "psnr_to_original": psnr });
+        self.files.write(&bytes, &packed, (facts, &said), common)
     }
 
-    /// Makes an ordinary file of it.
-    pub(super) fn unpack(&self, common: &Common) -> Result<(), Failure> {
-        let bytes = self.read()?;
-        self.write(&bytes, &bytes, common)
+    /// Small ones that see all of the scene.
+    fn cameras(&self, bytes: &[u8]) -> Result<Vec<Camera>, Failure> {
+        let file = super::open(&self.files.input, bytes)?;
+        let small =
+            |camera: &Camera| camera.downscaled(camera.width.max(camera.height).div_ceil(SIDE));
+        let Some(data) = &self.data else {
+            let own = file.about.camera.map(|camera| camera.camera());
+            let fov_x = Circle::fov_x(own.as_ref());
+            let circle = Circle::around(&file.model.space, own.as_ref(), VIEWS, fov_x);
+            return Ok(circle.cameras().iter().map(small).collect());
+        };
+        let mut views = self.reading.read(data, Split::Train, 1)?.views;
+        thin(&mut views, VIEWS);
+        let scene = file.about.scene;
+        Ok(views.iter().map(|view| small(&scene.camera_to_model(&view.camera))).collect())
     }
+}
 
+impl Unpack {
+    pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let bytes = self.files.read()?;
+        self.files.write(&bytes, &bytes, (json!({}), ""), common)
+    }
+}
+
+impl Files {
     fn read(&self) -> Result<ModelBytes, Failure> {
         output::check_output(&self.out)?;
         let bytes = read_model(&self.input)?;
@@ -39,14 +105,25 @@ impl Repack {
         Ok(bytes)
     }
 
-    fn write(&self, from: &ModelBytes, to: &[u8], common: &Common) -> Result<(), Failure> {
+    fn write(
+        &self,
+        from: &ModelBytes,
+        to: &[u8],
+        (mut facts, said): (Value, &str),
+        common: &Common,
+    ) -> Result<(), Failure> {
         output::write_atomic(&self.out, to)?;
         let (before, after) = (from.stored().len(), to.len());
         if common.json {
-            let out = self.out.display().to_string();
-            print_json(json!({ "bytes_before": before, "bytes": after, "out": out }), &[]);
+            facts["bytes"] = after.into();
+            facts["bytes_before"] = before.into();
+            facts["out"] = self.out.display().to_string().into();
+            print_json(facts, &[]);
         } else {
-            print_line(format_args!("{}: {after} bytes, {before} before", self.out.display()));
+            print_line(format_args!(
+                "{}: {after} bytes, {before} before{said}",
+                self.out.display()
+            ));
         }
         Ok(())
     }

@@ -66,3 +66,16 @@ fn damaged_packed_files_are_refused_by_name() {
     let line = place.line("unpack data/0.png y.pnerf");
     assert!(line.starts_with("data/0.png: "), "{line}");
 }
+
+#[test]
+fn a_model_in_so_many_bytes() {
+    const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../embed-demo/still-life.pnerf");
+    let place = Place::new();
+    let small = place.ok(&format!("repack {MODEL} small.pnerf --max-bytes 60000 --json"));
+    let bytes = place.bytes("small.pnerf").len();
+    assert_eq!(small["bytes"], bytes);
+    assert!((58_200..=60_000).contains(&bytes), "{small}");
+    assert!(small["psnr_to_original"].as_f64().unwrap() > 25.0, "{small}");
+    assert!(small["steps"].as_array().unwrap().len() > 4, "{small}");
+    place.ok("render small.pnerf --width 24 --height 20");
+}

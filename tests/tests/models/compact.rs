@@ -1,0 +1,77 @@
+//! Models in fewer bytes than packing alone gives.
+
+use pocketnerf_core::{Camera, SimdLevel};
+use pocketnerf_formats::{Precision, open, open_verified, pack, unpacked, write};
+use pocketnerf_tests::tiny::{self, Tiny};
+use pocketnerf_train::compact::{CompactError, Compacted, to_bytes};
+use pocketnerf_train::picture::{Renderer, Settings};
+
+fn still_life() -> Vec<u8> {
+    std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../embed-demo/still-life.pnerf")).unwrap()
+}
+
+/// The model's own view, and some beside it.
+fn cameras(bytes: &[u8]) -> Vec<Camera> {
+    let camera = open(bytes).unwrap().camera(60, 60);
+    let moved = |by: f32| {
+        let mut camera = camera;
+        camera.camera_to_world[3] += by;
+        camera
+    };
+    [0.0, 0.1, -0.1].map(moved).to_vec()
+}
+
+fn settings() -> Settings {
+    Settings { simd: SimdLevel::detect(), ..Settings::default() }
+}
+
+/// Pictures over the model's background, one after another.
+fn pictures(bytes: &[u8], cameras: &[Camera]) -> Vec<f32> {
+    let bytes = unpacked(bytes).unwrap();
+    let file = open_verified(&bytes).unwrap();
+    let mut renderer = Renderer::new(&file.model, &Settings { quality: 1.0, ..settings() });
+    let background = file.model.display.background;
+    cameras.iter().flat_map(|camera| renderer.render(camera).unwrap().over(background)).collect()
+}
+
+#[test]
+fn as_many_bytes_as_asked_for_and_the_difference_that_is_said() {
+    let bytes = still_life();
+    let cameras = cameras(&bytes);
+    let own = pictures(&bytes, &cameras);
+    let mut last = f64::INFINITY;
+    for most in [90_000, 70_000, 55_000] {
+        let Compacted { bytes: small, steps, psnr } =
+            to_bytes(&bytes, most, &cameras, &settings()).unwrap();
+        println!("{most}: {} bytes, {psnr:.2} dB, {steps:?}", small.len());
+        assert!(small.len() <= most && small.len() as f64 >= 0.97 * most as f64);
+        // What is said is what a program sees that opens the file.
+        let found = pictures(&small, &cameras);
+        let squares = own.iter().zip(&found).map(|(a, b)| f64::from((a - b).powi(2)));
+        let seen = -10.0 * (squares.sum::<f64>() / own.len() as f64).log10();
+        assert!((seen - psnr).abs() < 1e-6, "{seen} {psnr}");
+        // Fewer bytes are worse, and fine levels suffer first.
+        assert!(psnr < last && psnr > 20.0, "{psnr}");
+        assert!(steps.last() >= steps.first() && steps.iter().any(|step| *step > 1));
+        // The same again.
+        let again = to_bytes(&bytes, most, &cameras, &settings()).unwrap();
+        assert!(again.bytes == small);
+        last = psnr;
+    }
+}
+
+#[test]
+fn what_fits_is_packed_alone_and_what_cannot_fit_is_refused() {
+    let bytes = still_life();
+    let cameras = cameras(&bytes);
+    let packed = pack(&bytes).unwrap();
+    let whole = to_bytes(&bytes, packed.len(), &cameras, &settings()).unwrap();
+    assert!(whole.bytes == packed && whole.psnr == f64::INFINITY);
+    assert!(whole.steps.iter().all(|step| *step == 1));
+    let refused = to_bytes(&bytes, 9_000, &cameras, &settings()).unwrap_err();
+    let CompactError::TooSmall { most: 9_000, least } = refused else { panic!("{refused}") };
+    assert!((9_000..55_000).contains(&least), "{least}");
+    assert!(refused.to_string().starts_with("9000 bytes are too few, expected at least "));
+    let nerf = write(&Tiny::new().nerf(), &tiny::about(), Precision::F16).unwrap();
+    assert_eq!(to_bytes(&nerf, 100, &cameras, &settings()), Err(CompactError::NoTables));
+}

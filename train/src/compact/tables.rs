@@ -1,0 +1,85 @@
+//! Tables of a hash grid: rounded, and what they take when they are packed.
+
+use pocketnerf_core::field::HashGridField;
+use pocketnerf_core::{AnyField, Error, Layout, Model, TensorView};
+
+/// Entries that lie together.
+const BLOCK: usize = 8;
+
+fn grid<'f, 'a>(model: &'f Model<'a>) -> Option<&'f HashGridField<'a>> {
+    match &model.field {
+        AnyField::HashGrid(field) => Some(field),
+        _ => None,
+    }
+}
+
+/// A hash grid's tables; none for other kinds of field.
+pub(super) fn levels<'f, 'a>(model: &'f Model<'a>) -> &'f [TensorView<'a>] {
+    let grid = grid(model).map(|field| &field.grid);
+    grid.map_or(&[], |grid| &grid.levels[..grid.config.n_levels as usize])
+}
+
+/// Values of eight bits, each the nearest multiple of `step` that eight bits hold.
+pub(super) fn rounded(table: &[u8], step: u8) -> Vec<u8> {
+    let (step, most) = (i16::from(step), i16::from(127 / step));
+    let round = |value: &u8| {
+        let value = i16::from(value.cast_signed());
+        // Halves away from zero, both ways alike.
+        let n = (2 * value.abs() + step) / (2 * step);
+        (value.signum() * n.min(most) * step) as u8
+    };
+    table.iter().map(round).collect()
+}
+
+/// The model with another table for a level.
+pub(super) fn with_table<'a>(
+    model: &Model<'a>,
+    level: usize,
+    table: &'a [u8],
+) -> Result<Model<'a>, Error> {
+    let mut model = *model;
+    if let AnyField::HashGrid(field) = &mut model.field {
+        let old = field.grid.levels[level];
+        let layout = Layout::RowMajor;
+        field.grid.levels[level] =
+            TensorView::new(table, old.dtype(), old.shape(), old.scale_log2(), layout)?;
+    }
+    Ok(model)
+}
+
+/// Bytes that a packed table takes, about: the entropy of its values, where not a whole block is 0.
+pub(super) fn rate(table: &[u8], features: usize) -> f64 {
+    let mut counts = [0u64; 256];
+    let blocks = table.chunks(BLOCK * features.max(1));
+    for block in blocks.filter(|block| block.iter().any(|value| *value != 0)) {
+        block.iter().for_each(|value| counts[usize::from(*value)] += 1);
+    }
+    let all = counts.iter().sum::<u64>().max(1) as f64;
+    let used = counts.iter().filter(|count| **count > 0);
+    let bits: f64 = used.clone().map(|n| *n as f64 * (all / *n as f64).log2()).sum();
+    // Frequencies, and what every chunk of 8192 values has beside them.
+    bits / 8.0 + 1.5 * used.count() as f64 + 43.0 * (table.len() / 8192) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn multiples_by_hand() {
+        let values = [0, 1, 2, 5, 126, 127, -1, -2, -5, -127i8].map(i8::cast_unsigned);
+        let of = |step| rounded(&values, step).into_iter().map(u8::cast_signed).collect::<Vec<_>>();
+        assert_eq!(of(1), [0, 1, 2, 5, 126, 127, -1, -2, -5, -127]);
+        assert_eq!(of(4), [0, 0, 4, 4, 124, 124, 0, -4, -4, -124]);
+        assert_eq!(of(64), [0, 0, 0, 0, 64, 64, 0, 0, 0, -64]);
+    }
+
+    #[test]
+    fn entropy_by_hand() {
+        // Half zeros, half ones, no empty block: a bit a value.
+        let table: Vec<u8> = (0..8192u32).map(|i| (i % 2) as u8).collect();
+        assert!((rate(&table, 4) - (1024.0 + 3.0 + 43.0)).abs() < 1e-9);
+        // Empty blocks take nothing but their flags.
+        assert_eq!(rate(&[0; 8192], 4), 43.0);
+    }
+}
