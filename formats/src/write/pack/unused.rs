@@ -3,10 +3,10 @@
 use alloc::borrow::Cow;
 use alloc::vec;
 
+use pocketnerf_core::Occupancy;
 use pocketnerf_core::encoding::hash_grid::HASH_PRIMES;
 use pocketnerf_core::encoding::hash_grid::Level;
 use pocketnerf_core::encoding::{GridIndex, HashGrid};
-use pocketnerf_core::{AnyField, Occupancy};
 
 use crate::ModelFile;
 
@@ -20,7 +20,7 @@ const SLACK: f32 = 0.01;
 pub(super) fn grid<'f, 'a>(file: &'f ModelFile<'a>) -> Option<&'f HashGrid<'a>> {
     match &file.model.field {
         #[cfg(feature = "hash-grid")]
-        AnyField::HashGrid(field) => Some(&field.grid),
+        pocketnerf_core::AnyField::HashGrid(field) => Some(&field.grid),
         #[allow(unreachable_patterns, reason = "other kinds may be left out")]
         _ => None,
     }
