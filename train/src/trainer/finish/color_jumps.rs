@@ -13,7 +13,7 @@ use crate::random::{Random, normal};
 use crate::trainer::pixels::rays::RaySource;
 
 /// Rays that are looked at.
-const RAYS: usize = 1 << 14;
+const RAYS: usize = 1 << 17;
 /// Rays of a task.
 const TASK: usize = 1 << 10;
 /// Distinguishes these random numbers from others of the same seed.
@@ -26,7 +26,7 @@ const NEIGHBOUR: usize = 4;
 /// They turn by no more than this, radians.
 const MOST: f32 = 0.5;
 /// Change of a channel that is a jump.
-const JUMP: f32 = 0.5;
+const JUMP: f32 = 0.4;
 
 /// Share of the surface points seen by training rays whose colour jumps when their direction
 /// turns to one between the training views. `None` for models without a density a length, and

@@ -28,8 +28,9 @@ use saving::{Resume, Saving, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
 
 /// Share of surface points whose colours jump between the training views from which on the user
-/// is told: sound models have a fifth of it at most, one whose views saturate has thrice as much.
-const JUMPS: f64 = 1e-3;
+/// is told: sound models of lego have up to three quarters of it, one of which a view is too
+/// bright has 1.2 times as much, one of which two saturate 2.8 times.
+const JUMPS: f64 = 9e-4;
 
 impl Train {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
@@ -163,7 +164,7 @@ pub(super) fn finish(
     if let Some(share) = color_jumps.filter(|share| *share > JUMPS) {
         bar.warn(format!(
             "colours of {:.2} % of the surfaces jump between the training views, expected at most \
-             {:.1} %: highlights may show where there are none; train with another --seed or give \
+             {:.2} %: highlights may show where there are none; train with another --seed or give \
              more photographs",
             100.0 * share,
             100.0 * JUMPS
