@@ -86,9 +86,11 @@ pub fn normal(gradient: [f32; 3]) -> [f32; 3] {
     unit(gradient).map_or([0.0; 3], |up| up.map(|v| 0.0 - v))
 }
 
-/// The spacing of differences, unit coordinates: a sixteenth of a hash grid's finest cells,
-/// or of a quarter of the shortest wave. Never so little that rounding shows.
-pub(super) fn spacing(field: &AnyField<'_>) -> f32 {
+/// How far beyond a point [`Probe::density_gradient`] evaluates the field, unit coordinates: a
+/// sixteenth of a hash grid's finest cells, or of a quarter of the shortest wave. Never so little
+/// that rounding shows.
+#[must_use]
+pub fn gradient_spacing(field: &AnyField<'_>) -> f32 {
     const LEAST: f32 = 1.0 / (1 << 20) as f32;
     (field.finest_detail() / 16.0).clamp(LEAST, 1.0 / 64.0)
 }

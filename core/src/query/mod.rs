@@ -102,7 +102,7 @@ mod similarity;
 mod transmittance;
 
 pub use depth::Depth;
-pub use gradient::normal;
+pub use gradient::{gradient_spacing, normal};
 pub use similarity::{Similarity, is_rotation};
 
 use fearless_simd::Level;
@@ -144,7 +144,7 @@ impl<'m> Probe<'m> {
             level: simd.token()?,
             limits: model.field.limits(),
             tuning,
-            spacing: gradient::spacing(&model.field),
+            spacing: gradient_spacing(&model.field),
         })
     }
 

@@ -40,7 +40,13 @@ pub fn unpacked_len(bytes: &[u8]) -> Result<u64, FormatError> {
 /// # Errors
 /// Those of [`Container::open`].
 pub fn is_packed(bytes: &[u8]) -> Result<bool, FormatError> {
-    Ok(Container::open(bytes)?.sections().any(|section| section.encoding != RAW))
+    Ok(Container::open(bytes)?.sections().any(|section| is_known(section.encoding)))
+}
+
+/// Whether sections of this encoding are unpacked here. Others, of newer programs, stay as they
+/// are: whoever opens the file decides whether it can do without them.
+const fn is_known(encoding: u16) -> bool {
+    matches!(encoding, PACKED_TABLE | PACKED_BLOCKS | PACKED_CELLS)
 }
 
 /// Writes the ordinary file that a file, packed or not, stands for into the first
@@ -49,8 +55,7 @@ pub fn is_packed(bytes: &[u8]) -> Result<bool, FormatError> {
 ///
 /// # Errors
 /// Those of [`unpacked_len`]; [`FormatError::Room`] for too short an `out`;
-/// [`FormatError::Checksum`]; [`FormatError::Packed`] for a payload that cannot be decoded;
-/// [`FormatError::UnknownEncoding`].
+/// [`FormatError::Checksum`]; [`FormatError::Packed`] for a payload that cannot be decoded.
 pub fn unpack_into(bytes: &[u8], out: &mut [u8]) -> Result<usize, FormatError> {
     let needed = unpacked_len(bytes)?;
     let given = out.len() as u64;
@@ -68,16 +73,16 @@ pub fn unpack_into(bytes: &[u8], out: &mut [u8]) -> Result<usize, FormatError> {
         let (padding, after) = core::mem::take(&mut rest).split_at_mut(start - end);
         padding.fill(0);
         // Their sum is the length of `out`.
-        let (payload, after) = after.split_at_mut(section.decoded_length as usize);
+        let (payload, after) = after.split_at_mut(length_after(&section) as usize);
         unpack_section(&section, payload)?;
         (end, rest) = (start + payload.len(), after);
         *to = Entry {
             id: section.id,
             version: section.version,
-            encoding: RAW,
+            encoding: if is_known(section.encoding) { RAW } else { section.encoding },
             flags: section.flags,
             offset: start as u64,
-            stored_length: section.decoded_length,
+            stored_length: payload.len() as u64,
             decoded_length: section.decoded_length,
             checksum: checksum::hash(payload),
         }
@@ -114,26 +119,28 @@ fn table_end(container: &Container<'_>) -> usize {
 
 /// Where a section ends in the ordinary file, if the one before it ends at `end`.
 fn end_after(end: u64, section: &Section<'_>) -> Result<u64, FormatError> {
-    let stored = section.bytes.len() as u64;
-    let most = if section.encoding == RAW { stored } else { stored.saturating_mul(MOST_RATIO) };
+    let (length, stored) = (length_after(section), section.bytes.len() as u64);
     let end = end.checked_next_multiple_of(ALIGNMENT);
-    let end = end.and_then(|start| start.checked_add(section.decoded_length));
-    match end {
-        Some(end) if section.decoded_length <= most => Ok(end),
+    match end.and_then(|start| start.checked_add(length)) {
+        Some(end) if length <= stored.saturating_mul(MOST_RATIO) => Ok(end),
         _ => Err(FormatError::Packed(section.id)),
     }
 }
 
+/// Bytes of a section's payload in the ordinary file.
+const fn length_after(section: &Section<'_>) -> u64 {
+    if is_known(section.encoding) { section.decoded_length } else { section.bytes.len() as u64 }
+}
+
 fn unpack_section(section: &Section<'_>, out: &mut [u8]) -> Result<(), FormatError> {
     let done = match section.encoding {
-        RAW => {
-            out.copy_from_slice(section.bytes);
-            Some(())
-        }
         PACKED_TABLE => tables::unpack(section.bytes, out),
         PACKED_BLOCKS => cells::unpack_blocks(section.bytes, out),
         PACKED_CELLS => cells::unpack_bits(section.bytes, out),
-        found => return Err(FormatError::UnknownEncoding { section: section.id, found }),
+        _ => {
+            out.copy_from_slice(section.bytes);
+            Some(())
+        }
     };
     done.ok_or(FormatError::Packed(section.id))
 }

@@ -8,7 +8,7 @@ use crate::FormatError;
 use crate::container::header::seal;
 use crate::container::section::{ENTRY_BYTES, Entry};
 use crate::container::{
-    ALIGNMENT, CRITICAL, Container, HEADER_BYTES, Header, MAJOR, MAX_SECTIONS, MINOR, RAW,
+    ALIGNMENT, CRITICAL, Container, HEADER_BYTES, Header, MAJOR, MAX_SECTIONS, MINOR, RAW, Section,
     SectionId, checksum,
 };
 
@@ -50,6 +50,13 @@ impl<'a> ContainerWriter<'a> {
     ) {
         let payload = payload.into();
         let (encoding, decoded_length) = (RAW, payload.len() as u64);
+        self.sections.push(Pending { id, version, critical, encoding, decoded_length, payload });
+    }
+
+    /// Adds a section of another file, as it is.
+    pub(crate) fn add_section(&mut self, section: &Section<'a>) {
+        let Section { id, version, encoding, decoded_length, bytes, .. } = *section;
+        let (critical, payload) = (section.is_critical(), bytes.into());
         self.sections.push(Pending { id, version, critical, encoding, decoded_length, payload });
     }
 

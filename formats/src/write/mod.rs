@@ -59,7 +59,7 @@ pub fn write(
 pub fn with_quality(file: &ModelFile<'_>, quality: f32) -> Result<Vec<u8>, WriteError> {
     let mut writer = ContainerWriter::new();
     for section in file.sections().filter(|section| section.id.kind != kind::QUALITY) {
-        writer.add(section.id, section.version, section.is_critical(), section.bytes);
+        writer.add_section(&section);
     }
     writer.add_quality(quality)?;
     writer.finish()

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use pocketnerf_core::render::Tiles;
-use pocketnerf_core::{RenderOptions, SimdLevel, Tuning};
+use pocketnerf_core::{Probe, RenderOptions, SimdLevel, Tuning};
 use pocketnerf_formats::{
     Container, FormatError, ModelFile, Precision, SectionId, WriteError, is_packed, kind,
     open_verified, pack, unpack_into, unpacked, unpacked_len, write,
@@ -47,6 +47,20 @@ fn picture(file: &ModelFile<'_>) -> Vec<f32> {
     all
 }
 
+/// Gradients of the density all over the box: their differences reach beyond occupied cells.
+fn slopes(file: &ModelFile<'_>) -> Vec<[f32; 3]> {
+    let probe = Probe::new(&file.model, SimdLevel::detect(), Tuning::FAST).unwrap();
+    let mut scratch = vec![0.0; probe.scratch_len()];
+    let [min, max] = file.model.space.bounds();
+    let mut random = Random::new(3, [0; 3]);
+    let mut point = || [0, 1, 2].map(|a| min[a] + (max[a] - min[a]) * random.next_f32());
+    let points: Vec<[f32; 3]> = (0..400_000).map(|_| point()).collect();
+    let mut slopes = vec![[0.0; 3]; points.len()];
+    probe.density_gradient(&points, &mut scratch, &mut slopes).unwrap();
+    assert!(slopes.iter().filter(|slope| **slope != [0.0; 3]).count() > 2000);
+    slopes
+}
+
 #[test]
 fn a_model_of_a_scene_packs_and_looks_the_same() {
     let bytes = still_life();
@@ -59,6 +73,7 @@ fn a_model_of_a_scene_packs_and_looks_the_same() {
     assert_eq!((back.len(), unpacked_len(&packed)), (bytes.len(), Ok(bytes.len() as u64)));
     let [ours, theirs] = [&bytes, &*back].map(|bytes| open_verified(bytes).unwrap());
     assert!(picture(&ours) == picture(&theirs));
+    assert!(slopes(&ours) == slopes(&theirs));
     // All but entries that nothing reads is the same to the byte.
     for (a, b) in ours.sections().zip(theirs.sections()) {
         assert_eq!((a.id, a.bytes.len()), (b.id, b.bytes.len()));
@@ -275,6 +290,32 @@ fn refusals() {
     let section = SectionId::first(kind::OCC_FINE);
     let error = unpacked(&damaged).unwrap_err();
     assert!(matches!(error, FormatError::Checksum { section: s, .. } if s == section), "{error}");
+}
+
+/// A section that a newer program wrote, in an encoding of its own, stays as it is where the file
+/// can do without it.
+#[test]
+fn sections_in_unknown_encodings_stay() {
+    let plain = still_life();
+    let id = SectionId::first(kind::PROVENANCE);
+    let place = |bytes: &[u8]| {
+        let table = bytes[32..].chunks(48);
+        table.take_while(|e| e[0] != kind::PROVENANCE as u8).count() * 48 + 32
+    };
+    let mut newer = plain.clone();
+    let at = place(&plain);
+    (newer[at + 10], newer[at + 32]) = (77, 1);
+    repair(&mut newer);
+    let section = |bytes: &[u8]| {
+        let section = Container::open(bytes).unwrap().find(id).unwrap();
+        (section.encoding, section.decoded_length, section.bytes.to_vec())
+    };
+    assert_eq!(section(&newer).0, 77);
+    assert!(open_verified(&newer).is_ok() && !is_packed(&newer).unwrap());
+    let packed = pack(&newer).unwrap();
+    assert!(is_packed(&packed).unwrap() && section(&packed) == section(&newer));
+    let back = unpacked(&packed).unwrap();
+    assert!(section(&back) == section(&newer) && open_verified(&back).is_ok());
 }
 
 /// Whatever the bytes, checksums repaired or not, unpacking ends, and writes what it says.

@@ -9,7 +9,7 @@ use alloc::borrow::Cow;
 use alloc::vec::Vec;
 
 use super::{ContainerWriter, WriteError};
-use crate::container::{Container, kind};
+use crate::container::{Container, RAW, kind};
 use crate::packed::{PACKED_BLOCKS, PACKED_CELLS, PACKED_TABLE};
 use crate::{ModelFile, reader};
 
@@ -28,6 +28,10 @@ pub fn pack(bytes: &[u8]) -> Result<Vec<u8>, WriteError> {
     let file = reader::open_verified(bytes)?;
     let mut writer = ContainerWriter::new();
     for section in file.sections() {
+        if section.encoding != RAW {
+            writer.add_section(&section);
+            continue;
+        }
         let payload = match section.id.kind {
             kind::GRID if !is_checkpoint(&file) => {
                 unused::cleared(&file, section.id.index as usize, section.bytes)

@@ -4,17 +4,19 @@ use alloc::borrow::Cow;
 use alloc::vec;
 
 use pocketnerf_core::Occupancy;
-use pocketnerf_core::encoding::hash_grid::HASH_PRIMES;
-use pocketnerf_core::encoding::hash_grid::Level;
+use pocketnerf_core::encoding::hash_grid::{HASH_PRIMES, Level};
 use pocketnerf_core::encoding::{GridIndex, HashGrid};
+use pocketnerf_core::march::Reach;
+use pocketnerf_core::query::gradient_spacing;
 
 use crate::ModelFile;
 
 /// Entries of a block.
 const BLOCK: usize = 8;
-/// Distance by which a point's place in the grid may be off by rounding, cells of the grid: a
-/// thousand times what f32 has at the finest grids there are.
+/// Distance by which a point's place in the grid may be off by rounding, cells of the grid: at
+/// least this, and on fine grids this share of their cells along an axis, four units of f32.
 const SLACK: f32 = 0.01;
+const RELATIVE_SLACK: f32 = 4.0 * f32::EPSILON;
 
 /// The model's hash grid, where it has one.
 pub(super) fn grid<'f, 'a>(file: &'f ModelFile<'a>) -> Option<&'f HashGrid<'a>> {
@@ -30,12 +32,14 @@ pub(super) fn grid<'f, 'a>(file: &'f ModelFile<'a>) -> Option<&'f HashGrid<'a>> 
 pub(super) fn cleared<'a>(file: &ModelFile<'a>, level: usize, table: &'a [u8]) -> Cow<'a, [u8]> {
     let occupancy = file.model.occupancy.filter(|occupancy| occupancy.n_cascades() == 1);
     let (Some(grid), Some(occupancy)) = (grid(file), occupancy) else { return table.into() };
-    // Other numberings come from other programs, whose points may lie anywhere.
-    if !matches!(grid.config.index, GridIndex::Blocked) {
+    // Other numberings are other programs'; and hierarchical samples may lie in empty cells.
+    let reach = file.model.hierarchical.map(|hierarchical| hierarchical.reach);
+    let anywhere = reach.is_some_and(|reach| reach != Reach::Clipped);
+    if anywhere || !matches!(grid.config.index, GridIndex::Blocked) {
         return table.into();
     }
     let shape = grid.config.level(level);
-    let used = used(&occupancy, &shape);
+    let used = used(&occupancy, &shape, gradient_spacing(&file.model.field));
     let block_bytes = BLOCK * table.len() / shape.entries as usize;
     let mut table = Cow::Borrowed(table);
     for (block, _) in used.iter().enumerate().filter(|(_, used)| !**used) {
@@ -47,13 +51,15 @@ pub(super) fn cleared<'a>(file: &ModelFile<'a>, level: usize, table: &'a [u8]) -
     table
 }
 
-/// Which blocks of a level the samples in occupied cells read.
-fn used(occupancy: &Occupancy<'_>, level: &Level) -> vec::Vec<bool> {
+/// Which blocks of a level are read by points in occupied cells, and as far beyond them as
+/// gradients reach, unit coordinates.
+fn used(occupancy: &Occupancy<'_>, level: &Level, beyond: f32) -> vec::Vec<bool> {
     let n = occupancy.resolution();
+    let slack = SLACK + (RELATIVE_SLACK + beyond) * level.scale;
     // The blocks of corners that the points of a cell lie between, along any axis.
     let reach = |cell: u32| {
         let at = |cell: u32| cell as f32 / n as f32 * level.scale + level.shift();
-        let (low, high) = (at(cell) - SLACK, at(cell + 1) + SLACK);
+        let (low, high) = (at(cell) - slack, at(cell + 1) + slack);
         (low.max(0.0) as u32) >> 1..((high as u32 + 1) >> 1) + 1
     };
     let mut used = vec![false; level.entries as usize / BLOCK];

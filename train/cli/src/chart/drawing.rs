@@ -280,9 +280,14 @@ mod tests {
         assert_eq!((circles, wider), (4 + 1 + 3 + 2 + 1, wide + 1));
         let svg = svg(&points, Axis::Psnr, &costs).unwrap();
         assert_eq!(svg.matches("<polygon").count(), 1 + 1, "{svg}");
-        for text in
-            ["hash-grid", "nerf", "other", "unsteady time", "a &lt;scene&gt; &amp; more 400x300"]
-        {
+        for text in [
+            "hash-grid",
+            "nerf",
+            "other",
+            "unsteady time",
+            "a &lt;scene&gt; &amp; more 400x300",
+            "ms a frame",
+        ] {
             assert!(svg.contains(text), "{text}");
         }
         assert!(svg.contains("bytes of the model or PSNR, dB not known"));
