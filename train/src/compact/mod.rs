@@ -11,7 +11,7 @@ mod tables;
 
 use pocketnerf_core::{Camera, Error, Model};
 use pocketnerf_formats::{
-    About, ContainerWriter, ModelFile, Precision, SectionId, kind, open, pack, unpacked, write,
+    ContainerWriter, ModelFile, Precision, SectionId, kind, open, pack, unpacked, write,
 };
 
 pub use error::CompactError;
@@ -69,28 +69,28 @@ pub fn to_bytes(
     for level in 0..n_levels {
         candidates.push(measure((&opened.model, base), level, (cameras, &own), &settings)?);
     }
-    let mut budget = most as f64 - rest(&opened);
-    let mut best: Option<Compacted> = None;
+    let rest = rest(file, &opened)?;
+    let mut budget = most as f64 - rest;
+    let mut best: Option<(Vec<u8>, Vec<u8>)> = None;
     for _ in 0..CORRECTIONS {
         let Some(chosen) = choose(&candidates, budget) else { break };
         let steps: Vec<u8> = chosen.iter().map(|i| STEPS[*i]).collect();
         let bytes = assembled(&opened, &steps)?;
         let over = bytes.len() as f64 - most as f64;
-        if over <= 0.0 && best.as_ref().is_none_or(|best| bytes.len() > best.bytes.len()) {
-            best = Some(Compacted { bytes, steps, psnr: 0.0 });
+        if over <= 0.0 && best.as_ref().is_none_or(|(best, _)| bytes.len() > best.len()) {
+            best = Some((bytes, steps));
         }
         // Rates are estimates; a little less than what is left, so that it ends below.
         budget -= if over > 0.0 { over } else { 0.9 * over };
     }
-    let Some(mut best) = best else {
+    let Some((bytes, steps)) = best else {
         let least: f64 = candidates.iter().filter_map(|c| c.last()).map(|c| c.rate).sum();
-        let least = (least + rest(&opened)).ceil() as usize;
+        let least = (least + rest).ceil() as usize;
         return Err(CompactError::TooSmall { most, least });
     };
-    let smaller = unpacked(&best.bytes)?;
+    let smaller = unpacked(&bytes)?;
     let error = difference(&open(&smaller)?.model, (cameras, &own), &settings)?;
-    best.psnr = -10.0 * error.log10();
-    Ok(best)
+    Ok(Compacted { psnr: -10.0 * error.log10(), bytes, steps })
 }
 
 /// The file with tables of eight bits, where it has others.
@@ -102,8 +102,7 @@ fn in_eight_bits(file: &ModelFile<'_>) -> Result<Option<Vec<u8>>, CompactError> 
     if tables.iter().all(|table| table.dtype() == pocketnerf_core::DType::I8) {
         return Ok(None);
     }
-    let about: &About<'_> = &file.about;
-    Ok(Some(write(&file.model, about, Precision::I8)?))
+    Ok(Some(write(&file.model, &file.about, Precision::I8)?))
 }
 
 /// What each step of a level does, beside the `base` that pictures differ by anyway.
@@ -130,22 +129,14 @@ fn measure(
 }
 
 /// Bytes of a packed file beside its tables.
-fn rest(file: &ModelFile<'_>) -> f64 {
-    let tables = levels(&file.model);
-    let all: f64 = tables.iter().map(|table| rate(table.bytes(), table.cols())).sum();
-    pack_of(file).map_or(0, |packed| packed.len()) as f64 - all
-}
-
-fn pack_of(file: &ModelFile<'_>) -> Option<Vec<u8>> {
-    pack(&assembled_plain(file, &[]).ok()?).ok()
+fn rest(bytes: &[u8], file: &ModelFile<'_>) -> Result<f64, CompactError> {
+    let tables = levels(&file.model).iter();
+    let all: f64 = tables.map(|table| rate(table.bytes(), table.cols())).sum();
+    Ok(pack(bytes)?.len() as f64 - all)
 }
 
 /// The packed file with tables of these steps.
 fn assembled(file: &ModelFile<'_>, steps: &[u8]) -> Result<Vec<u8>, CompactError> {
-    Ok(pack(&assembled_plain(file, steps)?)?)
-}
-
-fn assembled_plain(file: &ModelFile<'_>, steps: &[u8]) -> Result<Vec<u8>, CompactError> {
     let mut writer = ContainerWriter::new();
     for section in file.sections() {
         let step = match section.id {
@@ -158,7 +149,7 @@ fn assembled_plain(file: &ModelFile<'_>, steps: &[u8]) -> Result<Vec<u8>, Compac
             None => writer.add(id, version, critical, section.bytes),
         }
     }
-    Ok(writer.finish()?)
+    Ok(pack(&writer.finish()?)?)
 }
 
 /// Colours over the model's background, picture after picture.
@@ -183,5 +174,5 @@ fn difference(
         n += own.len();
         sum += picture.iter().zip(own).map(|(a, b)| f64::from((a - b).powi(2))).sum::<f64>();
     }
-    Ok(sum / f64::from(u32::try_from(n.max(1)).unwrap_or(u32::MAX)))
+    Ok(sum / n.max(1) as f64)
 }
