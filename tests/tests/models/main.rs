@@ -7,6 +7,7 @@ mod detail;
 mod golden;
 mod mutated;
 mod packed;
+mod packed_by_hand;
 mod query;
 mod specification;
 mod still_life;

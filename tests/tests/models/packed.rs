@@ -1,7 +1,6 @@
 //! Packed files: ordinary ones come back, render to the same bytes, and no damage does harm.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
 
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Probe, RenderOptions, SimdLevel, Tuning};
@@ -13,8 +12,6 @@ use pocketnerf_tests::checksums::repair;
 use pocketnerf_tests::damage::mutate;
 use pocketnerf_tests::tiny::{self, Tiny};
 use pocketnerf_train::random::Random;
-
-use crate::golden::golden;
 
 fn still_life() -> Vec<u8> {
     std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../embed-demo/still-life.pnerf")).unwrap()
@@ -132,175 +129,6 @@ fn small_files_of_every_kind_come_back() {
         assert!(picture(&ours) == picture(&theirs));
         assert!(packed.len() <= bytes.len());
     }
-}
-
-/// Every encoding is in the golden file, which SPEC.md suffices to read.
-#[test]
-fn by_hand_from_the_specification() {
-    let plain = write(&Tiny::trained().hash_grid(), &tiny::about(), Precision::I8).unwrap();
-    let packed = golden("hash-grid-i8-packed.pnerf", &pack(&plain).unwrap());
-    let ordinary = unpacked(&packed).unwrap();
-    let [packed, ordinary] = [&packed, &*ordinary].map(|bytes| Container::open(bytes).unwrap());
-    let mut encodings = BTreeSet::new();
-    for (section, expected) in packed.sections().zip(ordinary.sections()) {
-        encodings.insert(section.encoding);
-        let n = section.decoded_length as usize;
-        let found = match section.encoding {
-            0 => section.bytes.to_vec(),
-            1 => table_by_hand(section.bytes, n),
-            2 => blocks_by_hand(section.bytes, n),
-            3 => cells_by_hand(section.bytes, n),
-            other => panic!("{other}"),
-        };
-        assert!(found == expected.bytes, "{}", section.id);
-    }
-    assert_eq!(encodings.into_iter().collect::<Vec<_>>(), [0, 1, 2, 3]);
-}
-
-/// Encoding 1, as SPEC.md has it.
-fn table_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
-    let number = |at: usize, size: usize| {
-        payload[at..at + size].iter().rev().fold(0u32, |sum, byte| sum << 8 | u32::from(*byte))
-    };
-    let (block, first, last) = (payload[0] as usize, payload[1], payload[2]);
-    let (mut at, mut frequencies) = (3, [0u32; 256]);
-    for byte in first..=last {
-        let wide = payload[at] >= 0x80;
-        let high = if wide { number(at + 1, 1) << 7 } else { 0 };
-        frequencies[byte as usize] = number(at, 1) % 128 + high;
-        at += 1 + usize::from(wide);
-    }
-    assert_eq!(frequencies.iter().sum::<u32>(), 4096);
-    let chunks = n.div_ceil(8192);
-    let lengths: Vec<usize> = (0..chunks).map(|i| number(at + 2 * i, 2) as usize).collect();
-    at += 2 * chunks;
-    let mut out = Vec::new();
-    for (i, length) in lengths.into_iter().enumerate() {
-        let (end, size) = (at + length, (n - 8192 * i).min(8192));
-        let blocks = size.div_ceil(block);
-        let flags = if payload[at] == 0 { 0 } else { blocks.div_ceil(8) };
-        let is_empty = |b: usize| flags > 0 && payload[at + 1 + b / 8] >> (b % 8) & 1 == 1;
-        let mut word = at + 1 + flags;
-        let mut states = [number(word, 4), number(word + 4, 4)];
-        word += 8;
-        for b in 0..blocks {
-            for place in 0..block.min(size - b * block) {
-                if is_empty(b) {
-                    out.push(0);
-                    continue;
-                }
-                let x = &mut states[place % 2];
-                let (s, mut low, mut byte) = (*x % 4096, 0, 0);
-                while s >= low + frequencies[byte] {
-                    low += frequencies[byte];
-                    byte += 1;
-                }
-                *x = frequencies[byte] * (*x >> 12) + s - low;
-                if *x < 1 << 16 {
-                    *x = *x * 65536 + number(word, 2);
-                    word += 2;
-                }
-                out.push(byte as u8);
-            }
-        }
-        assert_eq!((states, word), ([1 << 16; 2], end));
-        at = end;
-    }
-    assert_eq!(at, payload.len());
-    out
-}
-
-/// Bits of encodings 2 and 3; the contexts are numbered.
-struct Bits<'b> {
-    bytes: &'b [u8],
-    range: u32,
-    code: u32,
-    contexts: [u32; 512],
-}
-
-impl<'b> Bits<'b> {
-    fn new(bytes: &'b [u8]) -> Self {
-        let code = u32::from_be_bytes(bytes[..4].try_into().unwrap());
-        Self { bytes: &bytes[4..], range: u32::MAX, code, contexts: [1024; 512] }
-    }
-
-    fn next(&mut self, context: usize) -> bool {
-        let p = &mut self.contexts[context];
-        let bound = (self.range >> 11) * *p;
-        let bit = self.code >= bound;
-        if bit {
-            (self.code, self.range) = (self.code - bound, self.range - bound);
-            *p -= *p >> 5;
-        } else {
-            self.range = bound;
-            *p += (2048 - *p) >> 5;
-        }
-        if self.range < 1 << 24 {
-            self.range <<= 8;
-            self.code = self.code << 8 | u32::from(self.bytes[0]);
-            self.bytes = &self.bytes[1..];
-        }
-        bit
-    }
-}
-
-/// A context: a bit for each of the places before (x, y, z).
-fn context([x, y, z]: [i32; 3], before: &[[i32; 3]], is_set: impl Fn([i32; 3]) -> bool) -> usize {
-    let at = before.iter().map(|[dx, dy, dz]| is_set([x + dx, y + dy, z + dz]));
-    at.enumerate().map(|(bit, set)| usize::from(set) << bit).sum()
-}
-
-/// Encoding 2.
-fn blocks_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
-    let side = i32::from(u16::from_le_bytes([payload[0], payload[1]]));
-    let mut bits = Bits::new(&payload[2..]);
-    let mut numbers: Vec<u16> = Vec::new();
-    let mut last = 0;
-    for i in 0..side * side * side {
-        let at = [i % side, i / side % side, i / side / side];
-        let before = [[-1, 0, 0], [0, -1, 0], [0, 0, -1], [-1, -1, 0], [-1, 0, -1], [0, -1, -1]];
-        let holds = |[x, y, z]: [i32; 3]| {
-            let inside = x >= 0 && y >= 0 && z >= 0;
-            inside && numbers[(x + side * (y + side * z)) as usize] > 0
-        };
-        let bit = bits.next(context(at, &before, holds));
-        last += u16::from(bit);
-        numbers.push(if bit { last } else { 0 });
-    }
-    assert!(bits.bytes.len() <= 4 && numbers.len() * 2 == n);
-    numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
-}
-
-/// Encoding 3.
-fn cells_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
-    let mut bits = Bits::new(payload);
-    let mut out = Vec::new();
-    for _ in 0..n / 64 {
-        let mut cells = [false; 512];
-        for i in 0..512 {
-            let at = [i % 8, i / 8 % 8, i / 64];
-            let before = [
-                [-1, -1, 0],
-                [0, -1, 0],
-                [1, -1, 0],
-                [-1, 0, -1],
-                [0, 0, -1],
-                [1, 0, -1],
-                [0, -1, -1],
-                [0, 1, -1],
-                [-1, 0, 0],
-            ];
-            let is_set = |place: [i32; 3]| {
-                let inside = place.iter().all(|c| (0..8).contains(c));
-                inside && cells[(place[0] + 8 * (place[1] + 8 * place[2])) as usize]
-            };
-            cells[i as usize] = bits.next(context(at, &before, is_set));
-        }
-        let byte = |row: &[bool]| (0..8).map(|x| u8::from(row[x]) << x).sum::<u8>();
-        out.extend(cells.chunks(8).map(byte));
-    }
-    assert!(bits.bytes.len() <= 4);
-    out
 }
 
 #[test]
