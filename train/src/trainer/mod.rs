@@ -19,6 +19,7 @@ pub use config::TrainConfig;
 pub use finish::Finished;
 pub use finish::budget::FinishingBudget;
 pub use finish::color_jumps::share as color_jumps;
+pub use finish::photos::Disagreement;
 pub use held_out::HeldOutPsnr;
 pub(crate) use occupancy::cells::all_cells;
 pub use occupancy::cells::{dilated, pack};
@@ -154,6 +155,7 @@ impl Trainer {
             kept: self.config.kept[0],
             update_occupancy: false,
             average: false,
+            between_views: false,
         };
         // The first few find out how many rays have so many samples.
         (0..PACE_STEPS / 4).for_each(|_| _ = self.step(&settings));

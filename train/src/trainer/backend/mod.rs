@@ -77,6 +77,8 @@ pub(crate) struct StepInput<'s> {
     pub(crate) rate: f32,
     /// Whether the parameters after the step count in their average.
     pub(crate) average: bool,
+    /// Whether colours between the training views are held to what these see.
+    pub(crate) between_views: bool,
     /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'s Stopwatch>,
 }

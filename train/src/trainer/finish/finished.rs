@@ -23,7 +23,7 @@ const SMALL_TILE: [u32; 2] = [32, 16];
 /// The parts of a finished model that training does without.
 #[derive(Debug)]
 pub struct Finished<'t> {
-    trainer: &'t Trainer,
+    pub(super) trainer: &'t Trainer,
     cells: Packed,
     tolerance: f32,
 }

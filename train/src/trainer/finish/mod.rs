@@ -4,6 +4,7 @@ pub(crate) mod budget;
 pub(crate) mod calibration_tiles;
 pub(crate) mod color_jumps;
 mod finished;
+pub(crate) mod photos;
 pub(crate) mod pruning;
 pub(crate) mod tolerance;
 

@@ -21,7 +21,7 @@ pub(crate) struct Rendered {
     pub(crate) color: [f32; 3],
     /// Opacity.
     pub(crate) opacity: f32,
-    /// Sum of the samples' weights times their distances; 0 where no term needs it.
+    /// Sum of the samples' weights times their distances.
     #[cfg_attr(not(test), expect(dead_code, reason = "the squared error of colours is all"))]
     pub(crate) depth: f32,
 }

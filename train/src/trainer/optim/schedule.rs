@@ -63,6 +63,9 @@ const MOST_DECAY: f32 = 0.1;
 const LONG: f32 = 7000.0;
 /// So many times more at most.
 const MOST_LONGER: f32 = 2.0;
+/// From here on colours between the training views are held to what these see. From the start
+/// on, highlights would not become as sharp as they are.
+const HELD: f32 = 0.7;
 /// Long steps are taken for this first share of the run.
 const COARSE: f32 = 0.6;
 
@@ -124,6 +127,7 @@ pub(crate) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
             kept: 1.0,
             update_occupancy: false,
             average: false,
+            between_views: false,
         };
     }
     StepSettings {
@@ -133,5 +137,6 @@ pub(crate) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
         kept: first * (last / first).powf(progress),
         update_occupancy: progress < FREEZE,
         average: progress >= AVERAGED && step.is_multiple_of(AVERAGE_EVERY),
+        between_views: progress >= HELD,
     }
 }

@@ -2,5 +2,6 @@
 
 pub(crate) mod alias_table;
 pub(crate) mod importance;
+pub(crate) mod neighbours;
 pub(crate) mod rays;
 pub(crate) mod visibility;

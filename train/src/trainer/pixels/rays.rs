@@ -71,6 +71,9 @@ pub struct Targets {
     /// Share of that error, if everything were transparent, that lies in pixels
     /// which training does not draw: none can be explained.
     pub unseen_error: f64,
+    /// The same as a share of that error of all pixels: how much of what the images show lies
+    /// where nothing can be learnt.
+    pub unseen_share: f64,
 }
 
 /// Every so many pixels count for [`Targets`]: images of 800x800 give ten
@@ -232,6 +235,7 @@ impl RaySource {
             alpha: alpha / n,
             trivial_error: f64::min(nothing / n, wall).max(0.0) / 3.0,
             unseen_error: unseen.max(0.0) / (3.0 * n),
+            unseen_share: (unseen / nothing.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
         }
     }
 }

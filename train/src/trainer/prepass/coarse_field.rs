@@ -78,6 +78,7 @@ fn trained(
             kept: 0.3,
             update_occupancy: true,
             average: false,
+            between_views: false,
         });
     }
     // Another two looks at every cell.

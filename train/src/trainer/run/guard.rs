@@ -173,7 +173,8 @@ pub(crate) fn seed(seed: u64, restarts: u32) -> u64 {
 mod tests {
     use super::*;
 
-    const TARGETS: Targets = Targets { alpha: 0.3, trivial_error: 0.05, unseen_error: 0.0 };
+    const TARGETS: Targets =
+        Targets { alpha: 0.3, trivial_error: 0.05, unseen_error: 0.0, unseen_share: 0.0 };
 
     fn trouble(targets: Targets, opacity: f64, squared_error: f64) -> Option<Trouble> {
         judge(&targets, &Averages { squared_error, opacity })
@@ -187,7 +188,11 @@ mod tests {
         assert_eq!(trouble(Targets { alpha: 1.0, ..TARGETS }, 1.0, 0.01), None);
         // Images of one colour: nothing beats the trivial, and nothing need.
         assert_eq!(
-            trouble(Targets { alpha: 1.0, trivial_error: 0.0, unseen_error: 0.0 }, 1.0, 5e-4),
+            trouble(
+                Targets { alpha: 1.0, trivial_error: 0.0, unseen_error: 0.0, unseen_share: 0.0 },
+                1.0,
+                5e-4
+            ),
             None
         );
     }

@@ -6,7 +6,7 @@
 use fearless_simd::{Level, dispatch};
 use pocketnerf_core::march::composite::Accumulated;
 use pocketnerf_core::march::{LANES, Marcher, RayState};
-use pocketnerf_core::{AnyField, Space};
+use pocketnerf_core::{AnyField, Camera, Space};
 
 pub(crate) use super::worker::Worker;
 pub(super) use crate::field::{BATCH, STRIDE};
@@ -40,6 +40,8 @@ pub(crate) struct Job<'j> {
     pub(crate) reach: [f32; 2],
     /// Terms of the loss beside the squared error.
     pub(crate) terms: &'j [&'j dyn Term],
+    /// Cameras between which colours are held to what these see, where they are.
+    pub(crate) cameras: Option<&'j [Camera]>,
     /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'j Stopwatch>,
 }
@@ -56,6 +58,7 @@ impl<'j> Job<'j> {
             space,
             reach: [sampling.near, sampling.far],
             terms: TERMS,
+            cameras: input.between_views.then(|| input.source.cameras()),
             stopwatch: input.stopwatch,
         }
     }

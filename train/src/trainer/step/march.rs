@@ -194,9 +194,8 @@ impl Recorder<'_> {
                 // It has become opaque within this batch.
                 continue;
             }
-            let mut t = 0.0;
+            let t = samples.t[s];
             if let Some(distances) = &mut self.distances {
-                t = samples.t[s];
                 distances.push(t);
             }
             let weight = accumulated.add(alpha, t);

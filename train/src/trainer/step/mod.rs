@@ -1,6 +1,7 @@
 //! One step: rays through the field, gradients back, new parameters.
 
 mod back;
+mod between_views;
 pub(crate) mod group;
 mod hierarchical;
 mod march;
@@ -54,6 +55,8 @@ pub struct StepSettings {
     pub update_occupancy: bool,
     /// Whether the parameters after the step count in their average.
     pub average: bool,
+    /// Whether colours between the training views are held to what these see.
+    pub between_views: bool,
 }
 
 #[cfg(test)]
@@ -66,6 +69,7 @@ impl StepSettings {
         kept: 1.0,
         update_occupancy: false,
         average: false,
+        between_views: false,
     };
 }
 
@@ -112,6 +116,7 @@ impl Trainer {
             table_decay: settings.decay,
             rate: self.config.network_rate * settings.rate,
             average: settings.average,
+            between_views: settings.between_views && self.space.scene_box().is_some(),
             stopwatch: self.stopwatch.as_ref(),
         })
     }

@@ -147,5 +147,8 @@ impl Group {
                 gradient.size += d_sum.abs();
             }
         }
+        if let Some(cameras) = job.cameras {
+            self.hold_between_views(hits, channels, cameras, worker, back);
+        }
     }
 }

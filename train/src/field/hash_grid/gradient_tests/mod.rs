@@ -213,6 +213,7 @@ impl Step {
             table_decay: 0.0,
             rate: 0.0,
             average: false,
+            between_views: false,
             stopwatch: None,
         };
         let mut job = Job::new(&input, case.coarse_step_below);

@@ -13,6 +13,12 @@ use crate::lens::{Lens, Rectangle};
 use crate::trainer::pixels::rays::RaySource;
 use pyramid::Pyramid;
 
+/// One view in so many may be wrong: a photograph that is upside down, or whose pose is that of
+/// another one, must not carve the scene away.
+const WRONG: usize = 20;
+/// Of so many views one may be.
+const ENOUGH: usize = 10;
+
 /// Silhouettes of all training views.
 #[derive(Debug)]
 pub struct VisualHull {
@@ -41,7 +47,8 @@ impl VisualHull {
     }
 
     /// Whether a ball around `center` (scene units) may hold something: false
-    /// if some view sees all of it against a transparent background, or if
+    /// if some views, more than one in twenty, see all of it against a transparent
+    /// background, or if
     /// fewer than a quarter of the views see its centre: what so few silhouettes
     /// confine is mostly the space beside the object.
     #[must_use]
@@ -59,6 +66,8 @@ impl VisualHull {
         mut then: impl FnMut(usize, &Footprint),
     ) -> bool {
         let mut seen = self.views.len() - views.len();
+        let all = self.views.len();
+        let (mut transparent, wrong) = (0, (all / WRONG).max(usize::from(all >= ENOUGH)));
         for view in views {
             let (camera, lens, pyramid) = &self.views[view];
             let footprint = match lens {
@@ -66,7 +75,13 @@ impl VisualHull {
                 lens => footprint_through(lens, camera, center, radius),
             };
             match footprint {
-                Footprint::Inside(rectangle) if !pyramid.any(rectangle) => return false,
+                Footprint::Inside(rectangle) if !pyramid.any(rectangle) => {
+                    transparent += 1;
+                    if transparent > wrong {
+                        return false;
+                    }
+                    seen += 1;
+                }
                 Footprint::Inside(_) | Footprint::Cut => seen += 1,
                 Footprint::Unseen => {}
             }

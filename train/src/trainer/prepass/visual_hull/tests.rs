@@ -125,3 +125,29 @@ fn one_pixel_is_never_lost() {
     assert!(hull.may_hold([0.0; 3], 1e-3));
     assert!(!hull.may_hold([0.3, 0.0, 0.0], 1e-3));
 }
+
+#[test]
+fn one_wrong_view_carves_nothing() {
+    // Eleven cameras around a disc of ten pixels, of which some look beside it.
+    let views = |wrong: usize| {
+        let view = |i: usize| {
+            let angle = i as f32 * 0.5;
+            let eye = [4.0 * angle.cos(), 4.0 * angle.sin(), 1.0];
+            let pose = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0]);
+            let camera = Camera::from_fov_x(101, 101, 0.7, pose);
+            let row = if i < wrong { 90 } else { 50 };
+            let inside = |n: usize| (n % 101).abs_diff(50) <= 5 && (n / 101).abs_diff(row) <= 5;
+            let alpha = |n: usize| [0, 0, 0, if inside(n) { 255 } else { 0 }];
+            View::new("", camera, (0..101 * 101).flat_map(alpha).collect())
+        };
+        VisualHull::new(&RaySource::new((0..11).map(view).collect(), Backdrop::Random))
+    };
+    assert!(views(0).may_hold([0.0; 3], 1e-3) && views(1).may_hold([0.0; 3], 1e-3));
+    assert!(!views(2).may_hold([0.0; 3], 1e-3));
+    let space = Space::Box { min: [-0.9; 3], max: [0.9; 3] };
+    let cells = |wrong: usize| views(wrong).cells(&space, 32).len();
+    let cells = [0, 1, 2].map(cells);
+    assert!(cells[0] > 10 && cells[1] > 10 && cells[2] < cells[0], "{cells:?}");
+    // Where nothing is, most views see nothing.
+    assert!(!views(1).may_hold([0.5, 0.0, 0.0], 1e-3));
+}
