@@ -12,5 +12,7 @@ mod commands;
 pub mod convert;
 #[doc(hidden)]
 pub mod machine;
+#[doc(hidden)]
+pub mod stress;
 
 pub use commands::run;

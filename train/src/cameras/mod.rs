@@ -11,7 +11,8 @@ use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera, Space};
 
 pub use path::camera_path;
-pub(crate) use subject::{cube, distances, nearest_to_axes, object_box};
+pub use subject::nearest_to_axes;
+pub(crate) use subject::{cube, distances, object_box};
 
 use crate::json::{self, JsonError, one_line};
 use crate::pose::{self, PoseProblem};

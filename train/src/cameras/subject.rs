@@ -5,7 +5,8 @@ use pocketnerf_core::{Camera, Space};
 
 /// The point with the least sum of squared distances to the optical axes:
 /// Σ (I − d dᵀ) p = Σ (I − d dᵀ) o.
-pub(crate) fn nearest_to_axes(poses: &[[f32; 16]]) -> Option<DVec3> {
+#[must_use]
+pub fn nearest_to_axes(poses: &[[f32; 16]]) -> Option<DVec3> {
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for pose in poses {
         let axis = DVec3::new(pose[2].into(), pose[6].into(), pose[10].into()).normalize();

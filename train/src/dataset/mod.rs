@@ -16,8 +16,10 @@ mod memory;
 mod npy;
 mod recognise;
 mod report;
+
 mod transforms;
 mod view;
+mod write;
 
 use std::fmt;
 use std::path::Path;
@@ -29,7 +31,9 @@ pub use error::DatasetError;
 #[doc(hidden)]
 pub use fingerprint::hash_of;
 pub use report::{DatasetReport, ImageSize, SplitReport, inspect, inspect_with};
+pub use report::{WIDE, spacing};
 pub use view::View;
+pub use write::write;
 
 use listing::Listing;
 use recognise::{Convention, recognise};

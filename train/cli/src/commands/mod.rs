@@ -9,11 +9,13 @@ mod info;
 mod memory;
 mod model_file;
 mod parse;
+mod progress;
 mod reading;
 mod render;
 mod rendering;
 mod repack;
 mod stop;
+mod stress;
 mod train;
 
 use std::io::Write;
@@ -90,6 +92,15 @@ enum Action {
     /// Models and scores already in DIR are kept, so the same command continues after an
     /// interruption. Times always come from one run.
     Chart(Box<chart::Chart>),
+    /// Test where radiance fields fail: spoilt photographs, cameras and settings
+    ///
+    /// Spoils a scene in one way after the other, trains and compares, and writes
+    /// DIR/index.html (one self-contained page), stress.svg, stress.csv and stress.json. Each row
+    /// says what was lost, whether that is within a bar, and if not, whether the program said so.
+    ///
+    /// What is measured already is kept in DIR, so the same command continues after an
+    /// interruption.
+    Stress(Box<stress::Stress>),
     /// Measure the machine and every stage of training and rendering
     ///
     /// Reports first what the machine can do, then how close each stage comes to its bound,
@@ -148,7 +159,7 @@ pub fn run(started: Instant) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("pocketnerf: {failure}");
-            if failure.is::<train::Interrupted>() || failure.is::<chart::Interrupted>() {
+            if failure.is::<train::Interrupted>() || failure.is::<stop::Interrupted>() {
                 ExitCode::from(stop::INTERRUPTED)
             } else {
                 ExitCode::FAILURE
@@ -172,6 +183,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Unpack(action) => action.run(common),
         Action::Info(action) => action.run(common),
         Action::Chart(action) => action.run(common),
+        Action::Stress(action) => action.run(common),
         Action::Bench(action) => action.run(common),
     }
 }

@@ -1,7 +1,8 @@
 //! How a command is asked to stop: by Ctrl-C, and where there are such signals by SIGTERM and
 //! SIGHUP.
 
-use std::process::Child;
+use std::fmt;
+use std::process::{Child, ExitStatus};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -27,6 +28,28 @@ struct State {
     deferred: AtomicBool,
     /// A program that is to stop as well; 0: none.
     child: AtomicU32,
+}
+
+/// A signal ended work that continues where it was.
+#[derive(Debug)]
+pub(super) struct Interrupted;
+
+impl fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("interrupted; run the same command again to continue")
+    }
+}
+
+impl std::error::Error for Interrupted {}
+
+/// Whether a run of the program ended by Ctrl-C: in training with a status of its own, before
+/// that by the signal.
+pub(super) fn was_interrupted(status: ExitStatus) -> bool {
+    #[cfg(unix)]
+    if std::os::unix::process::ExitStatusExt::signal(&status) == Some(2) {
+        return true; // SIGINT
+    }
+    status.code() == Some(INTERRUPTED.into())
 }
 
 impl Stop {
@@ -60,6 +83,11 @@ impl Stop {
     /// Whether there was a signal.
     pub(super) fn is_asked(&self) -> bool {
         self.0.asked.load(Ordering::SeqCst)
+    }
+
+    /// Ends long work between two of its parts, where there was a signal.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if self.is_asked() { Err(Interrupted.into()) } else { Ok(()) }
     }
 
     /// Passes signals on to a child that the program waits for; `None`: no longer.

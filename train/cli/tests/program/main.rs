@@ -11,3 +11,4 @@ mod peers;
 mod place;
 mod render;
 mod resume;
+mod stress;

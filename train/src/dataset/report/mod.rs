@@ -1,6 +1,7 @@
 //! What is in a dataset: the check report.
 
 mod look;
+mod spacing;
 mod text;
 
 use std::path::Path;
@@ -12,6 +13,8 @@ use serde::Serialize;
 use super::listing::{Frame, Listing};
 use super::{DatasetError, LoadOptions, Split, decode, images, list};
 use crate::cameras::nearest_to_axes;
+pub use spacing::{WIDE, spacing};
+
 use look::{camera_box, distances, scene_box, share_looking_at};
 
 /// What is in a dataset. Missing or unreadable images are counted, not refused.

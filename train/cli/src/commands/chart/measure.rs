@@ -8,14 +8,14 @@ use pocketnerf_train::lens::Lens;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::{self, Sampling, Settings};
 
+use super::Chart;
 use super::models::{Model, Models};
-use super::progress::{Progress, duration};
 use super::scenes::Scene;
 use super::score::{Judge, Scored};
-use super::{Chart, check};
 use crate::chart::rounds::{Contestant, Turn, rounds};
 use crate::chart::statistics::Summary;
 use crate::chart::{Axis, OURS, Point, frontier};
+use crate::commands::progress::{Progress, duration};
 use crate::commands::stop::Stop;
 use crate::commands::train::quoted;
 use crate::commands::{Common, Failure, make_folder, open_to_render};
@@ -79,7 +79,7 @@ pub(super) fn measure(
                     dataset.views.iter().map(|view| (view.camera, view.lens)).collect();
                 dataset::thin(&mut cameras, TIMED);
                 for settings in chart.ways() {
-                    check(stop)?;
+                    stop.check()?;
                     let way = Way::new(scene, model, factor, settings);
                     let background =
                         chart.background.unwrap_or_else(|| file.model.display.srgb_background());
@@ -126,7 +126,7 @@ fn time(
     let pace = Pace::new(simd)?;
     let turns = rounds(contestants, n_rounds, &pace, |turns| {
         progress.done(turns);
-        interrupted = check(stop);
+        interrupted = stop.check();
         interrupted.is_ok()
     })?;
     interrupted?;

@@ -4,12 +4,10 @@ mod answer;
 mod measure;
 mod models;
 mod plan;
-mod progress;
 mod scenes;
 mod score;
 mod write;
 
-use std::fmt;
 use std::path::PathBuf;
 
 use pocketnerf_formats::Precision;
@@ -113,23 +111,6 @@ pub(super) struct Chart {
     qualities: Vec<f32>,
     #[command(flatten)]
     vectors: Vectors,
-}
-
-/// A signal ended it.
-#[derive(Debug)]
-pub(in crate::commands) struct Interrupted;
-
-impl fmt::Display for Interrupted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("interrupted; run the same command again to continue")
-    }
-}
-
-impl std::error::Error for Interrupted {}
-
-/// Stops the command between two points.
-fn check(stop: &Stop) -> Result<(), Failure> {
-    if stop.is_asked() { Err(Interrupted.into()) } else { Ok(()) }
 }
 
 impl Chart {

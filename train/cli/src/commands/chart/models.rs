@@ -1,7 +1,7 @@
 //! The models of a chart: trained by running this program, or given.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Command, Stdio};
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_formats::Precision;
@@ -9,11 +9,10 @@ use pocketnerf_train::output;
 use pocketnerf_train::trainer::Length;
 use serde::{Deserialize, Serialize};
 
-use super::progress::duration;
 use super::scenes::Scene;
-use super::{Interrupted, check};
 use crate::chart::{Program, Recipe};
-use crate::commands::stop::{INTERRUPTED, Stop};
+use crate::commands::progress::duration;
+use crate::commands::stop::{Interrupted, Stop, was_interrupted};
 use crate::commands::train::{checkpoint_path, quoted};
 use crate::commands::{Common, Failure, make_folder, open, read_model};
 
@@ -129,7 +128,7 @@ impl Models {
             );
         }
         for (i, job) in missing.iter().enumerate() {
-            check(stop)?;
+            stop.check()?;
             if !common.quiet {
                 eprintln!("model {} of {}: {}", i + 1, missing.len(), job.name());
             }
@@ -242,7 +241,7 @@ impl<'a> Job<'a> {
         let output = output?;
         if !output.status.success() {
             // A terminal signals both, in any order.
-            check(stop)?;
+            stop.check()?;
             if was_interrupted(output.status) {
                 return Err(Interrupted.into());
             }
@@ -299,16 +298,6 @@ impl<'a> Job<'a> {
         });
         whole.collect()
     }
-}
-
-/// Whether a run of the program ended by Ctrl-C: in training with a status of its own, before
-/// that by the signal.
-fn was_interrupted(status: ExitStatus) -> bool {
-    #[cfg(unix)]
-    if std::os::unix::process::ExitStatusExt::signal(&status) == Some(2) {
-        return true; // SIGINT
-    }
-    status.code() == Some(INTERRUPTED.into())
 }
 
 const fn precision_name(precision: Precision) -> &'static str {

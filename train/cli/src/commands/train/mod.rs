@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
-use pocketnerf_train::dataset::{Dataset, Split};
+use pocketnerf_train::dataset::{Dataset, Split, WIDE, spacing};
 use pocketnerf_train::output;
 use pocketnerf_train::trainer::checkpoint::TrainedOn;
 use pocketnerf_train::trainer::{Checkpoint, Length, Run, Trainer};
@@ -22,6 +22,7 @@ use serde_json::{Value, json};
 use super::stop::Stop;
 use super::{Common, Failure, memory, print_line};
 pub(super) use bar::Bar;
+pub(super) use model::Method;
 pub(super) use options::Train;
 pub(super) use saving::Interrupted;
 use saving::{Resume, Saving, Unfinished};
@@ -59,6 +60,13 @@ impl Train {
         dataset.notes.iter().for_each(|note| bar.note(note));
         if let Some(views) = self.views {
             dataset.thin(views as usize);
+        }
+        if let Some(angle) = spacing(&dataset.views).filter(|angle| *angle > WIDE) {
+            bar.warn(format!(
+                "{} photographs, {angle:.0} degrees from one to the next, expected at most {WIDE}: \
+                 what lies between them is a guess; take more",
+                dataset.views.len()
+            ));
         }
         let origin = Origin::new(&dataset, factor, self.precision);
         bar.phase("finding the scene");
@@ -170,6 +178,9 @@ pub(super) fn finish(
             100.0 * JUMPS
         ));
     }
+    if let Some(disagreement) = finished.disagreement()? {
+        disagreement.lines(|view| origin.view(view)).into_iter().for_each(|line| bar.warn(line));
+    }
     if stopped() {
         return Ok(None);
     }
@@ -203,6 +214,8 @@ pub(super) fn finish(
 /// Where a model comes from.
 pub(super) struct Origin {
     name: String,
+    /// Of each training view.
+    names: Vec<String>,
     camera: Option<DefaultCamera>,
     trained_on: TrainedOn,
     /// The format of the weights in the model file.
@@ -213,10 +226,16 @@ impl Origin {
     pub(super) fn new(dataset: &Dataset, downscale_factor: u32, precision: Precision) -> Self {
         Self {
             name: dataset.name(),
+            names: dataset.views.iter().map(|view| view.name.clone()).collect(),
             camera: dataset.views.first().map(|view| default_camera(&view.camera)),
             trained_on: TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor },
             precision,
         }
+    }
+
+    /// The name of a training view.
+    fn view(&self, number: usize) -> String {
+        self.names.get(number).cloned().unwrap_or_else(|| format!("view {number}"))
     }
 
     fn about(&self, trainer: &Trainer, run: &Run) -> About<'_> {

@@ -8,12 +8,37 @@ use crate::commands::Failure;
 
 /// What is trained.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Method {
+pub(in crate::commands) enum Method {
     /// A multiresolution hash grid and small networks: minutes
     #[default]
     HashGrid,
     /// The original NeRF MLP (about 1,000 times slower)
     Nerf,
+}
+
+impl Method {
+    /// Its name on a command line.
+    pub(in crate::commands) const fn name(self) -> &'static str {
+        match self {
+            Self::HashGrid => "hash-grid",
+            Self::Nerf => "nerf",
+        }
+    }
+
+    /// Options of `pocketnerf train` for a model that many runs can be made of.
+    pub(in crate::commands) const fn small(self) -> &'static [&'static str] {
+        match self {
+            Self::HashGrid => &[],
+            Self::Nerf => {
+                &["--method", "nerf", "--depth", "4", "--width", "64", "--batch-rays", "1024"]
+            }
+        }
+    }
+
+    /// Whether it has tables, whose size and precision can be chosen.
+    pub(in crate::commands) fn has_tables(self) -> bool {
+        self == Self::HashGrid
+    }
 }
 
 /// What a model is to be good at.
