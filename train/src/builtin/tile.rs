@@ -32,7 +32,8 @@ const PATTERN: [[u8; 2]; SAMPLES] = [
 /// Four samples whose colours lie closer than this stand for all sixteen.
 const SPREAD: f64 = 0.02;
 
-/// With more bodies than this, each pixel has a list of its own: fewer are sooner tried.
+/// With more bodies than this, each pixel has a list of its own: fewer are sooner tried. The
+/// frozen still life has fewer: a list would lose the pixel of `Contents::along_axes`.
 const MANY: usize = 24;
 
 /// A square of pixels and what can be seen in it.
