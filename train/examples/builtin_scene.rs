@@ -1,15 +1,17 @@
-//! Writes views of the built-in scene, composited on white, as PNG files:
-//! `cargo run --release --example builtin_scene -- FOLDER`.
+//! Writes views of a built-in scene, composited on white, as PNG files:
+//! `cargo run --release --example builtin_scene -- FOLDER [NAME]`.
 
-use pocketnerf_train::builtin;
+use pocketnerf_train::builtin::{self, Scene};
 use pocketnerf_train::dataset::Split;
 use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder: PathBuf = std::env::args_os().nth(1).ok_or("which folder to write to?")?.into();
+    let name = std::env::args().nth(2).unwrap_or_else(|| Scene::StillLife.name().to_owned());
+    let scene = Scene::named(&name).ok_or("no such scene")?;
     for split in [Split::Train, Split::Test] {
         let start = std::time::Instant::now();
-        let dataset = builtin::dataset(split, 1);
+        let dataset = scene.dataset(split, 1);
         let seconds = start.elapsed().as_secs_f64();
         println!(
             "{} views in {seconds:.2} s, {:016x}",

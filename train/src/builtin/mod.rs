@@ -1,17 +1,20 @@
-//! The built-in scene: a ray-traced still life with exact depth.
+//! The built-in scenes: ray-traced, with exact pixels and depth.
 //!
-//! It needs no download, and it is made to be hard where radiance fields are
-//! weak: a stone whose grain is as fine as the pixels, wires one pixel wide, a
-//! glaze whose reflections slide over it, a white vase on the white background.
+//! They need no download. The still life is made to be hard in several ways at once: a stone
+//! whose grain is as fine as the pixels, wires one pixel wide, a glaze whose reflections
+//! slide over it, a white vase on the white background. Each of the others ([`Scene`]) shows
+//! one thing at which radiance fields fail.
 //!
-//! Scene units; z points up; everything lies within 1.25 units of the origin
-//! in x and y. Rendering uses +, −, ×, ÷, square root and integers only, so the
-//! pixels have the same bits on every platform.
+//! Scene units; z points up. Rendering uses +, −, ×, ÷, square root and integers only, so
+//! the pixels have the same bits on every platform.
 
 mod cameras;
+mod contents;
+mod medium;
 mod noise;
 mod render;
 mod scene;
+mod scenes;
 mod shading;
 mod shapes;
 #[cfg(test)]
@@ -19,8 +22,10 @@ mod spectrum;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod tile;
 
-use crate::dataset::{Dataset, Split, View};
+use crate::dataset::{Dataset, Split};
+pub use scene::Scene;
 
 /// Width and height of a full-size view in pixels.
 pub const SIZE: u32 = 400;
@@ -29,33 +34,14 @@ pub const TRAIN_VIEWS: usize = 60;
 /// Views of [`Split::Val`] and [`Split::Test`].
 pub const HELD_OUT_VIEWS: usize = 12;
 
-/// The views of one split, rendered at [`SIZE`] divided by `downscale_factor`.
+/// The views of one split of the still life: [`Scene::dataset`] of [`Scene::StillLife`].
 ///
 /// [`Split::Val`] and [`Split::Test`] are the same held-out views, each halfway
 /// between two training views: there is nothing to overfit settings to beyond
 /// the scene itself, which is frozen.
-///
-/// Pixels are straight RGBA on a transparent background, alpha is coverage.
-/// Depth is the distance along the ray through the pixel's centre, so a pixel
-/// at an outline may be partly covered and still have infinite depth.
 #[must_use]
 pub fn dataset(split: Split, downscale_factor: u32) -> Dataset {
-    let (cameras, prefix) = match split {
-        Split::Train => (cameras::train(), "train"),
-        Split::Val | Split::Test => (cameras::held_out(), "held_out"),
-    };
-    let bodies = scene::bodies();
-    let views = cameras
-        .iter()
-        .enumerate()
-        .map(|(i, camera)| {
-            let camera = camera.downscaled(downscale_factor.max(1));
-            let (rgba, depth) = render::view(&bodies, &camera);
-            let view = View::new(format!("{prefix}/{i:02}"), camera, rgba);
-            View { depth: Some(depth), ..view }
-        })
-        .collect();
-    Dataset::new("built-in scene", "built-in", split, views)
+    Scene::StillLife.dataset(split, downscale_factor)
 }
 
 /// FNV-1a over the bits of all cameras, pixels and depths, view after view.

@@ -15,13 +15,13 @@ pub(super) fn noise(p: DVec3, cell: f64) -> f64 {
     let f = q - corner;
     let w = f * f * (DVec3::splat(3.0) - 2.0 * f);
     let [x, y, z] = corner.to_array().map(|c| c as i64 as u32);
-    let along_x = |y: u32, z: u32| mix(lattice(x, y, z), lattice(x.wrapping_add(1), y, z), w.x);
+    let along_x = |y: u32, z: u32| mix(random(x, y, z), random(x.wrapping_add(1), y, z), w.x);
     let along_y = |z: u32| mix(along_x(y, z), along_x(y.wrapping_add(1), z), w.y);
     mix(along_y(z), along_y(z.wrapping_add(1)), w.z)
 }
 
-/// A random value in [−1, 1] for a lattice point.
-fn lattice(x: u32, y: u32, z: u32) -> f64 {
+/// A random value in [−1, 1] for three integers.
+pub(super) fn random(x: u32, y: u32, z: u32) -> f64 {
     let mut h =
         x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77) ^ z.wrapping_mul(0xc2b2_ae3d);
     h = (h ^ (h >> 15)).wrapping_mul(0x2c1b_3c6d);

@@ -1,90 +1,130 @@
-//! The still life itself.
+//! The built-in scenes by name: their datasets, and their truth from any camera.
 
-use super::shapes::Shape;
-use super::surface::Surface;
-use glam::{DVec2, DVec3};
+use super::cameras::{AROUND, INSIDE, Region};
+use super::{render, scenes};
+use crate::dataset::{Dataset, Split, View};
+use pocketnerf_core::Camera;
 
-/// One thing in the scene.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Body {
-    pub(super) shape: Shape,
-    pub(super) surface: Surface,
+/// A built-in scene.
+///
+/// Each but the first shows one thing at which radiance fields fail. Cameras look at the
+/// origin; but for the room, everything lies within 1.25 units of it in x and y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Scene {
+    /// A still life: a bit of everything.
+    StillLife,
+    /// Wires from a quarter of an occupancy cell (1/128 of the scene's side) to two cells
+    /// across.
+    Wires,
+    /// Polished bodies that mirror each other and a sharp lamp.
+    Glossy,
+    /// Tinted glass before the empty background, in several layers.
+    Glass,
+    /// Hundreds of leaves on twigs.
+    Foliage,
+    /// Balls of fog with soft edges, around and beside solid bodies.
+    Fog,
+    /// A matt white ball, which hardly differs from a white background.
+    White,
+    /// A furnished room, 3.8 × 3.4 × 2.2 units, seen from inside.
+    Room,
 }
 
-/// Height of the board's top, on which everything stands.
-const TABLE: f64 = -0.60;
-/// The wires' radius: 0.7 to 1.5 pixels across from every camera.
-pub(super) const WIRE_RADIUS: f64 = 0.003_6;
-
-/// Everything in the scene.
-pub(super) fn bodies() -> Vec<Body> {
-    let at = |x, y, above: f64| DVec3::new(x, y, TABLE + above);
-    let axes = DVec2::X;
-    let mut bodies = vec![
-        Body {
-            shape: Shape::Block {
-                center: at(0.0, 0.0, -0.06),
-                half: DVec3::new(0.84, 0.84, 0.06),
-                turn: axes,
-            },
-            surface: Surface::Board,
-        },
-        Body {
-            shape: Shape::Block {
-                center: at(-0.40, 0.38, 0.58),
-                half: DVec3::new(0.25, 0.25, 0.58),
-                turn: DVec2::new(0.8, 0.6),
-            },
-            surface: Surface::Stone,
-        },
-        Body { shape: glazed(), surface: Surface::Glaze },
-        Body { shape: Shape::sphere(at(-0.56, -0.52, 0.27), 0.27), surface: Surface::Marble },
-        Body {
-            shape: Shape::Cylinder { base: at(0.06, 0.50, 0.0), radius: 0.15, height: 0.30 },
-            surface: Surface::Bands,
-        },
-        Body {
-            shape: Shape::sphere(at(0.06, 0.50, 0.43), 0.13),
-            surface: Surface::Plain(DVec3::new(0.05, 0.16, 0.55)),
-        },
+impl Scene {
+    /// All scenes.
+    pub const ALL: [Self; 8] = [
+        Self::StillLife,
+        Self::Wires,
+        Self::Glossy,
+        Self::Glass,
+        Self::Foliage,
+        Self::Fog,
+        Self::White,
+        Self::Room,
     ];
-    bodies.extend(vase_with_flowers(at(0.50, 0.52, 0.0)));
-    bodies
-}
 
-/// The glazed pebble: flat enough for its highlight to run far over it.
-pub(super) fn glazed() -> Shape {
-    Shape::Ellipsoid {
-        center: DVec3::new(0.27, -0.34, TABLE + 0.25),
-        radii: DVec3::new(0.58, 0.50, 0.25),
+    /// Its name on a command line: `still-life`, `wires` and so on.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::StillLife => "still-life",
+            Self::Wires => "wires",
+            Self::Glossy => "glossy",
+            Self::Glass => "glass",
+            Self::Foliage => "foliage",
+            Self::Fog => "fog",
+            Self::White => "white",
+            Self::Room => "room",
+        }
     }
-}
 
-/// A white vase standing on `foot`, with seven flowers on wires.
-fn vase_with_flowers(foot: DVec3) -> Vec<Body> {
-    const RADIUS: f64 = 0.17;
-    const HEIGHT: f64 = 0.70;
-    const YELLOW: DVec3 = DVec3::new(0.98, 0.72, 0.08);
-    const ORANGE: DVec3 = DVec3::new(0.93, 0.36, 0.06);
-    const PINK: DVec3 = DVec3::new(0.80, 0.10, 0.36);
-    // Where each flower is from the vase's mouth, its radius and its colour.
-    const FLOWERS: [(DVec3, f64, DVec3); 7] = [
-        (DVec3::new(0.02, 0.03, 0.80), 0.070, YELLOW),
-        (DVec3::new(0.34, 0.12, 0.64), 0.060, ORANGE),
-        (DVec3::new(0.10, 0.36, 0.60), 0.055, PINK),
-        (DVec3::new(-0.26, 0.24, 0.68), 0.065, YELLOW),
-        (DVec3::new(-0.40, -0.06, 0.54), 0.055, ORANGE),
-        (DVec3::new(-0.12, -0.36, 0.66), 0.060, PINK),
-        (DVec3::new(0.24, -0.30, 0.56), 0.055, YELLOW),
-    ];
-    let vase = Shape::Cylinder { base: foot, radius: RADIUS, height: HEIGHT };
-    let mouth = foot + DVec3::new(0.0, 0.0, HEIGHT - 0.02);
-    let mut bodies = vec![Body { shape: vase, surface: Surface::White }];
-    for (offset, radius, colour) in FLOWERS {
-        let head = mouth + offset;
-        let stem = Shape::Wire { from: mouth, to: head, radius: WIRE_RADIUS };
-        bodies.push(Body { shape: stem, surface: Surface::Wire });
-        bodies.push(Body { shape: Shape::sphere(head, radius), surface: Surface::Plain(colour) });
+    /// The scene of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|scene| scene.name() == name)
     }
-    bodies
+
+    /// The views of one split, rendered at [`SIZE`](super::SIZE) divided by
+    /// `downscale_factor`.
+    ///
+    /// Held-out views lie halfway between two training views. [`Split::Val`] and
+    /// [`Split::Test`] have none in common, but for the still life, which is frozen: its are
+    /// the same.
+    #[must_use]
+    pub fn dataset(self, split: Split, downscale_factor: u32) -> Dataset {
+        let region = self.region();
+        let (cameras, prefix) = match (split, self) {
+            (Split::Train, _) => (region.train(), "train"),
+            (Split::Val | Split::Test, Self::StillLife) => (region.held_out(), "held_out"),
+            (Split::Val, _) => (region.validation(), "val"),
+            (Split::Test, _) => (region.held_out(), "test"),
+        };
+        let small = |camera: &Camera| camera.downscaled(downscale_factor.max(1));
+        let views = self.views(&cameras.iter().map(small).collect::<Vec<_>>(), prefix);
+        let source = match self {
+            Self::StillLife => "built-in scene".to_owned(),
+            other => format!("built-in scene {}", other.name()),
+        };
+        // Nothing tells how far an opaque scene reaches.
+        let aabb = (self == Self::Room).then_some(scenes::ROOM_BOX);
+        Dataset { aabb, ..Dataset::new(source, "built-in", split, views) }
+    }
+
+    /// What these cameras see, in their order: any number of any size, from anywhere outside
+    /// of solid bodies. View i is called `prefix/i`, with two digits or more.
+    ///
+    /// Pixels are straight RGBA on a transparent background; alpha is coverage and opacity.
+    /// Depth is where transmittance falls to one half along the ray through the pixel's
+    /// centre, scene units: the distance of the first surface, but for glass and fog. It is
+    /// infinite where that much light passes, so a pixel at an outline may be partly covered
+    /// and still have infinite depth.
+    #[must_use]
+    pub fn views(self, cameras: &[Camera], prefix: &str) -> Vec<View> {
+        let contents = scenes::contents(self);
+        cameras
+            .iter()
+            .enumerate()
+            .map(|(i, camera)| {
+                let (rgba, depth) = render::view(&contents, camera);
+                let view = View::new(format!("{prefix}/{i:02}"), *camera, rgba);
+                View { depth: Some(depth), ..view }
+            })
+            .collect()
+    }
+
+    /// `n` cameras of [`SIZE`](super::SIZE), spread evenly over the part of a sphere on which
+    /// the scene's views lie, and not on their path.
+    ///
+    /// All look at the origin, from `distance_factor` times the distance of the views: 4
+    /// units, in the room 0.95. The factor is held within 0.4 and 100, in the room within 0.5
+    /// and 1.2, so that no camera enters a body.
+    #[must_use]
+    pub fn cameras(self, n: usize, distance_factor: f32) -> Vec<Camera> {
+        self.region().spread(n, distance_factor)
+    }
+
+    /// Where its views lie.
+    fn region(self) -> &'static Region {
+        if self == Self::Room { &INSIDE } else { &AROUND }
+    }
 }

@@ -1,9 +1,9 @@
-//! The solids of the built-in scene and where a ray enters them.
+//! The solids of the built-in scenes and where a ray enters them.
 //!
 //! All are convex: a ray from outside meets each at most once from the front,
 //! and no solid casts a shadow on its own lit side.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// A solid, in scene units.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +16,9 @@ pub(super) enum Shape {
     Cylinder { base: DVec3, radius: f64, height: f64 },
     /// A cylinder without ends: both are hidden inside other solids.
     Wire { from: DVec3, to: DVec3, radius: f64 },
+    /// An ellipsoid with any axes: `axes` are unit vectors at right angles, along the first
+    /// of which it is longest.
+    Leaf { center: DVec3, axes: DMat3, radii: DVec3 },
 }
 
 /// Where a ray enters a solid.
@@ -33,6 +36,11 @@ impl Shape {
         Self::Ellipsoid { center, radii: DVec3::splat(radius) }
     }
 
+    /// A box along the scene's axes.
+    pub(super) fn block(center: DVec3, half: DVec3) -> Self {
+        Self::Block { center, half, turn: DVec2::X }
+    }
+
     /// Where the ray from `origin` along the unit vector `direction` enters,
     /// if that lies ahead.
     pub(super) fn enter(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
@@ -47,14 +55,13 @@ impl Shape {
             Self::Block { center, half, turn } => {
                 let o = into_block(origin - center, turn);
                 let d = into_block(direction, turn);
-                let middle = -o / d;
-                let reach = (half / d).abs();
-                let t = (middle - reach).max_element();
-                if !(t > 0.0 && t <= (middle + reach).min_element()) {
+                let [enter, leave] = slabs(half, o, d);
+                let t = enter.max_element();
+                if !(t > 0.0 && t <= leave.min_element()) {
                     return None;
                 }
                 // The face that is entered last.
-                let faces = (middle - reach).cmpge(DVec3::splat(t));
+                let faces = enter.cmpge(DVec3::splat(t));
                 let face = if faces.x {
                     DVec3::new(-d.x.signum(), 0.0, 0.0)
                 } else if faces.y {
@@ -67,18 +74,10 @@ impl Shape {
             Self::Cylinder { base, radius, height } => {
                 let o = origin - base;
                 let d = direction;
-                let (middle, reach) = ((0.5 * height - o.z) / d.z, (0.5 * height / d.z).abs());
                 let (oxy, dxy) = (o.truncate(), d.truncate());
-                let (a, b, c) = (dxy.dot(dxy), oxy.dot(dxy), oxy.dot(oxy) - radius * radius);
-                let discriminant = b * b - a * c;
-                if discriminant <= 0.0 {
-                    return None;
-                }
-                let root = discriminant.sqrt();
-                let side = (-b - root) / a;
-                let end = middle - reach;
+                let [side, end, leave] = cylinder(radius, height, o, d)?;
                 let t = side.max(end);
-                if !(t > 0.0 && t <= ((root - b) / a).min(middle + reach)) {
+                if !(t > 0.0 && t <= leave) {
                     return None;
                 }
                 let normal = if side > end {
@@ -100,13 +99,52 @@ impl Shape {
                 let normal = (o_across + across * t) / radius;
                 (along >= 0.0 && along <= length).then_some(Hit { t, normal })
             }
+            Self::Leaf { center, axes, radii } => {
+                // There are many, and most rays miss the ball around one.
+                if !meets_ball(center, radii.x, origin, direction) {
+                    return None;
+                }
+                let turned = axes.transpose();
+                let upright = Self::Ellipsoid { center: DVec3::ZERO, radii };
+                let hit = upright.enter(turned * (origin - center), turned * direction)?;
+                Some(Hit { normal: axes * hit.normal, ..hit })
+            }
         }
+    }
+
+    /// Distances along the line at which it enters and leaves; behind the origin they are
+    /// negative. `None` where it passes by, and for wires, which are open.
+    pub(super) fn span(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
+        let [from, to] = match *self {
+            Self::Ellipsoid { center, radii } => {
+                let (o, d) = ((origin - center) / radii, direction / radii);
+                roots(d.dot(d), o.dot(d), o.dot(o) - 1.0)?
+            }
+            Self::Block { center, half, turn } => {
+                let o = into_block(origin - center, turn);
+                let [enter, leave] = slabs(half, o, into_block(direction, turn));
+                [enter.max_element(), leave.min_element()]
+            }
+            Self::Cylinder { base, radius, height } => {
+                let [side, end, leave] = cylinder(radius, height, origin - base, direction)?;
+                [side.max(end), leave]
+            }
+            Self::Leaf { center, axes, radii } => {
+                let turned = axes.transpose();
+                let upright = Self::Ellipsoid { center: DVec3::ZERO, radii };
+                upright.span(turned * (origin - center), turned * direction)?
+            }
+            Self::Wire { .. } => return None,
+        };
+        (from < to).then_some([from, to])
     }
 
     /// Centre and radius of a ball around part `part` of [`Self::parts`].
     pub(super) fn bound(&self, part: u32) -> (DVec3, f64) {
         match *self {
-            Self::Ellipsoid { center, radii } => (center, radii.max_element()),
+            Self::Ellipsoid { center, radii } | Self::Leaf { center, radii, .. } => {
+                (center, radii.max_element())
+            }
             Self::Block { center, half, .. } => (center, half.length()),
             Self::Cylinder { base, radius, height } => {
                 let half = 0.5 * height;
@@ -125,14 +163,42 @@ impl Shape {
     }
 }
 
+/// Whether a ball reaches the ray from `origin` along the unit vector `direction`.
+pub(super) fn meets_ball(center: DVec3, radius: f64, origin: DVec3, direction: DVec3) -> bool {
+    let v = center - origin;
+    let along = v.dot(direction);
+    along > -radius && v.dot(v) - along * along < radius * radius
+}
+
 /// The smaller solution of a t² + 2 b t + c = 0, if it is real and positive.
 fn nearer_root(a: f64, b: f64, c: f64) -> Option<f64> {
+    roots(a, b, c).map(|[t, _]| t).filter(|t| *t > 0.0)
+}
+
+/// Both solutions of a t² + 2 b t + c = 0, the smaller one first, if they are real.
+fn roots(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
     let discriminant = b * b - a * c;
     if discriminant <= 0.0 {
         return None;
     }
-    let t = (-b - discriminant.sqrt()) / a;
-    (t > 0.0).then_some(t)
+    let root = discriminant.sqrt();
+    Some([(-b - root) / a, (root - b) / a])
+}
+
+/// Where a line enters the round side of a cylinder on the origin, where it enters the space
+/// between its ends, and where it leaves one of them.
+fn cylinder(radius: f64, height: f64, o: DVec3, d: DVec3) -> Option<[f64; 3]> {
+    let (middle, reach) = ((0.5 * height - o.z) / d.z, (0.5 * height / d.z).abs());
+    let (oxy, dxy) = (o.truncate(), d.truncate());
+    let [side, far] = roots(dxy.dot(dxy), oxy.dot(dxy), oxy.dot(oxy) - radius * radius)?;
+    Some([side, middle - reach, far.min(middle + reach)])
+}
+
+/// Where a line enters and leaves the three pairs of planes at ±`half`.
+fn slabs(half: DVec3, o: DVec3, d: DVec3) -> [DVec3; 2] {
+    let middle = -o / d;
+    let reach = (half / d).abs();
+    [middle - reach, middle + reach]
 }
 
 /// `v` in the axes of a block whose x axis is `turn`.

@@ -1,7 +1,7 @@
-//! What the bodies of the built-in scene are made of.
+//! What the bodies of the built-in scenes are made of.
 //!
 //! Colours are in image (sRGB-like) values from 0 to 1. The constants named
-//! here set how hard the scene is; changing one changes the frozen hash.
+//! here set how hard the still life is; changing one changes the frozen hash.
 
 use super::noise::{noise, wave};
 use glam::DVec3;
@@ -44,6 +44,19 @@ pub(super) enum Surface {
     Wire,
     /// One colour.
     Plain(DVec3),
+    /// One colour, on what is too thin to cast a visible shadow.
+    Thin(DVec3),
+    /// One colour, on what is thin from some sides.
+    Leaf(DVec3),
+    /// A smooth body that mirrors what is around it, in part: `reflectance` where it is
+    /// looked at straight.
+    Mirror { colour: DVec3, reflectance: f64 },
+    /// Squares of two colours in the axes of the scene; on upright sides too.
+    Checks { side: f64, colours: [DVec3; 2] },
+    /// Stripes across x + y + z, `period` from one to the next, with soft edges.
+    Stripes { period: f64, colours: [DVec3; 2] },
+    /// Clouds of two colours, some as wide as `cell` and weaker ones a quarter as wide.
+    Mottled { cell: f64, colours: [DVec3; 2] },
 }
 
 impl Surface {
@@ -64,14 +77,45 @@ impl Surface {
                 mix3(DVec3::new(0.02, 0.36, 0.34), DVec3::new(0.95, 0.80, 0.42), step)
             }
             Self::Wire => WIRE,
-            Self::Plain(colour) => colour,
+            Self::Plain(colour)
+            | Self::Thin(colour)
+            | Self::Leaf(colour)
+            | Self::Mirror { colour, .. } => colour,
+            Self::Checks { side, colours } => colours[usize::from(is_odd(p / side, normal))],
+            Self::Stripes { period, colours: [a, b] } => {
+                let wave = wave((p.x + p.y + p.z) / period);
+                mix3(a, b, ((wave - 0.5) * 4.0 + 0.5).clamp(0.0, 1.0))
+            }
+            Self::Mottled { cell, colours: [a, b] } => {
+                let cloud = 0.5 + 0.4 * noise(p, cell) + 0.2 * noise(p, 0.25 * cell);
+                mix3(a, b, cloud.clamp(0.0, 1.0))
+            }
         }
+    }
+
+    /// Whether four samples of a pixel could all miss what is made of it.
+    pub(super) fn is_thin(self) -> bool {
+        matches!(self, Self::Wire | Self::Thin(_) | Self::Leaf(_))
+    }
+
+    /// Whether what is made of it hides the lamp from something visibly.
+    pub(super) fn casts_shadow(self) -> bool {
+        !matches!(self, Self::Wire | Self::Thin(_))
     }
 
     /// Whether the colour changes within a pixel, away from any outline.
     pub(super) fn is_fine(self) -> bool {
         matches!(self, Self::Board | Self::Stone | Self::Marble)
     }
+}
+
+/// Which of two squares of side 1 holds `p`. The axis along which the surface mostly faces
+/// does not count: a flat side may lie on a limit between squares.
+fn is_odd(p: DVec3, normal: DVec3) -> bool {
+    let face = normal.abs();
+    let across = face.cmplt(DVec3::splat(face.max_element()));
+    let index = DVec3::select(across, p.floor(), DVec3::ZERO);
+    (index.x + index.y + index.z) as i64 & 1 != 0
 }
 
 /// Eight by eight squares on top, dark wood at the sides.

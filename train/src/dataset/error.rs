@@ -270,6 +270,14 @@ pub enum DatasetError {
         /// Their names.
         scenes: String,
     },
+    /// No built-in scene has this name.
+    #[error("{}: no such built-in scene; expected one of {scenes}", one_line(.path))]
+    NoSuchScene {
+        /// What was given.
+        path: PathBuf,
+        /// The names that there are.
+        scenes: String,
+    },
     /// An LLFF capture without images.
     #[error("{}: no folder of images; expected images, or images_4 and the like, beside poses_bounds.npy", one_line(.0))]
     NoImageFolder(PathBuf),

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use pocketnerf_formats::{About, DefaultCamera, Precision};
 use pocketnerf_train::builtin;
 use pocketnerf_train::cameras::Circle;
-use pocketnerf_train::dataset::{self, Dataset, Split};
+use pocketnerf_train::dataset::{Dataset, LoadOptions, Split};
 use pocketnerf_train::trainer::{TrainConfig, ndc_of};
 
 use super::rendering::Rendering;
-use super::{Common, Failure, open, open_to_render, print_json, print_line, read_model};
+use super::{Common, Failure, open, open_to_render, print_json, print_line, read_model, reading};
 use crate::bench::{Report, networks, rendering, training};
 use crate::machine::{self, Machine};
 
@@ -20,7 +20,7 @@ const VIEWS: usize = 3;
 pub(super) struct Bench {
     /// Model file to render [default: the model that the bench trains]
     model: Option<PathBuf>,
-    /// Dataset folder to train on [default: the built-in scene]
+    /// Dataset folder, or built-in scene as for `train`, to train on [default: builtin]
     #[arg(long, value_name = "DATA")]
     data: Option<PathBuf>,
     /// Training steps, the first fifth of which warms up
@@ -94,7 +94,7 @@ impl Bench {
 
     fn dataset(&self) -> Result<Dataset, Failure> {
         Ok(match &self.data {
-            Some(folder) => dataset::load(folder, Split::Train, 1)?,
+            Some(folder) => reading::read(folder, Split::Train, &LoadOptions::default())?,
             None => builtin::dataset(Split::Train, if self.quick { 16 } else { 1 }),
         })
     }

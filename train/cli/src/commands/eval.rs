@@ -22,7 +22,9 @@ const WORST: usize = 3;
 pub(super) struct Eval {
     /// Model file
     model: PathBuf,
-    /// Dataset folder, or `builtin`: the built-in scene
+    /// Dataset folder, or `builtin` or `builtin:NAME`: a built-in scene
+    ///
+    /// NAME: still-life (as without a name), wires, glossy, glass, foliage, fog, white or room.
     data: PathBuf,
     /// Folder for side-by-side pictures: rendering, image, difference
     ///

@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use pocketnerf_train::builtin;
+use pocketnerf_train::builtin::Scene;
 use pocketnerf_train::dataset::{self, Dataset, DatasetError, LoadOptions, Split};
 use pocketnerf_train::trainer::NoTime;
 
 use super::{Common, Failure, memory};
 
-/// Names the built-in scene, in place of a folder.
+/// Names the still life, in place of a folder; with a colon and a name, any built-in scene.
 pub(super) const BUILT_IN: &str = "builtin";
 
 /// Share of a run's time that may pass with reading images.
@@ -56,7 +56,7 @@ impl Reading {
         })
     }
 
-    /// Reads a split of the dataset in `folder`, or of the built-in scene if that is its
+    /// Reads a split of the dataset in `folder`, or of a built-in scene if that is its
     /// [name](BUILT_IN) and there is no such folder.
     pub(super) fn read(
         self,
@@ -95,9 +95,31 @@ impl Reading {
     }
 }
 
-fn read(folder: &Path, split: Split, options: &LoadOptions) -> Result<Dataset, DatasetError> {
-    if folder == Path::new(BUILT_IN) && !folder.exists() {
-        return Ok(builtin::dataset(split, options.downscale_factor));
+/// As [`Reading::read`], with the library's options.
+pub(super) fn read(
+    folder: &Path,
+    split: Split,
+    options: &LoadOptions,
+) -> Result<Dataset, DatasetError> {
+    match built_in(folder)? {
+        Some(scene) => Ok(scene.dataset(split, options.downscale_factor)),
+        None => dataset::load_with(folder, split, options),
     }
-    dataset::load_with(folder, split, options)
+}
+
+/// The built-in scene of this name, unless it names a folder.
+fn built_in(folder: &Path) -> Result<Option<Scene>, DatasetError> {
+    let name = folder.to_str().and_then(|text| text.strip_prefix(BUILT_IN));
+    let Some(name) = name.filter(|_| !folder.exists()) else { return Ok(None) };
+    if name.is_empty() {
+        return Ok(Some(Scene::StillLife));
+    }
+    let Some(name) = name.strip_prefix(':') else { return Ok(None) };
+    match Scene::named(name) {
+        Some(scene) => Ok(Some(scene)),
+        None => {
+            let scenes = Scene::ALL.map(|scene| format!("{BUILT_IN}:{}", scene.name())).join(", ");
+            Err(DatasetError::NoSuchScene { path: folder.to_owned(), scenes })
+        }
+    }
 }

@@ -29,7 +29,7 @@ pub(super) struct Repack {
     max_bytes: Option<u32>,
     /// Compare pictures from this dataset's training cameras [default: from a circle around the
     /// scene]
-    #[arg(long, value_name = "DIR", requires = "max_bytes", help_heading = "Dataset")]
+    #[arg(long, value_name = "DATA", requires = "max_bytes", help_heading = "Dataset")]
     data: Option<PathBuf>,
     #[command(flatten)]
     reading: Reading,

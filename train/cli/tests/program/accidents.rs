@@ -104,6 +104,30 @@ fn scores_of_another_scene_are_said() {
     );
 }
 
+#[test]
+fn built_in_scenes_are_told_apart() {
+    let place = Place::new();
+    let train = "train builtin:wires --downscale-factor 16 --log2-hashmap-size 9 --batch-rays 64";
+    place.ok(&format!("{train} --json --quiet --steps 5 --out x.pnerf"));
+    let warnings = |data: &str| {
+        let result = place.ok(&format!("eval x.pnerf {data} --downscale-factor 16 --json"));
+        result["warnings"].as_array().unwrap().clone()
+    };
+    assert_eq!(warnings("builtin:wires"), [Value::Null; 0]);
+    assert_eq!(
+        warnings("builtin:white"),
+        ["x.pnerf: trained on \"built-in scene wires\", expected a model of builtin:white: the \
+          scores may be those of another scene"]
+    );
+    let line = place.line("eval x.pnerf builtin:wire");
+    assert_eq!(
+        line,
+        "builtin:wire: no such built-in scene; expected one of builtin:still-life, \
+         builtin:wires, builtin:glossy, builtin:glass, builtin:foliage, builtin:fog, \
+         builtin:white, builtin:room"
+    );
+}
+
 /// Reading the built-in scene at its full size takes seconds.
 #[cfg(unix)]
 #[test]

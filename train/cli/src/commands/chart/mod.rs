@@ -25,7 +25,7 @@ use models::Models;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Chart {
-    /// Dataset folders [default: the built-in scene]
+    /// Dataset folders, or built-in scenes as for `train` [default: builtin]
     data: Vec<PathBuf>,
     /// Folder for everything
     #[arg(long, value_name = "DIR")]

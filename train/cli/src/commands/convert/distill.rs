@@ -5,7 +5,7 @@ use std::time::Instant;
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::{Camera, Display, Model, Space};
 use pocketnerf_formats::{About, Precision};
-use pocketnerf_train::dataset::{self, Dataset, Split};
+use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
 use pocketnerf_train::picture::{self, Sampling};
 use pocketnerf_train::trainer::{Length, Run, Trainer};
@@ -95,7 +95,7 @@ impl Convert {
             });
         };
         let factor = self.downscale_factor;
-        let load = |split| dataset::load_with(folder, split, &self.reading.options(factor));
+        let load = |split| self.reading.read(folder, split, factor);
         let of = |dataset: Dataset| {
             let cameras = dataset.views.iter();
             cameras.map(|view| about.scene.camera_to_model(&view.camera)).collect()

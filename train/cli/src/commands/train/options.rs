@@ -19,10 +19,12 @@ const SECONDS: f64 = 120.0;
 
 #[derive(Debug, clap::Args)]
 pub(in crate::commands) struct Train {
-    /// Dataset folder, or `builtin`: the built-in scene
+    /// Dataset folder, or `builtin` or `builtin:NAME`: a built-in scene
     ///
     /// Reads Blender (transforms_train.json), instant-ngp and nerfstudio (transforms.json),
     /// LLFF (poses_bounds.npy) and DeepVoxels.
+    ///
+    /// NAME: still-life (as without a name), wires, glossy, glass, foliage, fog, white or room.
     pub(super) data: PathBuf,
     /// Model file to write
     #[arg(long, value_name = "FILE")]

@@ -1,11 +1,14 @@
-//! The scene is what it claims to be: hard in known ways, by known amounts.
+//! The still life is what it claims to be: hard in known ways, by known amounts.
 
-use super::scene::{Body, WIRE_RADIUS, bodies, glazed};
-use super::shading::{Lamp, highlight};
-use super::shapes::Shape;
-use super::spectrum::energy;
-use super::surface::Surface;
-use super::{HELD_OUT_VIEWS, SIZE, TRAIN_VIEWS, cameras, content_hash, dataset, render};
+use super::project;
+use crate::builtin::cameras::AROUND;
+use crate::builtin::contents::{Body, Contents};
+use crate::builtin::scenes::still_life::{WIRE_RADIUS, bodies, glazed};
+use crate::builtin::shading::{Light, highlight};
+use crate::builtin::shapes::Shape;
+use crate::builtin::spectrum::energy;
+use crate::builtin::surface::Surface;
+use crate::builtin::{HELD_OUT_VIEWS, SIZE, TRAIN_VIEWS, content_hash, dataset, render};
 use crate::dataset::{Split, View};
 use glam::DVec3;
 use pocketnerf_core::Camera;
@@ -42,8 +45,8 @@ fn splits_have_the_promised_sizes() {
 /// Held-out views are not training views in disguise.
 #[test]
 fn held_out_cameras_are_far_from_training_cameras() {
-    let train = cameras::train();
-    for camera in cameras::held_out() {
+    let train = AROUND.train();
+    for camera in AROUND.held_out() {
         let eye = DVec3::from(camera.position().map(f64::from));
         let nearest = train
             .iter()
@@ -86,18 +89,18 @@ fn mean_image_scores_at_most_14_db() {
 #[test]
 fn stone_is_as_fine_as_the_pixels() {
     const N: usize = 64;
-    let bodies = bodies();
+    let contents = Contents::solid(bodies());
     let Some(&Body { shape: Shape::Block { center, turn, .. }, .. }) =
-        bodies.iter().find(|body| body.surface == Surface::Stone)
+        contents.bodies.iter().find(|body| body.surface == Surface::Stone)
     else {
         panic!("the stone is a block");
     };
     for outward in [DVec3::new(-turn.x, -turn.y, 0.0), DVec3::new(-turn.y, turn.x, 0.0)] {
-        let eye = center + outward * f64::from(cameras::DISTANCE);
+        let eye = center + outward * f64::from(AROUND.distance);
         let [eye, target] = [eye, center].map(|v| v.to_array().map(|x| x as f32));
         let pose = Camera::look_at(eye, target, [0.0, 0.0, 1.0]);
-        let camera = Camera::from_fov_x(SIZE, SIZE, cameras::FOV_X, pose);
-        let (rgba, _) = render::view(&bodies, &camera);
+        let camera = Camera::from_fov_x(SIZE, SIZE, AROUND.fov_x, pose);
+        let (rgba, _) = render::view(&contents, &camera);
         let first = (SIZE as usize - N) / 2;
         let patch = |x: usize, y: usize| {
             let i = 4 * ((first + y) * SIZE as usize + first + x);
@@ -119,7 +122,7 @@ fn wires_are_about_a_pixel_wide() {
         Shape::Wire { from, to, radius } => Some((from, to, radius)),
         _ => None,
     });
-    let cameras = [cameras::train(), cameras::held_out()].concat();
+    let cameras = [AROUND.train(), AROUND.held_out()].concat();
     let mut count = 0;
     let mut range = [f64::INFINITY, 0.0_f64];
     for (from, to, radius) in wires {
@@ -145,9 +148,10 @@ fn wires_are_about_a_pixel_wide() {
 /// which another body hides the peak (a value of 0.9 or less remains) are left out.
 #[test]
 fn highlight_moves_at_least_20_pixels() {
-    let (bodies, lamp) = (bodies(), Lamp::new());
+    let (bodies, light) = (bodies(), Light::outdoors());
     let shape = glazed();
-    let peaks: Vec<_> = cameras::train()
+    let peaks: Vec<_> = AROUND
+        .train()
         .into_iter()
         .map(|camera| {
             let mut best = (0.0, DVec3::ZERO);
@@ -156,7 +160,7 @@ fn highlight_moves_at_least_20_pixels() {
                     let (origin, d) = render::ray(&camera, f64::from(x) + 0.5, f64::from(y) + 0.5);
                     if let Some(hit) = shape.enter(origin, d) {
                         let mirrored = d - hit.normal * (2.0 * d.dot(hit.normal));
-                        let value = highlight(mirrored, &lamp);
+                        let value = highlight(mirrored, &light);
                         let visible = || {
                             let others = bodies.iter().filter(|b| b.surface != Surface::Glaze);
                             let nearest = others.filter_map(|b| b.shape.enter(origin, d));
@@ -185,19 +189,6 @@ fn highlight_moves_at_least_20_pixels() {
     assert!(moves.len() >= 40 && moves[0] >= 20.0);
 }
 
-/// Where the camera shows `p`, pixels from the top left corner.
-fn project(camera: &Camera, p: DVec3) -> [f64; 2] {
-    let m = camera.camera_to_world.map(f64::from);
-    let v = p - DVec3::new(m[3], m[7], m[11]);
-    let axis = |k: usize| v.dot(DVec3::new(m[k], m[4 + k], m[8 + k]));
-    let depth = -axis(2);
-    let focal = f64::from(camera.focal[0]);
-    [
-        f64::from(camera.center[0]) + focal * axis(0) / depth,
-        f64::from(camera.center[1]) - focal * axis(1) / depth,
-    ]
-}
-
 /// In most views the vase covers at least 1 % of the picture, hardly told from
 /// the background.
 #[test]
@@ -218,10 +209,10 @@ fn a_part_is_white_on_white() {
 #[test]
 fn depth_is_exact() {
     let (center, radius) = (DVec3::new(0.3, -0.2, 0.1), 0.4);
-    let ball = Body { shape: Shape::sphere(center, radius), surface: Surface::White };
+    let ball = Contents::solid(vec![Body::new(Shape::sphere(center, radius), Surface::White)]);
     let eye = [2.0, 3.0, 1.5_f32];
     let pose = Camera::look_at(eye, center.to_array().map(|x| x as f32), [0.0, 0.0, 1.0]);
-    let (_, depth) = render::view(&[ball], &Camera::from_fov_x(65, 65, 0.7, pose));
+    let (_, depth) = render::view(&ball, &Camera::from_fov_x(65, 65, 0.7, pose));
     let expected = center.distance(DVec3::from(eye.map(f64::from))) - radius;
     assert!((f64::from(depth[32 * 65 + 32]) - expected).abs() < 1e-6);
 
