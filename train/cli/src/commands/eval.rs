@@ -12,7 +12,7 @@ use pocketnerf_train::picture::Settings;
 use pocketnerf_train::picture::image_file;
 
 use super::parse::{parse_color, parse_pixel_origin};
-use super::rendering::{Rendering, Sampling};
+use super::rendering::{Rendering, Sampling, size_doubt};
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
 
 /// How many of the worst views' pictures are copied.
@@ -71,6 +71,12 @@ impl Eval {
             self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
         let mut warnings = dataset.notes.clone();
         if let Some(warning) = self.other_scene(&file, &dataset) {
+            eprintln!("warning: {warning}");
+            warnings.push(warning);
+        }
+        let first = dataset.views.first();
+        let size = first.and_then(|view| size_doubt(file.about.camera, &view.camera));
+        if let Some(warning) = size {
             eprintln!("warning: {warning}");
             warnings.push(warning);
         }

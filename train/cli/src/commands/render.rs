@@ -12,7 +12,7 @@ use pocketnerf_train::picture::{self, Picture, Progressive, image_file};
 use serde_json::json;
 
 use super::parse::parse_color;
-use super::rendering::{Rendering, Sampling};
+use super::rendering::{Rendering, Sampling, size_doubt};
 use super::{Common, Failure, make_folder, memory, open_to_render, print_json, read_model};
 
 #[derive(Debug, clap::Args)]
@@ -76,6 +76,10 @@ impl Render {
         memory::check(picture_bytes(&cameras), "render smaller pictures", || {
             "a picture".to_owned()
         })?;
+        let doubt = cameras.first().and_then(|camera| size_doubt(file.about.camera, camera));
+        if let (Some(doubt), false) = (&doubt, common.quiet) {
+            eprintln!("warning: {doubt}");
+        }
         let mut renderer = picture::Renderer::new(&file.model, &settings);
         let mut refined;
         let mut seconds = 0.0;
@@ -115,7 +119,7 @@ impl Render {
                 "threads": rayon::current_num_threads(),
                 "out": self.out.display().to_string(),
             });
-            print_json(object, &[]);
+            print_json(object, doubt.as_slice());
         } else if !common.quiet {
             let pictures = if cameras.len() == 1 { "picture" } else { "pictures" };
             common.say(&format!("{}: {} {pictures}", self.out.display(), cameras.len()));

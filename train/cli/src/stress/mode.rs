@@ -90,7 +90,7 @@ pub struct Context {
     /// Whether it is a forward-facing capture.
     pub forward_facing: bool,
     /// Whether it is the built-in still life.
-    pub built_in: bool,
+    pub still_life: bool,
 }
 
 /// What is measured.
@@ -144,6 +144,8 @@ pub struct Viewing {
     pub smaller: i32,
     /// What is changed in the truth.
     pub change: Option<Change>,
+    /// Cameras so many times as far away as usual, around the built-in still life.
+    pub distance: Option<f64>,
     /// Options of `pocketnerf eval`.
     pub options: Vec<String>,
 }
@@ -229,6 +231,7 @@ impl Viewing {
             parts.push(format!("size{}", self.smaller));
         }
         parts.extend(self.change.map(|change| format!("{}{}", change.name, change.strength)));
+        parts.extend(self.distance.map(|distance| format!("distance{distance}")));
         parts.extend(self.options.iter().map(|option| option.trim_start_matches('-').to_owned()));
         file_name(&parts.join("."))
     }

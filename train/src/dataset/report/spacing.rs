@@ -4,18 +4,21 @@ use glam::Vec3;
 
 use crate::dataset::View;
 
-/// The angle between two neighbouring views' axes from which on what lies between them is a guess,
-/// degrees.
-pub const WIDE: f32 = 15.0;
+/// The [`spacing`] from which on what lies between photographs is a guess, degrees: lego's 100 have
+/// 11, 50 of them 16, 25 of them 24.
+pub const WIDE: f32 = 22.0;
 
-/// The median over views of the angle to the nearest other view, between the axes along which
-/// they look, degrees; `None` for fewer than two views.
+/// The median over views of the angle to the second nearest other view, between the axes along
+/// which they look, degrees. `None` for fewer than three views.
 #[must_use]
 pub fn spacing(views: &[View]) -> Option<f32> {
     let axes: Vec<Vec3> = views.iter().map(|view| Vec3::from(view.camera.axis())).collect();
     let nearest = |i: usize| {
-        let others = axes.iter().enumerate().filter(|(j, _)| *j != i);
-        others.map(|(_, axis)| axis.angle_between(axes[i]).to_degrees()).reduce(f32::min)
+        let angles = axes.iter().map(|axis| axis.angle_between(axes[i]).to_degrees());
+        let mut angles: Vec<f32> = angles.collect();
+        angles.sort_by(f32::total_cmp);
+        // The first is its own.
+        angles.get(2).copied()
     };
     let mut angles: Vec<f32> = (0..axes.len()).filter_map(nearest).collect();
     angles.sort_by(f32::total_cmp);
@@ -29,15 +32,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_median_angle_to_the_nearest_view() {
+    fn the_median_angle_to_the_second_nearest_view() {
         let at = |degrees: f32| {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let pose = Camera::look_at([4.0 * cos, 4.0 * sin, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
             View::new("", Camera::from_fov_x(1, 1, 0.7, pose), vec![255; 4])
         };
-        // Nearest: 10, 10, 20, 20, 60.
+        // Second nearest: 40, 30, 30, 50, 80.
         let views: Vec<View> = [0.0, 10.0, 40.0, 60.0, 120.0].map(at).into();
-        assert!((spacing(&views).unwrap() - 20.0).abs() < 0.01);
-        assert_eq!(spacing(&views[..1]), None);
+        assert!((spacing(&views).unwrap() - 40.0).abs() < 0.01);
+        assert_eq!(spacing(&views[..2]), None);
     }
 }

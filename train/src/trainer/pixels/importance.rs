@@ -9,7 +9,7 @@ use crate::random::Random;
 use crate::trainer::pixels::alias_table::AliasTable;
 
 /// Squared error a channel that is expected where nothing is known yet: much.
-const UNKNOWN: f32 = 0.05;
+pub(crate) const UNKNOWN: f32 = 0.05;
 /// How much the newest pixel counts in its tile's error.
 const NEWEST: f32 = 0.25;
 /// Part of the mean error that is added to all: no tile is forgotten, and no pixel

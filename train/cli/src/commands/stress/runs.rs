@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Instant;
 
+use pocketnerf_core::Camera;
+use pocketnerf_train::builtin::Scene;
 use pocketnerf_train::dataset::{self, Dataset, Split};
 use pocketnerf_train::output;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::Stress;
-use super::scene::Scene;
+use super::scene::SpoiltScene;
 use crate::chart::Program;
 use crate::commands::progress::duration;
 use crate::commands::reading::BUILT_IN;
@@ -58,7 +60,7 @@ impl Seen {
 /// Runs for a scene and a method.
 pub(super) struct Runs<'a> {
     stress: &'a Stress,
-    scene: &'a Scene,
+    scene: &'a SpoiltScene,
     method: Method,
     common: &'a Common,
     stop: &'a Stop,
@@ -72,7 +74,7 @@ pub(super) struct Runs<'a> {
 impl<'a> Runs<'a> {
     pub(super) fn new(
         stress: &'a Stress,
-        scene: &'a Scene,
+        scene: &'a SpoiltScene,
         method: Method,
         common: &'a Common,
         stop: &'a Stop,
@@ -113,7 +115,7 @@ impl<'a> Runs<'a> {
             has_tables: self.method.has_tables(),
             has_alpha: train.has_alpha,
             forward_facing: train.forward_facing,
-            built_in: self.scene.is_still_life(),
+            still_life: self.scene.is_still_life(),
         })
     }
 
@@ -204,6 +206,13 @@ impl<'a> Runs<'a> {
             }
             if let Some(change) = viewing.change {
                 change.run(&mut truth.views, 0);
+            }
+            if let Some(distance) = viewing.distance {
+                let n = truth.views.len();
+                let cameras = Scene::StillLife.cameras(n, distance as f32);
+                let cameras: Vec<Camera> =
+                    cameras.iter().map(|camera| camera.downscaled(self.scene.factor)).collect();
+                truth.views = Scene::StillLife.views(&cameras, "distance");
             }
             if truth.views.is_empty() {
                 seen.said.push("no test view is there".to_owned());

@@ -12,7 +12,7 @@ use crate::commands::{Failure, Reading};
 const QUICK_VIEWS: usize = 8;
 
 /// A scene.
-pub(super) struct Scene {
+pub(super) struct SpoiltScene {
     /// Its name.
     pub(super) name: String,
     /// As on a command line.
@@ -25,7 +25,7 @@ pub(super) struct Scene {
 
 impl Stress {
     /// The scenes.
-    pub(super) fn scenes(&self) -> Result<Vec<Scene>, Failure> {
+    pub(super) fn scenes(&self) -> Result<Vec<SpoiltScene>, Failure> {
         let given =
             if self.data.is_empty() { vec![PathBuf::from(BUILT_IN)] } else { self.data.clone() };
         let scenes = given.into_iter().map(|data| {
@@ -36,7 +36,7 @@ impl Stress {
                 || data.display().to_string(),
                 |name| name.to_string_lossy().into_owned(),
             );
-            Scene {
+            SpoiltScene {
                 name,
                 data,
                 reading: self.reading,
@@ -44,7 +44,7 @@ impl Stress {
                 views: self.quick.then_some(QUICK_VIEWS),
             }
         });
-        let scenes: Vec<Scene> = scenes.collect();
+        let scenes: Vec<SpoiltScene> = scenes.collect();
         for (i, scene) in scenes.iter().enumerate() {
             if scenes[..i].iter().any(|other| other.name == scene.name) {
                 let name = &scene.name;
@@ -57,7 +57,7 @@ impl Stress {
     }
 }
 
-impl Scene {
+impl SpoiltScene {
     /// A split, downscaled by a power of two more than usual.
     pub(super) fn load(&self, split: Split, smaller: i32) -> Result<Dataset, Failure> {
         let factor = if smaller < 0 { self.factor >> -smaller } else { self.factor << smaller };

@@ -68,6 +68,16 @@ impl Train {
                 dataset.views.len()
             ));
         }
+        if let Some(doubt) = self.model.doubt(dataset.has_alpha, self.length()) {
+            bar.warn(doubt);
+        }
+        if self.scene.background.is_some() && dataset.has_alpha {
+            bar.warn(
+                "--background: against one colour, alpha teaches nothing, and what has that colour \
+                 may become a hole; leave it out for images with alpha"
+                    .to_owned(),
+            );
+        }
         let origin = Origin::new(&dataset, factor, self.precision);
         bar.phase("finding the scene");
         let (mut trainer, mut run) = match checkpoint {

@@ -143,6 +143,24 @@ impl ModelOptions {
         config
     }
 
+    /// What to say of tables that are far smaller than usual in a run of this length.
+    pub(super) fn doubt(&self, has_alpha: bool, length: Length) -> Option<String> {
+        /// So many times fewer entries, as a power of two.
+        const FEWER: u32 = 4;
+        let given = self.log2_hashmap_size?;
+        let usual = Self { log2_hashmap_size: None, ..self.clone() }.config(has_alpha, length);
+        let FieldConfig::HashGrid(usual) = usual.field else { return None };
+        let usual = usual.grid.log2_hashmap_size;
+        (given + FEWER <= usual).then(|| {
+            format!(
+                "--log2-hashmap-size {given}: {} entries a level, expected about {} in a run of this \
+                 length: places share entries, and details are missing",
+                1_u64 << given,
+                1_u64 << usual
+            )
+        })
+    }
+
     /// Whether the settings depend on how many steps there are.
     pub(super) fn follow_steps(&self, has_alpha: bool) -> bool {
         let [few, many] = [1, u32::MAX].map(|n| self.config(has_alpha, Length::Steps(n)));

@@ -64,7 +64,7 @@ pub(in crate::commands) struct Train {
     #[command(flatten)]
     pub(super) reading: Reading,
     #[command(flatten)]
-    scene: SceneOptions,
+    pub(super) scene: SceneOptions,
     #[command(flatten)]
     pub(super) model: ModelOptions,
     #[command(flatten)]

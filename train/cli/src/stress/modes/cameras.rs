@@ -109,12 +109,17 @@ pub(super) const MODES: &[Mode] = &[
         cause: "No point of space is where all photographs see it.",
         published: "",
         case: |strength, _| {
-            Some(Case::trained(Training::changed("focal-length", strength, |views, percent, _| {
-                for view in views {
-                    view.camera.focal =
-                        view.camera.focal.map(|f| f * (1.0 + 0.01 * percent as f32));
-                }
-            })))
+            // A capture's focal length is wrong for all its pictures alike.
+            Some(everywhere(Change {
+                name: "focal-length",
+                strength,
+                apply: |views, percent, _| {
+                    for view in views {
+                        let wrong = 1.0 + 0.01 * percent as f32;
+                        view.camera.focal = view.camera.focal.map(|focal| focal * wrong);
+                    }
+                },
+            }))
         },
     },
     Mode {

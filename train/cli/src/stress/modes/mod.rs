@@ -53,7 +53,7 @@ mod tests {
             has_tables: true,
             has_alpha: true,
             forward_facing: false,
-            built_in: true,
+            still_life: true,
         };
         let mut ids = Vec::new();
         for mode in all() {

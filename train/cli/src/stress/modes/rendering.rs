@@ -25,7 +25,7 @@ pub(super) const MODES: &[Mode] = &[
         unit: "quality",
         strengths: &[0.0, 0.5],
         quick: 0.0,
-        bar: Bar::Loss(0.5),
+        bar: Bar::Loss(1.0),
         cause: "Pixels whose neighbours agree are interpolated.",
         published: "",
         case: |strength, _| {
@@ -59,6 +59,21 @@ pub(super) const MODES: &[Mode] = &[
         case: |strength, context| {
             let smaller = -(strength.log2() as i32);
             (context.downscale_factor.is_multiple_of(strength as u32)).then(|| resized(smaller))
+        },
+    },
+    Mode {
+        name: "distance",
+        what: "cameras so many times as far away as in training",
+        unit: "times",
+        strengths: &[0.5, 0.7, 1.5, 2.0, 4.0],
+        quick: 2.0,
+        bar: Bar::Loss(2.0),
+        cause: "From afar a pixel sees the mean of what a ray sees a point of; from nearby, what no \
+                photograph shows.",
+        published: "nerfacc #134: smoke where the camera leaves the distance of training",
+        case: |strength, context| {
+            let seen = Viewing { distance: Some(strength), ..Viewing::default() };
+            context.still_life.then(|| Case::viewed(seen, Viewing::default()))
         },
     },
 ];

@@ -1,5 +1,5 @@
-//! A photograph against the model's picture from its camera: how much brighter it is, and how
-//! far it is shifted.
+//! A photograph against the model's picture from its camera: how far it is shifted, and how sharp
+//! it is.
 
 use glam::{DMat2, DVec2};
 
@@ -8,19 +8,22 @@ use glam::{DMat2, DVec2};
 pub(super) struct Look {
     /// By how many pixels it is shifted.
     pub(super) shift: f64,
-    /// By which share it is brighter or darker, in the channel where that is most.
-    pub(super) gain: f64,
+    /// Sums of squared gradients of brightness: of the photograph, and of the model's picture.
+    pub(super) edges: [f64; 2],
 }
 
 /// Mean squared gradient of brightness, a pixel, below which a picture has nothing to compare.
 const FLAT: f64 = 1e-4;
 
-/// Compares RGB pictures of one size, `width` pixels wide. `None` where these show nothing.
+/// Compares the model's premultiplied RGBA with a photograph's RGB over black, `width` pixels wide.
+/// `None` where these show nothing.
 ///
-/// The gain of each channel is that of least squares. The shift minimises the squared difference
-/// of brightness to first order (Lucas and Kanade 1981).
-pub(super) fn compare(model: &[f32], photo: &[f32], width: usize) -> Option<Look> {
-    let (model, photo) = (model.as_chunks::<3>().0, photo.as_chunks::<3>().0);
+/// The shift minimises the squared difference of brightness to first order (Lucas and Kanade 1981),
+/// after the model's channels are scaled to the photograph's by least squares.
+pub(super) fn compare(model: &[[f32; 4]], photo: &[f32], width: usize) -> Option<Look> {
+    let photo = photo.as_chunks::<3>().0;
+    let over_black: Vec<[f32; 3]> = model.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
+    let model = &over_black[..];
     let counts = |i: usize| photo[i].iter().chain(&model[i]).all(|value| value.is_finite());
     let (mut products, mut squares) = ([0.0; 3], [0.0; 3]);
     for i in (0..model.len()).filter(|i| counts(*i)) {
@@ -38,6 +41,7 @@ pub(super) fn compare(model: &[f32], photo: &[f32], width: usize) -> Option<Look
     };
     let height = model.len() / width;
     let (mut matrix, mut right, mut n) = (DMat2::ZERO, DVec2::ZERO, 0.0);
+    let mut edges = 0.0;
     for y in 1..height.saturating_sub(1) {
         for x in 1..width.saturating_sub(1) {
             let i = y * width + x;
@@ -47,6 +51,8 @@ pub(super) fn compare(model: &[f32], photo: &[f32], width: usize) -> Option<Look
             }
             let [left, after, above, below] = around.map(|i| bright(model[i], gains));
             let gradient = 0.5 * DVec2::new(after - left, below - above);
+            let own = around.map(|i| bright(photo[i], [1.0; 3]));
+            edges += 0.25 * DVec2::new(own[1] - own[0], own[3] - own[2]).length_squared();
             let off = bright(photo[i], [1.0; 3]) - bright(model[i], gains);
             matrix += DMat2::from_cols(gradient * gradient.x, gradient * gradient.y);
             // The photograph shows at x what the model shows at x - shift.
@@ -59,13 +65,12 @@ pub(super) fn compare(model: &[f32], photo: &[f32], width: usize) -> Option<Look
         return None;
     }
     let shift = (matrix.inverse() * right).length();
-    let gain = gains.map(|gain| (gain - 1.0).abs()).into_iter().fold(0.0, f64::max);
-    Some(Look { shift, gain })
+    let edges = [edges, matrix.x_axis.x + matrix.y_axis.y];
+    Some(Look { shift, edges })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
 
     /// Waves in both directions, moved by a part of a pixel, `gain` times as bright.
     fn picture(moved: [f64; 2], gain: f64) -> Vec<f32> {
@@ -77,14 +82,24 @@ mod tests {
     }
 
     #[test]
-    fn shift_and_gain_are_found() {
+    fn shift_and_sharpness_are_found() {
+        let opaque = |rgb: &[f32]| -> Vec<[f32; 4]> {
+            rgb.as_chunks::<3>().0.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect()
+        };
+        let compare = |model: &[f32], photo: &[f32], n| super::compare(&opaque(model), photo, n);
         let model = picture([0.0; 2], 1.0);
         let same = compare(&model, &model, 40).unwrap();
-        assert!(same.shift < 1e-6 && same.gain < 1e-6);
+        assert!(same.shift < 1e-6);
+        assert!((same.edges[0] / same.edges[1] - 1.0).abs() < 1e-6);
         let moved = compare(&model, &picture([0.3, -0.4], 1.0), 40).unwrap();
-        assert!((moved.shift - 0.5).abs() < 0.03 && moved.gain < 0.01, "{moved:?}");
+        assert!((moved.shift - 0.5).abs() < 0.03, "{moved:?}");
         let darker = compare(&model, &picture([0.0; 2], 0.9), 40).unwrap();
-        assert!((darker.gain - 0.1).abs() < 1e-3 && darker.shift < 0.01, "{darker:?}");
+        assert!(darker.shift < 0.01, "{darker:?}");
+        // Of half the contrast: a quarter of the squared gradient, once its brightness is the same.
+        let soft: Vec<f32> = model.iter().map(|value| 0.25 + 0.5 * value).collect();
+        let [photo, own] = compare(&model, &soft, 40).unwrap().edges;
+        let soft = photo / own;
+        assert!((0.2..0.4).contains(&soft), "{soft}");
         assert_eq!(compare(&[0.5; 4800], &[0.5; 4800], 40), None);
         let hidden: Vec<f32> = model.iter().map(|_| f32::NAN).collect();
         assert_eq!(compare(&model, &hidden, 40), None);

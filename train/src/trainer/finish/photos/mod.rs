@@ -2,35 +2,43 @@
 //!
 //! A field that was shown contradictions learns their mean, and training's PSNR does not say why
 //! it is low. What is wrong can be told from the pictures: cameras that are not where they should
-//! be see the model shifted, exposures that change see it brighter or darker, and a photograph of
-//! something else has an error like no other.
+//! be see the model shifted, a blurred photograph has weaker edges than it, and one of something
+//! else has an error like no other.
 
 mod compare;
+mod cut;
 
 use pocketnerf_core::{Camera, Error};
-use rayon::prelude::*;
 
 use super::Finished;
 use crate::metrics::{composite_on, quantile};
 use crate::picture::{Renderer, Settings};
 use crate::trainer::Trainer;
+use crate::trainer::held_out::HeldOut;
+use crate::trainer::pixels::importance::UNKNOWN;
 use crate::trainer::pixels::rays::{Pixel, RaySource};
+use crate::trainer::run::LONG_ENOUGH;
 use compare::{Look, compare};
 
 /// Views that are looked at, at most, evenly spread.
-const VIEWS: usize = 64;
-/// Pixels along a side of the middle of a view that is looked at.
-const SIDE: u32 = 96;
+const VIEWS: usize = 32;
+/// Pixels along a side of the part of each quarter of a view that is looked at.
+const SIDE: u32 = 32;
 /// A photograph is odd whose error is so many times the median of all ...
 const ODD: f64 = 4.0;
 /// ... and so many times as far above it as usual on a logarithmic scale.
 const FAR: f64 = 6.0;
-/// Cameras are wrong where photographs are shifted by so many pixels, root mean square.
-const SHIFT: f64 = 0.25;
-/// Exposures change where brightness deviates by this share, root mean square.
-const GAIN: f64 = 0.02;
+/// Cameras are wrong where photographs are shifted by this share of their width, root mean square.
+const SHIFT: f64 = 3e-3;
 /// Share of what photographs show that may lie outside the scene.
 const OUTSIDE: f64 = 0.01;
+/// Share of the occupied cells that `near` and `far` may hide from a camera.
+const CUT: f64 = 0.01;
+/// A photograph is blurred whose edges are so many times as strong as the median, both as they are
+/// and beside the model's.
+const BLURRED: f64 = 0.5;
+/// Rows between two in which a photograph's edges are looked at.
+const ROWS_APART: usize = 4;
 
 /// What photographs and model disagree on.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,46 +48,32 @@ pub struct Disagreement {
     pub odd: Vec<(usize, f64)>,
     /// The median PSNR of all training views, dB.
     pub usual: f64,
-    /// By how many pixels photographs are shifted against the model, root mean square.
+    /// By which share of their width photographs are shifted against the model, root mean square.
     pub shift: f64,
-    /// By which share photographs are brighter or darker than the model, the channel that
-    /// deviates most, root mean square.
-    pub gain: f64,
     /// Share of what photographs show that lies outside the scene's box and its silhouettes.
     pub outside: f64,
+    /// Share of the occupied cells that lie nearer than `near` or farther than `far`, the mean over
+    /// the cameras.
+    pub cut: f64,
+    /// Numbers of the training views that are blurred.
+    pub blurred: Vec<usize>,
 }
 
 impl Disagreement {
     /// What the user should know, a line each; `name` gives the name of a training view.
     #[must_use]
     pub fn lines(&self, name: impl Fn(usize) -> String) -> Vec<String> {
+        let others = |n: usize| match n - 1 {
+            0 => String::new(),
+            n => format!(" and {n} more"),
+        };
         let mut lines = Vec::new();
-        if let Some((view, psnr)) = self.odd.first() {
-            let others = match self.odd.len() - 1 {
-                0 => String::new(),
-                n => format!(" ({n} more are as odd)"),
-            };
+        if self.cut > CUT {
             lines.push(format!(
-                "{}: {psnr:.1} dB, expected about {:.1} as in other photographs{others}: its pose, \
-                 orientation, alpha or exposure may be wrong, or something stands in front; leave \
-                 it out",
-                name(*view),
-                self.usual
-            ));
-        }
-        if self.shift > SHIFT {
-            lines.push(format!(
-                "photographs are shifted against the model by {:.2} pixels on average, expected at \
-                 most {SHIFT}: poses or focal length are inexact; find them again",
-                self.shift
-            ));
-        }
-        if self.gain > GAIN {
-            lines.push(format!(
-                "photographs are brighter or darker than the model by {:.1} % on average, expected \
-                 at most {:.0} %: exposure or white balance changes; lock them",
-                100.0 * self.gain,
-                100.0 * GAIN
+                "near and far hide {:.0} % of the scene from the cameras, expected at most {:.0} %; \
+                 leave out --near and --far, or widen them",
+                100.0 * self.cut,
+                100.0 * CUT
             ));
         }
         if self.outside > OUTSIDE {
@@ -89,6 +83,35 @@ impl Disagreement {
                  alpha of some photographs are wrong",
                 100.0 * self.outside,
                 100.0 * OUTSIDE
+            ));
+        }
+        if let Some((view, psnr)) = self.odd.first() {
+            lines.push(format!(
+                "{}{}: {psnr:.1} dB, expected about {:.1} as in other photographs: pose, \
+                 orientation, alpha or exposure may be wrong, or something stands in front; leave \
+                 them out",
+                name(*view),
+                others(self.odd.len()),
+                self.usual
+            ));
+        }
+        // These follow from what was said.
+        if !lines.is_empty() {
+            return lines;
+        }
+        if self.shift > SHIFT {
+            lines.push(format!(
+                "photographs are shifted against the model by {:.2} % of their width on average, \
+                 expected at most {} %: poses or focal length are inexact; find them again",
+                100.0 * self.shift,
+                100.0 * SHIFT
+            ));
+        }
+        if let Some(view) = self.blurred.first() {
+            lines.push(format!(
+                "{}{}: blurred beside the other photographs; leave them out",
+                name(*view),
+                others(self.blurred.len())
             ));
         }
         lines
@@ -109,43 +132,96 @@ impl Finished<'_> {
         let model = self.model();
         let settings = Settings { simd: backend.simd(), quality: 1.0, ..Settings::default() };
         let mut renderer = Renderer::new(&model, &settings);
-        let mut looks = Vec::new();
+        let (mut looks, mut sharpness) = (Vec::new(), Vec::new());
         let n = source.cameras().len();
-        for view in (0..n.min(VIEWS)).map(|i| i * n / n.min(VIEWS)) {
-            let (camera, corner) = middle(&source.cameras()[view]);
-            let picture = renderer.render_through(&camera, &source.lenses()[view])?;
-            let background = model.display.srgb_background();
-            let photo = crop(source, view, &camera, corner, background);
-            looks.extend(compare(&picture.over(background), &photo, camera.width as usize));
+        // Light alone: over black, what is transparent says nothing.
+        let black = [0.0; 3];
+        let held = self.trainer.held_out_for_long();
+        let views = (0..n.min(VIEWS)).map(|i| i * n / n.min(VIEWS));
+        for view in views.filter(|view| !held.has(*view)) {
+            let mut own = Vec::new();
+            for (camera, corner) in quarters(&source.cameras()[view]) {
+                let picture = renderer.render_through(&camera, &source.lenses()[view])?;
+                let photo = crop(source, view, &camera, corner, black);
+                let (model, width) = (picture.rgba.as_chunks::<4>().0, camera.width as usize);
+                let all = f64::from(source.cameras()[view].width);
+                let look = compare(model, &photo, width);
+                own.extend(look.map(|look| Look { shift: look.shift / all, ..look }));
+            }
+            let edges = own.iter().map(|look| look.edges);
+            let [photo, model] = edges.fold([0.0; 2], |sum, [a, b]| [sum[0] + a, sum[1] + b]);
+            if model > 0.0 {
+                sharpness.push((view, [photo / model, edges_of(source, view)]));
+            }
+            looks.extend(own);
         }
-        let rms = |of: fn(&Look) -> f64| {
-            (looks.iter().map(|look| of(look).powi(2)).sum::<f64>() / looks.len().max(1) as f64)
-                .sqrt()
-        };
         let errors = self.trainer.errors_of_views();
         let (odd, usual) = odd(&errors);
-        let outside = self.trainer.targets.unseen_share;
+        let usual_sharpness =
+            [0, 1].map(|i| median(sharpness.iter().map(|(_, own)| own[i])).unwrap_or(0.0));
+        let is_blurred = |own: [f64; 2]| (0..2).all(|i| own[i] < BLURRED * usual_sharpness[i]);
         Ok(Some(Disagreement {
             odd,
             usual,
-            shift: rms(|look| look.shift),
-            gain: rms(|look| look.gain),
-            outside,
+            shift: rms(looks.iter().map(|look| look.shift)),
+            outside: self.trainer.targets.unseen_share,
+            cut: cut::share(&model, source.cameras()),
+            blurred: sharpness
+                .iter()
+                .filter(|(_, s)| is_blurred(*s))
+                .map(|(view, _)| *view)
+                .collect(),
         }))
     }
 }
 
+/// The mean squared step from pixel to pixel of a photograph's green, where it is opaque.
+fn edges_of(source: &RaySource, view: usize) -> f64 {
+    let width = source.cameras()[view].width as usize;
+    let rows = source.images()[view].chunks(4 * width).step_by(ROWS_APART);
+    let pairs = rows.flat_map(|row| row.as_chunks::<4>().0.windows(2));
+    let opaque = pairs.filter(|pair| pair[0][3] == u8::MAX && pair[1][3] == u8::MAX);
+    mean(opaque.map(|pair| f64::from(pair[0][1].abs_diff(pair[1][1])).powi(2))).unwrap_or(0.0)
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (n, sum) = values.fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value));
+    (n > 0.0).then(|| sum / n)
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    mean(values.map(|value| value * value)).unwrap_or(0.0).sqrt()
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    quantile(&values, 0.5)
+}
+
 impl Trainer {
-    /// The mean squared error of what was drawn of each training view.
+    /// Views that were held out for most of the run.
+    fn held_out_for_long(&self) -> HeldOut {
+        match self.step < LONG_ENOUGH {
+            true => HeldOut::default(),
+            false => HeldOut::choose(&self.source, self.config.seed),
+        }
+    }
+
+    /// The mean squared error of what was drawn of each training view; NaN where little was.
     fn errors_of_views(&self) -> Vec<f64> {
+        let held = self.held_out_for_long();
         let mut sums = vec![[0.0, 0.0]; self.source.cameras().len()];
         let [errors, _] = self.sampler.state();
-        for (tile, error) in errors.iter().enumerate() {
+        for (tile, error) in errors.iter().enumerate().filter(|(_, error)| **error != UNKNOWN) {
             let [sum, n] = &mut sums[self.visibility.view(tile)];
             *sum += f64::from(*error);
             *n += 1.0;
         }
-        sums.into_par_iter().map(|[sum, n]| if n > 0.0 { sum / n } else { f64::NAN }).collect()
+        let mean = |(view, [sum, n]): (usize, [f64; 2])| {
+            if n > 0.0 && !held.has(view) { sum / n } else { f64::NAN }
+        };
+        sums.into_iter().enumerate().map(mean).collect()
     }
 }
 
@@ -169,12 +245,16 @@ fn odd(errors: &[f64]) -> (Vec<(usize, f64)>, f64) {
     (odd, psnr(median))
 }
 
-/// The camera of a view's middle, and the pixel where that begins.
-fn middle(camera: &Camera) -> (Camera, [u32; 2]) {
-    let [width, height] = [camera.width, camera.height].map(|side| side.min(SIDE));
-    let corner = [(camera.width - width) / 2, (camera.height - height) / 2];
-    let center = [0, 1].map(|axis| camera.center[axis] - corner[axis] as f32);
-    (Camera { width, height, center, ..*camera }, corner)
+/// The cameras of the middles of a view's quarters, and the pixel where each begins.
+fn quarters(camera: &Camera) -> impl Iterator<Item = (Camera, [u32; 2])> {
+    let camera = *camera;
+    let half = [camera.width, camera.height].map(|side| (side / 2).max(1));
+    let size = half.map(|side| side.min(SIDE));
+    (0..4).map(move |i| {
+        let corner = [0, 1].map(|a| half[a] * (i >> a & 1) + (half[a] - size[a]) / 2);
+        let center = [0, 1].map(|a| camera.center[a] - corner[a] as f32);
+        (Camera { width: size[0], height: size[1], center, ..camera }, corner)
+    })
 }
 
 /// What a photograph shows there, over a background; NaN where a pixel does not count.
@@ -219,18 +299,36 @@ mod tests {
     #[test]
     fn each_finding_is_a_line() {
         let none = Disagreement { usual: 30.0, ..Disagreement::default() };
-        assert!(none.lines(|_| String::new()).is_empty());
-        let all = Disagreement {
-            odd: vec![(3, 12.0), (4, 14.0)],
-            shift: 1.0,
-            gain: 0.1,
-            outside: 0.2,
-            ..none
-        };
-        let lines = all.lines(|view| format!("train/{view}.png"));
-        assert_eq!(lines.len(), 4);
-        assert!(lines[0].starts_with("train/3.png: 12.0 dB, expected about 30.0"), "{}", lines[0]);
-        assert!(lines[1].contains("1.00 pixels") && lines[2].contains("10.0 %"), "{lines:?}");
-        assert!(lines[3].starts_with("20.0 % of"), "{}", lines[3]);
+        let lines = |all: Disagreement| all.lines(|view| format!("train/{view}.png"));
+        assert!(lines(none.clone()).is_empty());
+        let odd = vec![(3, 12.0), (4, 14.0)];
+        let found =
+            lines(Disagreement { odd, cut: 0.3, outside: 0.2, shift: 0.01, ..none.clone() });
+        // What follows from these is not said.
+        assert_eq!(found.len(), 3, "{found:?}");
+        assert!(found[0].contains("hide 30 %") && found[1].starts_with("20.0 % of"), "{found:?}");
+        assert!(found[2].starts_with("train/3.png and 1 more: 12.0 dB, expected about 30.0"));
+        let blurred = vec![2];
+        let found = lines(Disagreement { blurred, shift: 0.01, ..none });
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(
+            found[0].contains("1.00 % of their width") && found[1].contains("10.0 %"),
+            "{found:?}"
+        );
+        assert!(found[2].starts_with("train/2.png: blurred") && found[3].contains("2.00 times"));
+    }
+
+    #[test]
+    fn quarters_are_parts_of_the_picture() {
+        let pose = Camera::look_at([4.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
+        let whole = Camera::from_fov_x(200, 100, 0.7, pose);
+        let parts: Vec<_> = quarters(&whole).collect();
+        assert_eq!(parts.len(), 4);
+        for (part, [x, y]) in parts {
+            assert_eq!([part.width, part.height], [64, 50]);
+            let (here, there) = (part.ray(3.5, 7.5), whole.ray(x as f32 + 3.5, y as f32 + 7.5));
+            let off = glam::Vec3::from(here.direction) - glam::Vec3::from(there.direction);
+            assert!(off.length() < 1e-6 && x + 64 <= 200 && y + 50 <= 100);
+        }
     }
 }
