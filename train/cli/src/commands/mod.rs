@@ -238,7 +238,10 @@ mod tests {
         for (option, commands) in [
             (
                 "simd",
-                &["demo", "train", "eval", "convert", "render", "repack", "chart", "bench"][..],
+                &[
+                    "demo", "train", "eval", "convert", "render", "repack", "chart", "stress",
+                    "bench",
+                ][..],
             ),
             ("quality", &["demo", "eval", "convert", "render", "bench"]),
             ("no-skip", &["demo", "eval", "convert", "render", "bench"]),
