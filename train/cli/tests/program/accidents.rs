@@ -185,7 +185,7 @@ fn each_object_has_warnings() {
     for command in [
         "info data",
         "info x.pnerf",
-        "render x.pnerf --width 8 --height 8",
+        "render x.pnerf --width 24 --height 24",
         "eval x.pnerf data --split train",
         "convert x.pnerf y.pnerf",
     ] {
@@ -196,6 +196,8 @@ fn each_object_has_warnings() {
     let [pictures, width, height] = ["pictures", "width", "height"].map(|key| &rendered[key]);
     assert_eq!((pictures, width, height), (&2.into(), &8.into(), &6.into()));
     assert!(rendered["seconds_per_frame"].as_f64().unwrap() > 0.0);
+    // Small pictures are jagged.
+    assert!(rendered["warnings"][0].as_str().unwrap().contains("times as much in a pixel"));
     // What is wrong with a dataset is a warning too.
     cut(&place.path("data/3.png"));
     let notes = place.ok("info data --json");

@@ -6,7 +6,7 @@ use crate::dataset::View;
 
 /// The [`spacing`] from which on what lies between photographs is a guess, degrees: lego's 100 have
 /// 11, 50 of them 16, 25 of them 24.
-pub const WIDE: f32 = 22.0;
+pub const WIDE: f32 = 26.0;
 
 /// The median over views of the angle to the second nearest other view, between the axes along
 /// which they look, degrees. `None` for fewer than three views.

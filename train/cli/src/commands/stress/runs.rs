@@ -136,7 +136,7 @@ impl<'a> Runs<'a> {
         let training = Training { seed: training.seed + seed, ..training.clone() };
         let (id, view) = (training.id(), viewing.id());
         let path = self.folder.join(format!("{id}.{view}.json"));
-        let of = format!("{} {training:?} {viewing:?}", self.shared);
+        let of = format!("{} {id} {view}", self.shared);
         if let Some(seen) = read::<Seen>(&path).filter(|seen| seen.of == of) {
             return Ok(seen);
         }
@@ -157,7 +157,7 @@ impl<'a> Runs<'a> {
 
     /// Trains, unless that is done.
     fn train(&self, training: &Training, place: &Place) -> Result<Trained, Failure> {
-        let of = format!("{} {training:?}", self.shared);
+        let of = format!("{} {}", self.shared, training.id());
         if let Some(folder) = &place.written {
             self.write_photos(training, folder)?;
         }

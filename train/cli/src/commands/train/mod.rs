@@ -61,23 +61,7 @@ impl Train {
         if let Some(views) = self.views {
             dataset.thin(views as usize);
         }
-        if let Some(angle) = spacing(&dataset.views).filter(|angle| *angle > WIDE) {
-            bar.warn(format!(
-                "{} photographs, {angle:.0} degrees from one to the next, expected at most {WIDE}: \
-                 what lies between them is a guess; take more",
-                dataset.views.len()
-            ));
-        }
-        if let Some(doubt) = self.model.doubt(dataset.has_alpha, self.length()) {
-            bar.warn(doubt);
-        }
-        if self.scene.background.is_some() && dataset.has_alpha {
-            bar.warn(
-                "--background: against one colour, alpha teaches nothing, and what has that colour \
-                 may become a hole; leave it out for images with alpha"
-                    .to_owned(),
-            );
-        }
+        let doubts = self.doubts(&dataset);
         let origin = Origin::new(&dataset, factor, self.precision);
         bar.phase("finding the scene");
         let (mut trainer, mut run) = match checkpoint {
@@ -87,6 +71,8 @@ impl Train {
                 (trainer, Run::new(self.length(), common.started))
             }
         };
+        // Not before: a refusal is one line.
+        doubts.into_iter().for_each(|doubt| bar.warn(doubt));
         let every = self.save_every.map(Duration::from_secs_f64);
         let mut saving = Saving::begin(saved, every, stop);
         let resume = |checkpoint: PathBuf| Resume {
@@ -133,6 +119,30 @@ impl Train {
             ));
         }
         Ok(())
+    }
+}
+
+impl Train {
+    /// What is to be said of photographs and options before training.
+    fn doubts(&self, dataset: &Dataset) -> Vec<String> {
+        let mut doubts = Vec::new();
+        if let Some(angle) = spacing(&dataset.views).filter(|angle| *angle > WIDE) {
+            doubts.push(format!(
+                "{} photographs, {angle:.0} degrees from one to the next, expected at most {WIDE}: \
+                 what lies between them is a guess; take more",
+                dataset.views.len()
+            ));
+        }
+        let pixels = dataset.views.iter().map(|view| view.rgba.len() / 4).sum();
+        doubts.extend(self.model.doubt(dataset.has_alpha, pixels, self.length()));
+        if self.scene.background.is_some() && dataset.has_alpha {
+            doubts.push(
+                "--background: against one colour, alpha teaches nothing, and what has that colour \
+                 may become a hole; leave it out for images with alpha"
+                    .to_owned(),
+            );
+        }
+        doubts
     }
 }
 

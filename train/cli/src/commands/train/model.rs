@@ -143,15 +143,19 @@ impl ModelOptions {
         config
     }
 
-    /// What to say of tables that are far smaller than usual in a run of this length.
-    pub(super) fn doubt(&self, has_alpha: bool, length: Length) -> Option<String> {
+    /// What to say of tables that are far smaller than usual in a run of this length, and far
+    /// smaller than so many pixels.
+    pub(super) fn doubt(&self, has_alpha: bool, pixels: usize, length: Length) -> Option<String> {
         /// So many times fewer entries, as a power of two.
         const FEWER: u32 = 4;
+        /// So many pixels an entry.
+        const PIXELS: usize = 100;
         let given = self.log2_hashmap_size?;
         let usual = Self { log2_hashmap_size: None, ..self.clone() }.config(has_alpha, length);
         let FieldConfig::HashGrid(usual) = usual.field else { return None };
         let usual = usual.grid.log2_hashmap_size;
-        (given + FEWER <= usual).then(|| {
+        let few = given + FEWER <= usual && pixels >> given > PIXELS;
+        few.then(|| {
             format!(
                 "--log2-hashmap-size {given}: {} entries a level, expected about {} in a run of this \
                  length: places share entries, and details are missing",

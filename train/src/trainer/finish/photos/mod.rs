@@ -22,6 +22,8 @@ use compare::{Look, compare};
 
 /// Views that are looked at, at most, evenly spread.
 const VIEWS: usize = 32;
+/// Of smaller pictures a part of a pixel is much.
+const LEAST: u32 = 64;
 /// Pixels along a side of the part of each quarter of a view that is looked at.
 const SIDE: u32 = 32;
 /// A photograph is odd whose error is so many times the median of all ...
@@ -138,7 +140,8 @@ impl Finished<'_> {
         let black = [0.0; 3];
         let held = self.trainer.held_out_for_long();
         let views = (0..n.min(VIEWS)).map(|i| i * n / n.min(VIEWS));
-        for view in views.filter(|view| !held.has(*view)) {
+        let large = |view: &usize| source.cameras()[*view].width >= LEAST;
+        for view in views.filter(|view| !held.has(*view)).filter(large) {
             let mut own = Vec::new();
             for (camera, corner) in quarters(&source.cameras()[view]) {
                 let picture = renderer.render_through(&camera, &source.lenses()[view])?;
