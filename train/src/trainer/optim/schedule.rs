@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use crate::trainer::run::LONG_ENOUGH;
 use crate::trainer::{StepSettings, TrainConfig};
 
 /// How long to train.
@@ -64,7 +65,7 @@ const LONG: f32 = 7000.0;
 /// So many times more at most.
 const MOST_LONGER: f32 = 2.0;
 /// From here on colours between the training views are held to what these see. From the start
-/// on, highlights would not become as sharp as they are.
+/// on, highlights would not become as sharp as they are; short runs have none.
 const HELD: f32 = 0.7;
 /// Long steps are taken for this first share of the run.
 const COARSE: f32 = 0.6;
@@ -137,6 +138,6 @@ pub(crate) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
         kept: first * (last / first).powf(progress),
         update_occupancy: progress < FREEZE,
         average: progress >= AVERAGED && step.is_multiple_of(AVERAGE_EVERY),
-        between_views: progress >= HELD,
+        between_views: progress >= HELD && steps >= LONG_ENOUGH as f32,
     }
 }

@@ -15,7 +15,7 @@ use pyramid::Pyramid;
 
 /// One view in so many may be wrong: a photograph that is upside down, or whose pose is that of
 /// another one, must not carve the scene away.
-const WRONG: usize = 20;
+const WRONG: usize = 50;
 /// Of so many views one may be.
 const ENOUGH: usize = 10;
 
@@ -47,7 +47,7 @@ impl VisualHull {
     }
 
     /// Whether a ball around `center` (scene units) may hold something: false
-    /// if some views, more than one in twenty, see all of it against a transparent
+    /// if some views, more than one in fifty, see all of it against a transparent
     /// background, or if
     /// fewer than a quarter of the views see its centre: what so few silhouettes
     /// confine is mostly the space beside the object.
