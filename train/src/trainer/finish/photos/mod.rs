@@ -314,11 +314,8 @@ mod tests {
         let blurred = vec![2];
         let found = lines(Disagreement { blurred, shift: 0.01, ..none });
         assert_eq!(found.len(), 2, "{found:?}");
-        assert!(
-            found[0].contains("1.00 % of their width") && found[1].contains("10.0 %"),
-            "{found:?}"
-        );
-        assert!(found[2].starts_with("train/2.png: blurred") && found[3].contains("2.00 times"));
+        assert!(found[0].contains("1.00 % of their width"), "{found:?}");
+        assert!(found[1].starts_with("train/2.png: blurred"), "{found:?}");
     }
 
     #[test]
@@ -328,10 +325,10 @@ mod tests {
         let parts: Vec<_> = quarters(&whole).collect();
         assert_eq!(parts.len(), 4);
         for (part, [x, y]) in parts {
-            assert_eq!([part.width, part.height], [64, 50]);
+            assert_eq!([part.width, part.height], [SIDE; 2]);
             let (here, there) = (part.ray(3.5, 7.5), whole.ray(x as f32 + 3.5, y as f32 + 7.5));
             let off = glam::Vec3::from(here.direction) - glam::Vec3::from(there.direction);
-            assert!(off.length() < 1e-6 && x + 64 <= 200 && y + 50 <= 100);
+            assert!(off.length() < 1e-6 && x + SIDE <= 200 && y + SIDE <= 100);
         }
     }
 }
