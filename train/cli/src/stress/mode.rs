@@ -1,5 +1,8 @@
 //! A way to fail.
 
+use pocketnerf_train::dataset::View;
+use pocketnerf_train::random::Random;
+
 use super::{Change, Damage};
 
 /// A way in which radiance fields are known to fail.
@@ -77,7 +80,7 @@ pub struct Context {
     /// The box of the unspoilt scene's model, smallest and largest corner; `None` where it has
     /// none.
     pub aabb: Option<[[f32; 3]; 2]>,
-    /// Distance of the nearest camera from the middle of what all look at, scene units.
+    /// Mean distance of the cameras from what they look at, scene units.
     pub distance: f64,
     /// Steps of training.
     pub steps: u32,
@@ -172,11 +175,7 @@ impl Training {
     pub fn changed(
         name: &'static str,
         strength: f64,
-        apply: fn(
-            &mut Vec<pocketnerf_train::dataset::View>,
-            f64,
-            &mut pocketnerf_train::random::Random,
-        ),
+        apply: fn(&mut Vec<View>, f64, &mut Random),
     ) -> Self {
         Self { change: Some(Change { name, strength, apply }), ..Self::default() }
     }
@@ -184,32 +183,26 @@ impl Training {
     /// With options.
     #[must_use]
     pub fn with(options: &[&str]) -> Self {
-        Self {
-            options: options.iter().map(|&option| option.to_owned()).collect(),
-            ..Self::default()
-        }
+        Self { options: owned(options), ..Self::default() }
     }
 
     /// What tells it from others: part of a file name.
     #[must_use]
     pub fn id(&self) -> String {
-        let mut parts = match self.photos {
-            Photos::Written => vec!["usual".to_owned()],
-            Photos::Given => vec!["given".to_owned()],
-            Photos::BuiltIn(name) => vec![name.to_owned()],
+        let photos = match self.photos {
+            Photos::Written => "usual",
+            Photos::Given => "given",
+            Photos::BuiltIn(name) => name,
         };
-        if self.smaller != 0 {
-            parts.push(format!("size{}", self.smaller));
-        }
-        parts.extend(self.all.map(|change| format!("{}{}", change.name, change.strength)));
-        parts.extend(self.change.map(|change| format!("{}{}", change.name, change.strength)));
-        parts.extend(self.damage.map(|damage| format!("{}{}", damage.name, damage.strength)));
-        parts.extend(self.options.iter().map(|option| option.trim_start_matches('-').to_owned()));
-        parts.extend(self.steps.map(|steps| format!("{steps}steps")));
-        if self.seed > 0 {
-            parts.push(format!("seed{}", self.seed));
-        }
-        file_name(&parts.join("."))
+        let parts = [
+            part("size", Some(self.smaller).filter(|smaller| *smaller != 0)),
+            changed(self.all),
+            changed(self.change),
+            self.damage.map(|damage| format!("{}{}", damage.name, damage.strength)),
+            part("steps", self.steps),
+            part("seed", Some(self.seed).filter(|seed| *seed > 0)),
+        ];
+        file_name(photos, parts, &self.options)
     }
 }
 
@@ -217,30 +210,46 @@ impl Viewing {
     /// With options.
     #[must_use]
     pub fn with(options: &[&str]) -> Self {
-        Self {
-            options: options.iter().map(|&option| option.to_owned()).collect(),
-            ..Self::default()
-        }
+        Self { options: owned(options), ..Self::default() }
     }
 
     /// What tells it from others: part of a file name.
     #[must_use]
     pub fn id(&self) -> String {
-        let mut parts = vec!["seen".to_owned()];
-        if self.smaller != 0 {
-            parts.push(format!("size{}", self.smaller));
-        }
-        parts.extend(self.change.map(|change| format!("{}{}", change.name, change.strength)));
-        parts.extend(self.distance.map(|distance| format!("distance{distance}")));
-        parts.extend(self.options.iter().map(|option| option.trim_start_matches('-').to_owned()));
-        file_name(&parts.join("."))
+        let parts = [
+            part("size", Some(self.smaller).filter(|smaller| *smaller != 0)),
+            changed(self.change),
+            part("distance", self.distance),
+        ];
+        file_name("seen", parts, &self.options)
     }
 }
 
-/// Without characters that a file name may not have.
-fn file_name(text: &str) -> String {
+fn owned(options: &[&str]) -> Vec<String> {
+    options.iter().map(|&option| option.to_owned()).collect()
+}
+
+/// What a change adds to a file name.
+fn changed(change: Option<Change>) -> Option<String> {
+    change.map(|change| format!("{}{}", change.name, change.strength))
+}
+
+/// What a value that differs from the usual adds to a file name.
+fn part(name: &str, value: Option<impl std::fmt::Display>) -> Option<String> {
+    value.map(|value| format!("{name}{value}"))
+}
+
+/// Parts and options, without characters that a file name may not have.
+fn file_name<const N: usize>(
+    first: &str,
+    parts: [Option<String>; N],
+    options: &[String],
+) -> String {
+    let options = options.iter().map(|option| option.trim_start_matches('-').to_owned());
+    let parts = parts.into_iter().flatten().chain(options);
+    let name = parts.fold(first.to_owned(), |name, part| name + "." + &part);
     let fits = |c: char| if c.is_ascii_alphanumeric() || "-.".contains(c) { c } else { '_' };
-    text.chars().map(fits).collect()
+    name.chars().map(fits).collect()
 }
 
 #[cfg(test)]

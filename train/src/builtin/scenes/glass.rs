@@ -55,8 +55,9 @@ pub(super) fn contents() -> Contents {
 const BALL: DVec3 = DVec3::new(0.66, 0.10, 0.42);
 const BLOCK: DVec3 = DVec3::new(0.62, 0.22, -0.50);
 
-/// An upright pane with the opacity `alpha` where it is looked through straight; `half` of
-/// its width and height, `turn` along its width.
+/// An upright pane around `center`. `half` is half its width and half its height, `turn` the
+/// horizontal unit vector along its width, and `alpha` its opacity when looked through at a right
+/// angle.
 fn pane(center: DVec3, half: [f64; 2], turn: DVec2, alpha: f64, colour: DVec3) -> Medium {
     let half = dvec3(half[0], 0.5 * PANE, half[1]);
     Medium::glass(Shape::Block { center, half, turn }, PANE, alpha, colour)

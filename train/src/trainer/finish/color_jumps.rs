@@ -87,26 +87,20 @@ mod tests {
     use crate::dataset::Split;
     use crate::trainer::{StepSettings, TrainConfig, Trainer};
 
-    /// A small field that has learnt the still life for a while.
-    fn trained(simd: SimdLevel) -> Trainer {
+    #[test]
+    fn a_sharp_edge_in_direction_is_found() {
         let mut config = TrainConfig::hash_grid();
         let field = config.field.hash_grid_mut().unwrap();
         (field.grid.n_levels, field.grid.log2_hashmap_size) = (4, 12);
         (field.density_hidden, field.color_hidden) = (vec![16], vec![]);
         config.aabb = Some([[-1.4; 3], [1.4; 3]]);
         (config.samples_per_step, config.occupancy_resolution) = (4096, 32);
+        let simd = SimdLevel::detect();
         let mut trainer =
             Trainer::with_prepass(builtin::dataset(Split::Train, 8), config, simd).unwrap();
         for _ in 0..300 {
             trainer.step(&StepSettings { update_occupancy: true, ..StepSettings::PLAIN });
         }
-        trainer
-    }
-
-    #[test]
-    fn a_sharp_edge_in_direction_is_found() {
-        let simd = SimdLevel::detect();
-        let mut trainer = trained(simd);
         let found = |trainer: &Trainer| share(&trainer.model(), &trainer.source, simd, 1).unwrap();
         assert_eq!(found(&trainer), Some(0.0));
         // Red is 0 on one side of x = 0 and 1 on the other: the third harmonic is -0.49 x, and

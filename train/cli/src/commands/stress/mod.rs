@@ -11,8 +11,9 @@ use super::rendering::Vectors;
 use super::stop::Stop;
 use super::train::Method;
 use super::{Common, Failure, Reading, make_folder, print_json, print_line};
-use crate::stress::{self, Mode, Row, Verdict};
+use crate::stress::{self, Case, Mode, Row, Verdict};
 use runs::{Runs, Seen};
+use scene::SpoiltScene;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Stress {
@@ -81,37 +82,9 @@ impl Stress {
         let mut pictures = Vec::new();
         for scene in &scenes {
             for method in &self.methods {
-                let mut runs = Runs::new(self, scene, *method, common, &stop)?;
-                let context = runs.context()?;
-                let mut cases = Vec::new();
-                for mode in &modes {
-                    for strength in self.strengths(mode) {
-                        let case = (mode.case)(strength, &context);
-                        cases.extend(case.map(|case| (mode, strength, case)));
-                    }
-                }
-                let seeds = self.seeds();
-                let all = cases.len() * seeds as usize;
-                let what = format!("{}, {}", scene.name, method.name());
-                let mut progress = Progress::new("stress", all, common.quiet);
-                if !common.quiet {
-                    eprintln!("{what}: {all} cases{}", runs.expected(all));
-                }
-                for (i, (mode, strength, case)) in cases.iter().enumerate() {
-                    for seed in 0..seeds {
-                        stop.check()?;
-                        let reference = runs.look(&case.reference.0, &case.reference.1, seed)?;
-                        let seen = runs.look(&case.training, &case.viewing, seed)?;
-                        let row = Row {
-                            method: method.name().to_owned(),
-                            scene: scene.name.clone(),
-                            seed,
-                            ..row(mode, *strength, &seen, &reference)
-                        };
-                        pictures.push((stress::page::key(&row), seen.picture));
-                        rows.push(row);
-                        progress.done(i * seeds as usize + seed as usize + 1);
-                    }
+                for (row, picture) in self.measure(&modes, scene, *method, common, &stop)? {
+                    pictures.push((stress::page::key(&row), picture));
+                    rows.push(row);
                 }
             }
         }
@@ -127,6 +100,49 @@ impl Stress {
             print_line(self.out().join("index.html").display());
         }
         Ok(())
+    }
+
+    /// The rows of a scene and a method, with the files of their pictures.
+    fn measure(
+        &self,
+        modes: &[Mode],
+        scene: &SpoiltScene,
+        method: Method,
+        common: &Common,
+        stop: &Stop,
+    ) -> Result<Vec<(Row, Option<PathBuf>)>, Failure> {
+        let mut runs = Runs::new(self, scene, method, common, stop)?;
+        let context = runs.context()?;
+        let strengths = modes.iter().flat_map(|mode| {
+            self.strengths(mode).into_iter().map(move |strength| (mode, strength))
+        });
+        let cases = strengths.filter_map(|(mode, strength)| {
+            (mode.case)(strength, &context).map(|case| (mode, strength, case))
+        });
+        let cases: Vec<(&Mode, f64, Case)> = cases.collect();
+        let all = cases.len() * self.seeds() as usize;
+        let mut progress = Progress::new("stress", all, common.quiet);
+        if !common.quiet {
+            let (scene, method) = (&scene.name, method.name());
+            eprintln!("{scene}, {method}: {all} cases{}", runs.expected(all));
+        }
+        let mut rows = Vec::with_capacity(all);
+        for (mode, strength, case) in &cases {
+            for seed in 0..self.seeds() {
+                stop.check()?;
+                let reference = runs.look(&case.reference.0, &case.reference.1, seed)?;
+                let seen = runs.look(&case.training, &case.viewing, seed)?;
+                let row = Row {
+                    method: method.name().to_owned(),
+                    scene: scene.name.clone(),
+                    seed,
+                    ..row(mode, *strength, &seen, &reference)
+                };
+                rows.push((row, seen.picture));
+                progress.done(rows.len());
+            }
+        }
+        Ok(rows)
     }
 
     /// The ways to fail that are wanted.

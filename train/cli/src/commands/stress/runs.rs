@@ -168,11 +168,11 @@ impl<'a> Runs<'a> {
         }
         let mut said = Vec::new();
         if let Some(folder) = &place.written {
-            let mut info = self.program("info");
+            let mut info = self.program("info")?;
             info.arg(folder);
             said.extend(warnings(&self.run(info)?));
         }
-        let mut command = self.program("train");
+        let mut command = self.program("train")?;
         command.arg(&place.data).arg("--out").arg(&place.model);
         command
             .args(["--steps", &training.steps.unwrap_or_else(|| self.stress.steps()).to_string()]);
@@ -180,10 +180,14 @@ impl<'a> Runs<'a> {
         command.args(self.method.small()).args(&training.options).args(&place.options);
         let output = self.run(command)?;
         said.extend(warnings(&output));
-        let refused = (!output.status.success()).then(|| {
-            let text = String::from_utf8_lossy(&output.stderr);
-            text.lines().last().unwrap_or("no reason was given").to_owned()
-        });
+        let text = String::from_utf8_lossy(&output.stderr);
+        let last = text.lines().last().unwrap_or("no reason was given").to_owned();
+        let refused = match output.status.code() {
+            Some(0) => None,
+            Some(1) => Some(last),
+            // It was killed, or panicked.
+            _ => return Err(format!("{}: {}: {last}", training.id(), output.status).into()),
+        };
         let trained = Trained { of, refused, said };
         write(&record, &trained)?;
         Ok(trained)
@@ -197,7 +201,7 @@ impl<'a> Runs<'a> {
         view: &str,
         seen: &mut Seen,
     ) -> Result<(), Failure> {
-        let mut command = self.program("eval");
+        let mut command = self.program("eval")?;
         command.arg(&place.model).arg(&place.data);
         if let Some(folder) = &place.written {
             let mut truth = self.scene.load(Split::Test, viewing.smaller)?;
@@ -260,9 +264,8 @@ impl<'a> Runs<'a> {
     }
 
     /// This program, with the options that all runs have.
-    fn program(&self, action: &str) -> Command {
-        let this = std::env::current_exe().unwrap_or_else(|_| "pocketnerf".into());
-        let mut command = Command::new(this);
+    fn program(&self, action: &str) -> Result<Command, Failure> {
+        let mut command = Command::new(std::env::current_exe()?);
         command.arg(action).args(["--json", "--quiet"]);
         if let Some(threads) = self.common.threads {
             command.args(["--threads", &threads.to_string()]);
@@ -271,7 +274,7 @@ impl<'a> Runs<'a> {
             command.args(["--simd", simd.name()]);
         }
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        command
+        Ok(command)
     }
 
     fn run(&self, mut command: Command) -> Result<Output, Failure> {

@@ -11,7 +11,7 @@ use crate::commands::Failure;
 use crate::stress::{Mode, Row, csv, drawing, page};
 
 impl Stress {
-    /// Writes the page, the drawing of each scene and method, and the rows.
+    /// Writes the page, the drawing, which shows the worst of all scenes and methods, and the rows.
     pub(super) fn write(
         &self,
         modes: &[Mode],

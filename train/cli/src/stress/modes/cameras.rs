@@ -186,8 +186,8 @@ pub fn distance(views: &[View]) -> f32 {
     views.iter().map(|view| position(view).distance(focus)).sum::<f32>() / views.len().max(1) as f32
 }
 
-/// The direction of the views' first camera as seen from the focus, and whether each is within
-/// an angle of it. Training and test views share it: it depends on the whole scene's axis alone.
+/// Whether a view's camera is within an angle of a direction, the same for all scenes, as seen from
+/// what the cameras look at.
 fn is_near(view: &View, focus: Vec3, degrees: f64) -> bool {
     // To the side and half way up, where captures of objects have cameras.
     let towards = Vec3::new(0.8, -0.6, 0.6).normalize();

@@ -71,7 +71,6 @@ pub(super) fn compare(model: &[[f32; 4]], photo: &[f32], width: usize) -> Option
 
 #[cfg(test)]
 mod tests {
-
     /// Waves in both directions, moved by a part of a pixel, `gain` times as bright.
     fn picture(moved: [f64; 2], gain: f64) -> Vec<f32> {
         let at = |x: usize, y: usize| {

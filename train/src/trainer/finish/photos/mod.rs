@@ -158,7 +158,7 @@ impl Finished<'_> {
             }
             looks.extend(own);
         }
-        let errors = self.trainer.errors_of_views();
+        let errors = self.trainer.errors_of_views(&held);
         let (odd, usual) = odd(&errors);
         let usual_sharpness =
             [0, 1].map(|i| median(sharpness.iter().map(|(_, own)| own[i])).unwrap_or(0.0));
@@ -211,9 +211,9 @@ impl Trainer {
         }
     }
 
-    /// The mean squared error of what was drawn of each training view; NaN where little was.
-    fn errors_of_views(&self) -> Vec<f64> {
-        let held = self.held_out_for_long();
+    /// The mean squared error of what was drawn of each training view; NaN where little was, as of
+    /// those that were held out.
+    fn errors_of_views(&self, held: &HeldOut) -> Vec<f64> {
         let mut sums = vec![[0.0, 0.0]; self.source.cameras().len()];
         let [errors, _] = self.sampler.state();
         for (tile, error) in errors.iter().enumerate().filter(|(_, error)| **error != UNKNOWN) {
@@ -230,22 +230,18 @@ impl Trainer {
 
 /// Views whose errors are like no other's, with their PSNR, and the median PSNR.
 fn odd(errors: &[f64]) -> (Vec<(usize, f64)>, f64) {
-    let known = errors.iter().filter(|error| **error > 0.0);
-    let mut logs: Vec<f64> = known.map(|error| error.ln()).collect();
-    logs.sort_by(f64::total_cmp);
-    let median = quantile(&logs, 0.5).unwrap_or(0.0);
-    let mut off: Vec<f64> = logs.iter().map(|log| (log - median).abs()).collect();
-    off.sort_by(f64::total_cmp);
-    let usual = quantile(&off, 0.5).unwrap_or(0.0);
+    let logs = || errors.iter().filter(|error| **error > 0.0).map(|error| error.ln());
+    let middle = median(logs()).unwrap_or(0.0);
+    let usual = median(logs().map(|log| (log - middle).abs())).unwrap_or(0.0);
     let psnr = |log: f64| -10.0 * log / std::f64::consts::LN_10;
-    let is_odd = |log: f64| log - median > ODD.ln().max(FAR * usual);
+    let is_odd = |log: f64| log - middle > ODD.ln().max(FAR * usual);
     let all = errors.iter().enumerate().filter(|(_, error)| **error > 0.0);
     let mut odd: Vec<(usize, f64)> = all
         .filter(|(_, error)| is_odd(error.ln()))
         .map(|(view, error)| (view, psnr(error.ln())))
         .collect();
     odd.sort_by(|a, b| a.1.total_cmp(&b.1));
-    (odd, psnr(median))
+    (odd, psnr(middle))
 }
 
 /// The cameras of the middles of a view's quarters, and the pixel where each begins.
