@@ -123,3 +123,11 @@ fn built_in(folder: &Path) -> Result<Option<Scene>, DatasetError> {
         }
     }
 }
+
+/// The folder's name, without characters that a file name may not have.
+pub(super) fn scene_name(data: &Path) -> String {
+    let whole = data.canonicalize().unwrap_or_else(|_| data.to_owned());
+    let name = whole.file_name().map_or_else(String::new, |name| name.display().to_string());
+    let fits = |c: char| if c.is_alphanumeric() || "-._".contains(c) { c } else { '_' };
+    name.chars().map(fits).collect()
+}

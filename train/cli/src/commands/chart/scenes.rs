@@ -1,11 +1,11 @@
 //! The scenes of a chart.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pocketnerf_train::dataset::{Dataset, Split};
 
 use super::Chart;
-use crate::commands::reading::BUILT_IN;
+use crate::commands::reading::{BUILT_IN, scene_name};
 use crate::commands::{Common, Failure, Reading};
 
 /// A dataset, how it is read, and which of its views are compared.
@@ -26,7 +26,7 @@ impl Chart {
             if self.data.is_empty() { vec![PathBuf::from(BUILT_IN)] } else { self.data.clone() };
         let mut scenes: Vec<Scene> = Vec::new();
         for data in given {
-            let name = name(&data);
+            let name = scene_name(&data);
             if let Some(other) = scenes.iter().find(|other| other.name == name) {
                 return Err(format!(
                     "{} and {}: both are called {name}, expected datasets of different names; \
@@ -73,12 +73,4 @@ impl Scene {
     pub(super) fn train_split(&self) -> Result<Dataset, Failure> {
         Ok(self.reading.read(&self.data, Split::Train, 1)?)
     }
-}
-
-/// The folder's name, without characters that a file name may not have.
-fn name(data: &Path) -> String {
-    let whole = data.canonicalize().unwrap_or_else(|_| data.to_owned());
-    let name = whole.file_name().map_or_else(String::new, |name| name.display().to_string());
-    let fits = |c: char| if c.is_alphanumeric() || "-._".contains(c) { c } else { '_' };
-    name.chars().map(fits).collect()
 }

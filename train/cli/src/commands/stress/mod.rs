@@ -17,7 +17,7 @@ use scene::SpoiltScene;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Stress {
-    /// Dataset folders [default: the built-in scene]
+    /// Dataset folders, or built-in scenes as for `train` [default: builtin]
     data: Vec<PathBuf>,
     /// Folder for everything
     #[arg(long, value_name = "DIR", required_unless_present = "list")]

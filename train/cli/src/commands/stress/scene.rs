@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pocketnerf_train::dataset::{Dataset, Split};
 
 use super::Stress;
-use crate::commands::reading::BUILT_IN;
+use crate::commands::reading::{BUILT_IN, scene_name};
 use crate::commands::{Failure, Reading};
 
 /// Views that a quick table compares.
@@ -32,10 +32,7 @@ impl Stress {
             let built_in = data.to_string_lossy().starts_with(BUILT_IN) && !data.exists();
             let usual = if built_in || self.quick { 4 } else { 2 };
             let factor = self.downscale_factor.unwrap_or(usual);
-            let name = data.file_name().map_or_else(
-                || data.display().to_string(),
-                |name| name.to_string_lossy().into_owned(),
-            );
+            let name = scene_name(&data);
             SpoiltScene {
                 name,
                 data,
