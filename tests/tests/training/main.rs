@@ -3,6 +3,7 @@
 //! silence.
 
 mod builtin;
+mod cut_out;
 mod determinism;
 mod finished;
 mod guard;

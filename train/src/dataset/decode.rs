@@ -62,7 +62,7 @@ pub(super) fn views(
             return Err(DatasetError::NothingCounts { image: folder.join(name) });
         }
         let lens = frame.lens;
-        views.push(View { name, camera, lens, rgba: image.rgba, mask, depth: None });
+        views.push(View { name, camera, lens, rgba: image.rgba, mask, depth: None, behind: None });
     }
     let count = unreadable.len();
     let mut unreadable = unreadable.into_iter();

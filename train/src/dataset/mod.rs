@@ -14,6 +14,7 @@ mod listing;
 mod llff;
 mod memory;
 mod npy;
+mod plain;
 mod recognise;
 mod report;
 
@@ -30,6 +31,7 @@ use rayon::prelude::*;
 pub use error::DatasetError;
 #[doc(hidden)]
 pub use fingerprint::hash_of;
+pub(crate) use plain::UNCLAIMED;
 pub use report::{DatasetReport, ImageSize, SplitReport, inspect, inspect_with};
 pub use report::{WIDE, spacing};
 pub use view::View;

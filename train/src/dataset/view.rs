@@ -22,13 +22,17 @@ pub struct View {
     /// Euclidean distance along each pixel's ray to the first surface, scene
     /// units, where it is known exactly; infinite where the ray meets nothing.
     pub depth: Option<Vec<f32>>,
+    /// The colour, sRGB, of the plain background that the photograph was taken before, where
+    /// alpha was found from it: see [`Dataset::cut_out`](super::Dataset::cut_out).
+    pub behind: Option<[f32; 3]>,
 }
 
 impl View {
     /// A pinhole camera's image, all of which counts.
     #[must_use]
     pub fn new(name: impl Into<String>, camera: Camera, rgba: Vec<u8>) -> Self {
-        Self { name: name.into(), camera, lens: Lens::Pinhole, rgba, mask: None, depth: None }
+        let (name, lens) = (name.into(), Lens::Pinhole);
+        Self { name, camera, lens, rgba, mask: None, depth: None, behind: None }
     }
 
     /// How many of the pixels that count are transparent, and how many count.

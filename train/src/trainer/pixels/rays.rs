@@ -2,7 +2,7 @@
 
 use pocketnerf_core::{Camera, Ray};
 
-use crate::dataset::View;
+use crate::dataset::{UNCLAIMED, View};
 use crate::lens::Lens;
 use crate::random::Random;
 use crate::trainer::pixels::visibility::PixelVisibility;
@@ -76,6 +76,10 @@ pub struct Targets {
     pub unseen_share: f64,
 }
 
+/// How much what a plain background tells of opacity counts: more makes glass opaque, less loses
+/// white parts on white.
+const CLAIM: f32 = 3e-3;
+
 /// Every so many pixels count for [`Targets`]: images of 800x800 give ten
 /// thousand each. A prime, so that all columns have their turn.
 const PIXELS_APART: usize = 61;
@@ -90,6 +94,8 @@ pub struct RaySource {
     lenses: Vec<Lens>,
     images: Vec<Vec<u8>>,
     masks: Vec<Option<Vec<u8>>>,
+    /// Where a view shows a plain background, its colour.
+    behind: Vec<Option<[f32; 3]>>,
     backdrop: Backdrop,
 }
 
@@ -99,18 +105,46 @@ impl RaySource {
     pub fn new(views: Vec<View>, backdrop: Backdrop) -> Self {
         let cameras = views.iter().map(|view| view.camera).collect();
         let lenses = views.iter().map(|view| view.lens).collect();
+        let behind = views.iter().map(|view| view.behind).collect();
         let (images, masks) = views.into_iter().map(|view| (view.rgba, view.mask)).unzip();
-        Self { cameras, lenses, images, masks, backdrop }
+        Self { cameras, lenses, images, masks, behind, backdrop }
     }
 
     /// What pictures are to be seen on: what is behind the images, white where that may be
     /// any colour.
     #[must_use]
-    pub const fn display_background(&self) -> [f32; 3] {
+    pub fn display_background(&self) -> [f32; 3] {
+        let plain: Vec<[f32; 3]> = self.behind.iter().flatten().copied().collect();
         match self.backdrop {
-            Backdrop::Random => [1.0; 3],
             Backdrop::Color(color) => color,
+            Backdrop::Random if plain.is_empty() => [1.0; 3],
+            Backdrop::Random => [0, 1, 2].map(|c| {
+                let mut values: Vec<f32> = plain.iter().map(|color| color[c]).collect();
+                values.sort_by(f32::total_cmp);
+                values[values.len() / 2]
+            }),
         }
+    }
+
+    /// Mean of each channel and variance of all of what may be behind a pixel with this
+    /// `alpha`. Before a plain background all is compared as it looks there, and the variance
+    /// is small: it settles what looks alike either way, such as a white part on white.
+    fn moments(&self, view: usize, alpha: u8) -> ([f32; 3], f32) {
+        match (self.backdrop, self.behind[view]) {
+            (Backdrop::Random, Some(color)) if alpha == UNCLAIMED => (color, 0.0),
+            (Backdrop::Random, Some(color)) => (color, CLAIM),
+            (backdrop, _) => backdrop.moments(),
+        }
+    }
+
+    /// Whether the silhouettes are those of photographs before a plain background.
+    pub(crate) fn is_cut_out(&self) -> bool {
+        self.behind.iter().any(Option::is_some)
+    }
+
+    /// What is behind a view's photograph, where that is plain.
+    pub(crate) fn behind(&self, view: usize) -> Option<[f32; 3]> {
+        self.behind[view]
     }
 
     /// The views' cameras.
@@ -169,7 +203,7 @@ impl RaySource {
         random: &mut Random,
     ) -> TrainingRay {
         let phase = random.next_f32();
-        let (background, background_variance) = self.backdrop.moments();
+        let (background, background_variance) = self.moments(pixel.view as usize, rgba[3]);
         let [r, g, b, alpha] = rgba.map(|value| f32::from(value) / 255.0);
         let [r0, g0, b0] = background.map(|value| (1.0 - alpha) * value);
         let target = [r * alpha + r0, g * alpha + g0, b * alpha + b0];
@@ -203,9 +237,6 @@ impl RaySource {
     /// Averages over a fixed share of the pixels that count.
     #[must_use]
     pub(crate) fn targets(&self, visibility: &PixelVisibility) -> Targets {
-        let (mean, variance) = self.backdrop.moments();
-        let (mean, variance) = (mean.map(f64::from), f64::from(variance));
-        let square = mean.map(|mean| mean * mean + variance);
         let (mut n, mut alpha, mut nothing, mut unseen) = (0.0, 0.0, 0.0, 0.0);
         let (mut sum, mut sum_of_squares) = ([0.0; 3], 0.0);
         let pixels = self.images.iter().enumerate().flat_map(|(view, image)| {
@@ -213,6 +244,9 @@ impl RaySource {
         });
         let counted = pixels.step_by(PIXELS_APART).filter(|(view, i, _)| self.counts(*view, *i));
         for (view, i, pixel) in counted {
+            let (mean, variance) = self.moments(view, pixel[3]);
+            let (mean, variance) = (mean.map(f64::from), f64::from(variance));
+            let square = mean.map(|mean| mean * mean + variance);
             let [r, g, b, a] = [0, 1, 2, 3].map(|i| f64::from(pixel[i]) / 255.0);
             n += 1.0;
             alpha += a;

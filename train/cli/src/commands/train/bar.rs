@@ -96,7 +96,7 @@ impl Bar {
     }
 
     /// A line that stays.
-    fn say(&self, line: &str) {
+    pub(super) fn say(&self, line: &str) {
         match &self.bar {
             Some(bar) => bar.println(line),
             None if !self.quiet => eprintln!("{line}"),

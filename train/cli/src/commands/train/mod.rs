@@ -61,7 +61,18 @@ impl Train {
         if let Some(views) = self.views {
             dataset.thin(views as usize);
         }
-        let doubts = self.doubts(&dataset);
+        let backdrop = match &checkpoint {
+            Some(checkpoint) => checkpoint.config().backdrop,
+            None => self.scene.background,
+        };
+        let plain = dataset.cut_out(backdrop);
+        let doubts = self.doubts(&dataset, plain.is_some());
+        if plain.is_some() {
+            bar.say(
+                "the background of the photographs is plain and is cut out; --background with \
+                 another colour keeps it",
+            );
+        }
         let origin = Origin::new(&dataset, factor, self.precision);
         bar.phase("finding the scene");
         let (mut trainer, mut run) = match checkpoint {
@@ -92,7 +103,7 @@ impl Train {
             }
         })?;
         let stopped = || saving.is_asked_to_stop();
-        let result = match finish(&trainer, &run, &origin, (&self.out, &stopped), &mut bar) {
+        let mut result = match finish(&trainer, &run, &origin, (&self.out, &stopped), &mut bar) {
             Ok(Some(result)) => result,
             Ok(None) => {
                 let saved = saving.rescue(&trainer, &run, &origin)?;
@@ -103,6 +114,7 @@ impl Train {
                 return Err(Unfinished { reason, resume: resume(saved) }.into());
             }
         };
+        result["background_cut_out"] = plain.is_some().into();
         saving.at_end(&trainer, &run, &origin, &mut bar);
         drop(bar);
         if common.json {
@@ -124,7 +136,7 @@ impl Train {
 
 impl Train {
     /// What is to be said of photographs and options before training.
-    fn doubts(&self, dataset: &Dataset) -> Vec<String> {
+    fn doubts(&self, dataset: &Dataset, is_cut_out: bool) -> Vec<String> {
         let mut doubts = Vec::new();
         if let Some(angle) = spacing(&dataset.views).filter(|angle| *angle > WIDE) {
             doubts.push(format!(
@@ -135,7 +147,7 @@ impl Train {
         }
         let pixels = dataset.views.iter().map(|view| view.rgba.len() / 4).sum();
         doubts.extend(self.model.doubt(dataset.has_alpha, pixels, self.length()));
-        if self.scene.background.is_some() && dataset.has_alpha {
+        if self.scene.background.is_some() && dataset.has_alpha && !is_cut_out {
             doubts.push(
                 "--background: against one colour, alpha teaches nothing, and what has that colour \
                  may become a hole; leave it out for images with alpha"

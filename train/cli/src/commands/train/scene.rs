@@ -61,9 +61,9 @@ impl SceneOptions {
             config.far = self.far;
         }
         // Images with alpha are on white in the original NeRF.
-        let white =
-            (config.hierarchical_training().is_some() && dataset.has_alpha).then_some([1.0; 3]);
-        config.backdrop = self.background.or(white);
+        let plain = dataset.views.first().and_then(|view| view.behind).unwrap_or([1.0; 3]);
+        let one = (config.hierarchical_training().is_some() && dataset.has_alpha).then_some(plain);
+        config.backdrop = self.background.or(one);
         Ok(())
     }
 

@@ -53,6 +53,29 @@ pub(super) const MODES: &[Mode] = &[
         },
     },
     Mode {
+        name: "opaque",
+        what: "all photographs opaque, over a grey level",
+        unit: "grey",
+        strengths: &[0.0, 0.5, 1.0],
+        quick: 1.0,
+        bar: Bar::Loss(1.0),
+        cause: "Without silhouettes the scene may lie anywhere, and fog before each camera explains \
+                its picture.",
+        published: "nerfstudio #1441: hotdog 19 dB, 27 with the right background",
+        case: |strength, context| {
+            let grey = format!("{strength},{strength},{strength}");
+            let seen = || Viewing::with(&["--background", &grey]);
+            let training = Training::changed("opaque", strength, |views, grey, _| {
+                views.iter_mut().for_each(|view| over(view, grey as f32));
+            });
+            context.has_alpha.then(|| Case {
+                viewing: seen(),
+                reference: (Training::default(), seen()),
+                ..Case::trained(training)
+            })
+        },
+    },
+    Mode {
         name: "translucent-pixel",
         what: "opaque photographs of which one has so many translucent pixels",
         unit: "pixels",

@@ -15,15 +15,13 @@ pub(super) struct Look {
 /// Mean squared gradient of brightness, a pixel, below which a picture has nothing to compare.
 const FLAT: f64 = 1e-4;
 
-/// Compares the model's premultiplied RGBA with a photograph's RGB over black, `width` pixels wide.
-/// `None` where these show nothing.
+/// Compares the model's RGB with a photograph's, both over the same background, `width` pixels
+/// wide. `None` where these show nothing.
 ///
 /// The shift minimises the squared difference of brightness to first order (Lucas and Kanade 1981),
 /// after the model's channels are scaled to the photograph's by least squares.
-pub(super) fn compare(model: &[[f32; 4]], photo: &[f32], width: usize) -> Option<Look> {
-    let photo = photo.as_chunks::<3>().0;
-    let over_black: Vec<[f32; 3]> = model.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-    let model = &over_black[..];
+pub(super) fn compare(model: &[f32], photo: &[f32], width: usize) -> Option<Look> {
+    let (model, photo) = (model.as_chunks::<3>().0, photo.as_chunks::<3>().0);
     let counts = |i: usize| photo[i].iter().chain(&model[i]).all(|value| value.is_finite());
     let (mut products, mut squares) = ([0.0; 3], [0.0; 3]);
     for i in (0..model.len()).filter(|i| counts(*i)) {
@@ -71,6 +69,8 @@ pub(super) fn compare(model: &[[f32; 4]], photo: &[f32], width: usize) -> Option
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
     /// Waves in both directions, moved by a part of a pixel, `gain` times as bright.
     fn picture(moved: [f64; 2], gain: f64) -> Vec<f32> {
         let at = |x: usize, y: usize| {
@@ -82,10 +82,6 @@ mod tests {
 
     #[test]
     fn shift_and_sharpness_are_found() {
-        let opaque = |rgb: &[f32]| -> Vec<[f32; 4]> {
-            rgb.as_chunks::<3>().0.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect()
-        };
-        let compare = |model: &[f32], photo: &[f32], n| super::compare(&opaque(model), photo, n);
         let model = picture([0.0; 2], 1.0);
         let same = compare(&model, &model, 40).unwrap();
         assert!(same.shift < 1e-6);

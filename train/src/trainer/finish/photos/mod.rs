@@ -136,19 +136,18 @@ impl Finished<'_> {
         let mut renderer = Renderer::new(&model, &settings);
         let (mut looks, mut sharpness) = (Vec::new(), Vec::new());
         let n = source.cameras().len();
-        // Light alone: over black, what is transparent says nothing.
-        let black = [0.0; 3];
         let held = self.trainer.held_out_for_long();
         let views = (0..n.min(VIEWS)).map(|i| i * n / n.min(VIEWS));
         let large = |view: &usize| source.cameras()[*view].width >= LEAST;
         for view in views.filter(|view| !held.has(*view)).filter(large) {
+            // Light alone: over black, what is transparent says nothing.
+            let behind = source.behind(view).unwrap_or([0.0; 3]);
             let mut own = Vec::new();
             for (camera, corner) in quarters(&source.cameras()[view]) {
                 let picture = renderer.render_through(&camera, &source.lenses()[view])?;
-                let photo = crop(source, view, &camera, corner, black);
-                let (model, width) = (picture.rgba.as_chunks::<4>().0, camera.width as usize);
+                let photo = crop(source, view, &camera, corner, behind);
                 let all = f64::from(source.cameras()[view].width);
-                let look = compare(model, &photo, width);
+                let look = compare(&picture.over(behind), &photo, camera.width as usize);
                 own.extend(look.map(|look| Look { shift: look.shift / all, ..look }));
             }
             let edges = own.iter().map(|look| look.edges);

@@ -24,6 +24,8 @@ const ENOUGH: usize = 10;
 pub struct VisualHull {
     /// After this, no more cells are looked for.
     deadline: Deadline,
+    /// So many views may see a part of the scene as transparent.
+    wrong: usize,
     views: Vec<(Camera, Lens, Pyramid)>,
 }
 
@@ -43,13 +45,18 @@ impl VisualHull {
             let (width, height) = (camera.width as usize, camera.height as usize);
             (*camera, *lens, Pyramid::new(width, height, rgba, mask.as_deref()))
         };
-        Self { deadline, views: cameras.zip(images).map(view).collect() }
+        let n = source.cameras().len();
+        let wrong = match source.is_cut_out() {
+            // White parts on white look like the background, from many sides.
+            true => n / 2,
+            false => (n / WRONG).max(usize::from(n >= ENOUGH)),
+        };
+        Self { deadline, wrong, views: cameras.zip(images).map(view).collect() }
     }
 
     /// Whether a ball around `center` (scene units) may hold something: false
-    /// if some views, more than one in fifty, see all of it against a transparent
-    /// background, or if
-    /// fewer than a quarter of the views see its centre: what so few silhouettes
+    /// if some views, more than one in fifty (before a plain background, one in two), see all of
+    /// it against a transparent background, or if fewer than a quarter of the views see its centre: what so few silhouettes
     /// confine is mostly the space beside the object.
     #[must_use]
     pub fn may_hold(&self, center: [f32; 3], radius: f32) -> bool {
@@ -66,8 +73,7 @@ impl VisualHull {
         mut then: impl FnMut(usize, &Footprint),
     ) -> bool {
         let mut seen = self.views.len() - views.len();
-        let all = self.views.len();
-        let (mut transparent, wrong) = (0, (all / WRONG).max(usize::from(all >= ENOUGH)));
+        let (all, mut transparent) = (self.views.len(), 0);
         for view in views {
             let (camera, lens, pyramid) = &self.views[view];
             let footprint = match lens {
@@ -77,7 +83,7 @@ impl VisualHull {
             match footprint {
                 Footprint::Inside(rectangle) if !pyramid.any(rectangle) => {
                     transparent += 1;
-                    if transparent > wrong {
+                    if transparent > self.wrong {
                         return false;
                     }
                     seen += 1;
@@ -87,7 +93,7 @@ impl VisualHull {
             }
             then(view, &footprint);
         }
-        4 * seen >= self.views.len()
+        4 * seen >= all
     }
 
     /// Cells that may hold something of a grid of `resolution`³ cells (a power
