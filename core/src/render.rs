@@ -6,6 +6,7 @@
 //! needs nothing more. Where a picture need not be the finest, a pixel whose
 //! neighbours agree is their mean.
 
+mod average;
 mod composite;
 mod detail;
 mod driver;
@@ -22,6 +23,7 @@ mod target;
 mod tiles;
 
 pub use crate::march::Stage;
+pub use average::average_tile;
 pub use detail::Detail;
 pub use observe::{Observer, observe_tile};
 pub use progressive::{Refinement, Refinements, refine_tile};
@@ -144,6 +146,18 @@ impl Tile {
     #[must_use]
     pub const fn pixels(&self) -> usize {
         (self.width as usize).saturating_mul(self.height as usize)
+    }
+
+    /// The same part of a picture that has `n` times as many pixels along each side:
+    /// [`Camera::finer`].
+    #[must_use]
+    pub const fn finer(&self, n: u32) -> Self {
+        Self {
+            x: self.x.saturating_mul(n),
+            y: self.y.saturating_mul(n),
+            width: self.width.saturating_mul(n),
+            height: self.height.saturating_mul(n),
+        }
     }
 }
 

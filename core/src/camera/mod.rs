@@ -164,6 +164,32 @@ impl Camera {
         [or(d[0] * inverse, -0.0), or(d[1] * inverse, -0.0), or(d[2] * inverse, -1.0)]
     }
 
+    /// The same view with `n` times as many pixels along each side: its rays are `n` × `n` a
+    /// pixel, and [`average_tile`](crate::render::average_tile) makes one pixel of them. Smooth
+    /// where this camera's pixels are larger than those of the photographs.
+    ///
+    /// ```
+    /// use pocketnerf_core::Camera;
+    ///
+    /// let pose = Camera::look_at([0.0, 0.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0]);
+    /// let camera = Camera::from_fov_x(100, 50, 0.7, pose);
+    /// // Four rays for the pixel in the corner, around the one through its centre.
+    /// let fine = camera.finer(2);
+    /// assert_eq!((fine.width, fine.height, fine.center), (200, 100, [100.0, 50.0]));
+    /// assert_eq!(fine.ray(1.0, 1.0), camera.ray(0.5, 0.5));
+    /// ```
+    #[must_use]
+    pub fn finer(&self, n: u32) -> Self {
+        let scale = n as f32;
+        Self {
+            width: self.width.saturating_mul(n),
+            height: self.height.saturating_mul(n),
+            focal: self.focal.map(|f| f * scale),
+            center: self.center.map(|c| c * scale),
+            camera_to_world: self.camera_to_world,
+        }
+    }
+
     /// The same view with `factor` times fewer pixels along each side.
     #[must_use]
     pub fn downscaled(&self, factor: u32) -> Self {
@@ -226,5 +252,19 @@ mod tests {
         let [x, y] = camera.project(p).unwrap();
         assert!((x - 0.5).abs() < 1e-5 && (y - 0.5).abs() < 1e-5, "{x} {y}");
         assert_eq!(camera.project([0.0, 0.0, 4.5]), None);
+    }
+
+    #[test]
+    fn finer_pixels_by_hand() {
+        let pose = Camera::look_at([0.0, 0.0, 4.0], [0.0; 3], [0.0, 1.0, 0.0]);
+        let (focal, center) = ([10.0, 12.0], [3.25, 1.5]);
+        let camera = Camera { width: 6, height: 4, focal, center, camera_to_world: pose };
+        let fine = camera.finer(3);
+        assert_eq!((fine.width, fine.height), (18, 12));
+        assert_eq!((fine.focal, fine.center), ([30.0, 36.0], [9.75, 4.5]));
+        // The middle one of the nine in pixel (4, 2).
+        assert_eq!(fine.ray(13.5, 7.5), camera.ray(4.5, 2.5));
+        assert_eq!(camera.finer(1), camera);
+        assert_eq!(camera.finer(u32::MAX).width, u32::MAX);
     }
 }

@@ -39,19 +39,39 @@ impl Tiles {
     /// Rows of a tile at least.
     const LEAST_ROWS: u32 = 16;
 
+    /// Rays along a side of a pixel at most: more than one pixel's do not fit into a tile.
+    pub const MOST_RAYS: u32 = Self::LARGEST[1];
+
     /// Those of a picture of this width and height: as wide as the largest or a little
     /// narrower, so that none is left much narrower than the others.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
-        let [most, mut rows] = Self::LARGEST;
+        Self::supersampled(width, height, 1)
+    }
+
+    /// The same for `n` × `n` rays a pixel, at least 1 and at most [`MOST_RAYS`](Self::MOST_RAYS)
+    /// along a side: tiles of which the [finer](Tile::finer) ones are no larger than others.
+    /// Render [`tile.finer(n)`](Tile::finer) as [`camera.finer(n)`](crate::Camera::finer) sees
+    /// it, then [`average_tile`](crate::render::average_tile).
+    ///
+    /// ```
+    /// use pocketnerf_core::render::Tiles;
+    ///
+    /// let tiles = Tiles::supersampled(100, 100, 8);
+    /// assert_eq!(tiles.size(), [16, 8]);
+    /// assert!(tiles.map(|tile| tile.finer(8).pixels()).max() <= Some(Tiles::MOST_PIXELS));
+    /// ```
+    #[must_use]
+    pub fn supersampled(width: u32, height: u32, n: u32) -> Self {
+        let n = n.clamp(1, Self::MOST_RAYS);
+        let [most, mut rows] = Self::LARGEST.map(|side| side / n);
+        let [step, least] = [Self::WIDTH_STEP, Self::LEAST_ROWS].map(|side| (side / n).max(1));
         let columns = width.div_ceil(most).max(1);
-        while rows > Self::LEAST_ROWS && columns.saturating_mul(height.div_ceil(rows)) < Self::LEAST
-        {
+        while rows > least && columns.saturating_mul(height.div_ceil(rows)) < Self::LEAST {
             rows /= 2;
         }
-        let wide = width.div_ceil(columns).next_multiple_of(Self::WIDTH_STEP);
-        let tile = [wide.clamp(Self::WIDTH_STEP, most), rows];
-        Self { picture: [width, height], tile, next: 0 }
+        let wide = width.div_ceil(columns).next_multiple_of(step);
+        Self { picture: [width, height], tile: [wide.clamp(step, most), rows], next: 0 }
     }
 
     /// Width and height of all tiles but those at the right and at the bottom.
@@ -117,6 +137,25 @@ mod tests {
             }
             assert!(seen[..(width * height) as usize].iter().all(|n| *n == 1));
         }
+    }
+
+    #[test]
+    fn tiles_of_many_rays_are_no_larger() {
+        for n in [1, 2, 3, 5, 8, 17, 33, 64, 65, 0, u32::MAX] {
+            for [width, height] in [[1, 1], [17, 3], [100, 75], [400, 300]] {
+                let rays = n.clamp(1, Tiles::MOST_RAYS);
+                let mut pixels = 0;
+                for tile in Tiles::supersampled(width, height, n) {
+                    let fine = tile.finer(rays);
+                    assert!(fine.width <= 128 && fine.height <= 64, "{n}: {tile:?}");
+                    pixels += tile.pixels();
+                }
+                assert_eq!(pixels, (width * height) as usize, "{n}: {width}x{height}");
+            }
+        }
+        // Those of the picture that is rendered, where n divides them.
+        assert_eq!(Tiles::supersampled(200, 200, 4).size(), [32, 16]);
+        assert_eq!(Tiles::new(800, 800).size(), [128, 64]);
     }
 
     #[test]
