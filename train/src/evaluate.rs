@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use pocketnerf_core::render::RenderStats;
-use pocketnerf_core::{Display, Error, Model};
+use pocketnerf_core::{Camera, Display, Error, Model};
 use serde::Serialize;
 
 use crate::dataset::Dataset;
 use crate::metrics::{Metrics, Scores, composite_on, depth_error, quantile, quantize_all};
-use crate::picture::{self, Renderer};
+use crate::picture::{self, Antialias, Renderer};
 
 /// One view's result.
 #[derive(Clone, Debug, Serialize)]
@@ -63,9 +63,11 @@ pub struct Evaluation {
     pub seconds_per_frame: f64,
     /// Its inverse.
     pub frames_per_second: f64,
-    /// Pixels a second, interpolated ones too.
+    /// Rays that a pixel of the first view has: n × n, see [`picture::Antialias`].
+    pub rays_per_pixel: u32,
+    /// Rays a second, interpolated ones too.
     pub rays_per_second: f64,
-    /// Samples at which the field was asked, a pixel.
+    /// Samples at which the field was asked, a ray, interpolated ones too.
     pub samples_per_ray: f64,
     /// The same, a ray along which the field was asked at all.
     pub samples_per_hit_ray: f64,
@@ -77,7 +79,8 @@ pub struct Evaluation {
 /// the view's number, its 8-bit picture and the 8-bit truth.
 ///
 /// What a view's mask ignores does not count: see [`Metrics::compare`]. Where the true depths
-/// are known, they are compared with those of a second picture, which no time is taken of.
+/// are known, they are compared with those of a second picture, which no time is taken of: one
+/// ray a pixel, as the true depths have.
 ///
 /// # Errors
 /// Whatever rendering reports.
@@ -94,12 +97,17 @@ pub fn evaluate(
     let behind = model.display.color_space.from_srgb(background);
     let display = Display { background: behind, ..model.display };
     let mut renderer = Renderer::new(model, settings);
-    let mut deep = Renderer::new(model, &picture::Settings { depth: true, ..*settings });
+    let antialias = settings.antialias;
+    let rays_of = |camera: &Camera| u64::from(antialias.rays(camera)).pow(2);
+    let one_ray = Antialias::Off;
+    let deep = picture::Settings { depth: true, antialias: one_ray, ..*settings };
+    let mut deep = Renderer::new(model, &deep);
     for (i, view) in dataset.views.iter().enumerate() {
         let begun = Instant::now();
         let rendered = renderer.render_through(&view.camera, &view.lens)?;
         times.push(begun.elapsed().as_secs_f64());
-        rays += u64::from(rendered.width) * u64::from(rendered.height);
+        let pixels = u64::from(rendered.width) * u64::from(rendered.height);
+        rays += rays_of(&view.camera) * pixels;
         stats += rendered.stats;
         let picture = rendered.rgb8(&display);
         let truth = quantize_all(&composite_on(&view.rgba, background));
@@ -149,6 +157,7 @@ pub fn evaluate(
         per_view,
         seconds_per_frame: median,
         frames_per_second: 1.0 / median.max(1e-9),
+        rays_per_pixel: dataset.views.first().map_or(1, |view| rays_of(&view.camera) as u32),
         rays_per_second: rays as f64 / total.max(1e-9),
         samples_per_ray: stats.samples as f64 / (rays as f64).max(1.0),
         samples_per_hit_ray: stats.samples as f64 / (stats.hits as f64).max(1.0),

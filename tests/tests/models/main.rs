@@ -1,5 +1,6 @@
 //! Model files: their bytes, what is in them and what they show.
 
+mod antialias;
 mod camera;
 mod compact;
 mod compare;

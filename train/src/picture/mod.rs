@@ -1,5 +1,6 @@
 //! Whole pictures of a model, and their files.
 
+mod antialias;
 pub mod image_file;
 mod progressive;
 mod renderer;
@@ -7,6 +8,7 @@ mod renderer;
 use pocketnerf_core::render::{RenderStats, Tiles};
 use pocketnerf_core::{Camera, Display, Error, Model, RenderOptions, SimdLevel, Tuning, pixel};
 
+pub use antialias::Antialias;
 pub use progressive::Progressive;
 pub use renderer::Renderer;
 
@@ -36,10 +38,12 @@ pub struct Settings {
     pub tuning: Tuning,
     /// Where the samples of a ray lie.
     pub sampling: Sampling,
+    /// How many rays are cast a pixel.
+    pub antialias: Antialias,
 }
 
 impl Default for Settings {
-    /// As fast as this machine can, in the usual quality, without depth.
+    /// As fast as this machine can, in the usual quality, one ray a pixel, without depth.
     fn default() -> Self {
         Self {
             simd: SimdLevel::detect(),
@@ -48,12 +52,13 @@ impl Default for Settings {
             depth: false,
             tuning: Tuning::FAST,
             sampling: Sampling::Occupancy,
+            antialias: Antialias::Off,
         }
     }
 }
 
 impl Settings {
-    /// The core's options.
+    /// The core's options; how many rays a pixel has is not among them.
     pub fn options(&self, model: &Model<'_>) -> RenderOptions {
         let Self { simd, skip, quality, tuning, .. } = *self;
         let options = RenderOptions {
@@ -78,8 +83,8 @@ pub struct Picture {
     /// Premultiplied RGBA in the model's colour space, four values a pixel, without
     /// background.
     pub rgba: Vec<f32>,
-    /// Expected Euclidean distance, scene units; infinite where nothing is.
-    /// Empty if depth was not rendered.
+    /// Expected Euclidean distance, scene units, of all rays of a pixel; infinite where nothing
+    /// is. Empty if depth was not rendered.
     pub depth: Vec<f32>,
     /// What it took.
     pub stats: RenderStats,

@@ -1,15 +1,18 @@
 //! Pictures with a deadline: coarse at once, finer as long as there is time and
 //! the camera rests.
 
+use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
-use pocketnerf_core::render::{Refinement, Refinements, RenderStats, Tiles, refine_tile};
+use pocketnerf_core::render::{
+    Refinement, Refinements, RenderStats, Tiles, average_tile, refine_tile,
+};
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
 
 use super::{Picture, Settings};
 use crate::pool::Pool;
 
-/// Time to put tiles together, a pixel: kept back from the deadline.
+/// Time to put tiles together, a ray: kept back from the deadline.
 const ASSEMBLE: Duration = Duration::from_nanos(6);
 /// Pixels of a level of detail, compared with those of the level before.
 const GROWTH: u32 = 4;
@@ -19,6 +22,10 @@ const GROWTH: u32 = 4;
 pub struct Progressive<'m> {
     model: &'m Model<'m>,
     camera: Camera,
+    /// Rays along a side of a pixel.
+    n: u32,
+    /// Sees a pixel for each ray.
+    fine: Camera,
     options: RenderOptions,
     parts: Vec<Part>,
     scratch: Pool<Vec<f32>>,
@@ -27,6 +34,7 @@ pub struct Progressive<'m> {
 /// A tile of the picture.
 #[derive(Debug)]
 struct Part {
+    /// The rays' own.
     tile: Tile,
     rgba: Vec<f32>,
     /// Empty if depth is not rendered.
@@ -42,8 +50,10 @@ impl<'m> Progressive<'m> {
     /// The picture that `camera` takes, nothing of it rendered.
     #[must_use]
     pub fn new(model: &'m Model<'m>, camera: &Camera, settings: &Settings) -> Self {
-        let tile = Tiles::new(camera.width, camera.height).size();
-        let coarsest = Refinements::new([camera.width, camera.height], tile);
+        let n = settings.antialias.rays(camera);
+        let fine = camera.finer(n);
+        let tile = Tiles::supersampled(camera.width, camera.height, n).size();
+        let coarsest = Refinements::new([fine.width, fine.height], tile.map(|side| side * n));
         let parts = coarsest.take_while(|piece| piece.known == 0).map(|piece| Part {
             tile: piece.tile,
             rgba: vec![0.0; piece.tile.pixels() * 4],
@@ -53,7 +63,7 @@ impl<'m> Progressive<'m> {
             took: Duration::ZERO,
         });
         let (parts, options) = (parts.collect(), settings.options(model));
-        Self { model, camera: *camera, options, parts, scratch: Pool::default() }
+        Self { model, camera: *camera, n, fine, options, parts, scratch: Pool::default() }
     }
 
     /// Refines until `deadline`, on all threads of the current pool; says whether
@@ -63,11 +73,11 @@ impl<'m> Progressive<'m> {
     /// # Errors
     /// Whatever [`refine_tile`] reports.
     pub fn refine(&mut self, deadline: Instant) -> Result<bool, Error> {
-        let pixels = self.camera.width.saturating_mul(self.camera.height);
+        let pixels = self.fine.width.saturating_mul(self.fine.height);
         let deadline = deadline.checked_sub(ASSEMBLE * pixels).unwrap_or(deadline);
         let mut level = Refinements::COARSEST;
         while level > 0 {
-            let (model, camera, options) = (self.model, &self.camera, &self.options);
+            let (model, camera, options) = (self.model, &self.fine, &self.options);
             let coarser = |part: &&mut Part| part.spacing == 0 || part.spacing > level;
             let pending: Vec<&mut Part> = self.parts.iter_mut().filter(coarser).collect();
             let scratch = || vec![0.0; options.scratch_len()];
@@ -102,24 +112,39 @@ impl<'m> Progressive<'m> {
             stats: RenderStats::default(),
         };
         for part in &self.parts {
-            let above = part.tile.y as usize * row;
-            copy_rows(&part.rgba, &mut picture.rgba[4 * above..], 4, part.tile, row);
+            let (tile, rgba, depth) = part.pixels(self.n);
+            let above = tile.y as usize * row;
+            copy_rows(&rgba, &mut picture.rgba[4 * above..], 4, tile, row);
             if with_depth {
-                copy_rows(&part.depth, &mut picture.depth[above..], 1, part.tile, row);
+                copy_rows(&depth, &mut picture.depth[above..], 1, tile, row);
             }
             picture.stats += part.stats;
         }
         picture
     }
 
-    /// The part of the picture's pixels, in tiles of which at least every
-    /// `spacing`-th pixel along both axes is rendered.
+    /// The part of the picture's rays, one a pixel unless [`Settings::antialias`] says
+    /// otherwise, in tiles of which at least every `spacing`-th along both axes is cast.
     #[must_use]
     pub fn share(&self, spacing: u32) -> f64 {
         let refined = |part: &&Part| (1..=spacing).contains(&part.spacing);
         let all: usize = self.parts.iter().map(|part| part.tile.pixels()).sum();
         let done: usize = self.parts.iter().filter(refined).map(|part| part.tile.pixels()).sum();
         done as f64 / all.max(1) as f64
+    }
+}
+
+impl Part {
+    /// The tile's pixels, of `n` × `n` rays each: colours and depths.
+    fn pixels(&self, n: u32) -> (Tile, Cow<'_, [f32]>, Cow<'_, [f32]>) {
+        let Tile { x, y, width, height } = self.tile;
+        let tile = Tile { x: x / n, y: y / n, width: width / n, height: height / n };
+        let (mut rgba, mut depth) = (Cow::from(&self.rgba), Cow::from(&self.depth));
+        if n > 1 {
+            let to = (!depth.is_empty()).then(|| &mut depth.to_mut()[..]);
+            average_tile(tile, n, rgba.to_mut(), to).expect("as long as the tile");
+        }
+        (tile, rgba, depth)
     }
 }
 

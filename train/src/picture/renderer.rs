@@ -1,9 +1,9 @@
 //! Renders whole pictures, tiles in parallel.
 
-use pocketnerf_core::render::{RenderStats, Tiles};
+use pocketnerf_core::render::{RenderStats, Tiles, average_tile};
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
 
-use super::{Picture, Settings};
+use super::{Antialias, Picture, Settings};
 use crate::lens::{Lens, render_through};
 use crate::pool::Pool;
 
@@ -12,6 +12,7 @@ use crate::pool::Pool;
 pub struct Renderer<'m> {
     model: &'m Model<'m>,
     options: RenderOptions,
+    antialias: Antialias,
     depth: bool,
     workers: Pool<Worker>,
     picture: Picture,
@@ -21,13 +22,15 @@ impl<'m> Renderer<'m> {
     /// To render `model`.
     #[must_use]
     pub fn new(model: &'m Model<'m>, settings: &Settings) -> Self {
-        Self::with_options(model, settings.options(model), settings.depth)
+        let Settings { antialias, depth, .. } = *settings;
+        Self { antialias, ..Self::with_options(model, settings.options(model), depth) }
     }
 
-    /// The same with any options, and with `depth` where wanted.
+    /// With any options, and with `depth` where wanted; one ray a pixel.
     #[must_use]
     pub fn with_options(model: &'m Model<'m>, options: RenderOptions, depth: bool) -> Self {
-        Self { model, options, depth, workers: Pool::default(), picture: Picture::default() }
+        let (workers, picture) = (Pool::default(), Picture::default());
+        Self { model, options, antialias: Antialias::Off, depth, workers, picture }
     }
 
     /// Renders the picture that `camera` takes, on all threads of the current pool.
@@ -44,15 +47,18 @@ impl<'m> Renderer<'m> {
     /// # Errors
     /// Whatever [`render_tile`](pocketnerf_core::render_tile) reports.
     pub fn render_through(&mut self, camera: &Camera, lens: &Lens) -> Result<&Picture, Error> {
-        let Self { model, options, depth, workers, picture } = self;
+        let Self { model, options, antialias, depth, workers, picture } = self;
         let (width, height) = (camera.width, camera.height);
+        let n = antialias.rays(camera);
+        let fine = camera.finer(n);
         let pixels = width as usize * height as usize;
         picture.rgba.resize(pixels * 4, 0.0);
         picture.depth.resize(if *depth { pixels } else { 0 }, 0.0);
-        let parts = parts(width, height, &mut picture.rgba, &mut picture.depth);
+        let tiles = Tiles::supersampled(width, height, n);
+        let parts = parts(tiles, camera, &mut picture.rgba, &mut picture.depth);
         let worker = || Worker::new(options, *depth);
         let stats = workers.map(parts, worker, |worker, part| {
-            worker.render(model, (camera, lens), options, part)
+            worker.render(model, (&fine, lens), n, options, part)
         })?;
         let stats = stats.into_iter().fold(RenderStats::default(), |mut a, b| {
             a += b;
@@ -76,13 +82,17 @@ struct Part<'p> {
     depth: Vec<&'p mut [f32]>,
 }
 
-/// Cuts a picture into tiles.
-fn parts<'p>(width: u32, height: u32, rgba: &'p mut [f32], depth: &'p mut [f32]) -> Vec<Part<'p>> {
+/// Cuts a picture that `camera` takes into tiles.
+fn parts<'p>(
+    tiles: Tiles,
+    camera: &Camera,
+    rgba: &'p mut [f32],
+    depth: &'p mut [f32],
+) -> Vec<Part<'p>> {
     let part = |tile| Part { tile, rgba: Vec::new(), depth: Vec::new() };
-    let tiles = Tiles::new(width, height);
     let [w, h] = tiles.size().map(|side| side as usize);
     let mut parts: Vec<Part<'p>> = tiles.map(part).collect();
-    let row = width.max(1) as usize;
+    let row = camera.width.max(1) as usize;
     let first = |y: usize| y / h * row.div_ceil(w);
     for (y, row) in rgba.chunks_mut(4 * row).enumerate() {
         let pieces = row.chunks_mut(4 * w).zip(&mut parts[first(y)..]);
@@ -110,19 +120,21 @@ impl Worker {
         Self { scratch, rgba: vec![0.0; 4 * n], depth: vec![0.0; if depth { n } else { 0 }] }
     }
 
-    /// Renders a tile.
+    /// Renders a tile of which the camera, the finer one, sees `n` × `n` pixels for each.
     fn render(
         &mut self,
         model: &Model<'_>,
         through: (&Camera, &Lens),
+        n: u32,
         options: &RenderOptions,
         part: Part<'_>,
     ) -> Result<RenderStats, Error> {
-        let (tile, width) = (part.tile, part.tile.width as usize);
-        let rgba = &mut self.rgba[..4 * tile.pixels()];
-        let depth = (!part.depth.is_empty()).then(|| &mut self.depth[..tile.pixels()]);
-        let scratch = &mut self.scratch;
-        let stats = render_through(model, through, tile, options, scratch, rgba, depth)?;
+        let (fine, width) = (part.tile.finer(n), part.tile.width as usize);
+        let rgba = &mut self.rgba[..4 * fine.pixels()];
+        let mut depth = (!part.depth.is_empty()).then(|| &mut self.depth[..fine.pixels()]);
+        let (scratch, to) = (&mut self.scratch, depth.as_deref_mut());
+        let stats = render_through(model, through, fine, options, scratch, rgba, to)?;
+        average_tile(part.tile, n, rgba, depth)?;
         let rows = self.rgba.chunks_exact(4 * width).zip(part.rgba);
         rows.for_each(|(from, to)| to.copy_from_slice(from));
         let rows = self.depth.chunks_exact(width).zip(part.depth);

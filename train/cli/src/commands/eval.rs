@@ -11,8 +11,9 @@ use pocketnerf_train::output::write_atomic;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::picture::image_file;
 
+use super::antialias::{Antialiasing, size_doubt};
 use super::parse::{parse_color, parse_pixel_origin};
-use super::rendering::{Rendering, Sampling, size_doubt};
+use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
 
 /// How many of the worst views' pictures are copied.
@@ -57,6 +58,8 @@ pub(super) struct Eval {
     #[arg(long, value_enum, value_name = "HOW", default_value_t, help_heading = "Rendering")]
     sampling: Sampling,
     #[command(flatten)]
+    antialiasing: Antialiasing,
+    #[command(flatten)]
     rendering: Rendering,
 }
 
@@ -74,8 +77,9 @@ impl Eval {
             eprintln!("warning: {warning}");
             warnings.push(warning);
         }
+        let antialias = self.antialiasing.of(&file.about);
         let first = dataset.views.first();
-        let size = first.and_then(|view| size_doubt(file.about.camera, &view.camera));
+        let size = first.and_then(|view| size_doubt(file.about.camera, &view.camera, antialias));
         if let Some(warning) = size {
             eprintln!("warning: {warning}");
             warnings.push(warning);
@@ -83,7 +87,8 @@ impl Eval {
         let origin = self.pixel_origin.unwrap_or(file.about.pixel_origin);
         for view in &mut dataset.views {
             view.camera = file.about.scene.camera_to_model(&view.camera);
-            shift(&mut view.camera, origin);
+            let n = antialias.rays(&view.camera);
+            shift(&mut view.camera, origin, n);
         }
         let background = self.background.unwrap_or_else(|| file.model.display.srgb_background());
         let folder = self.out.as_deref().map(make_folder).transpose()?;
@@ -91,6 +96,7 @@ impl Eval {
         let views = &dataset.views;
         let settings = Settings {
             sampling: self.sampling.into(),
+            antialias,
             ..self.rendering.settings(file.about.quality)
         };
         let result =
@@ -131,7 +137,7 @@ impl Eval {
             print_line(format_args!(
                 "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB \
                  (median {:.2}, 5th percentile {:.2}, worst {:.2}: {}){}, {:.3} s per frame, \
-                 {:.1} samples per ray that hits something",
+                 {:.1} samples per ray that hits something{}",
                 result.views,
                 self.split.name(),
                 result.width,
@@ -145,6 +151,10 @@ impl Eval {
                 others(&result, &metrics),
                 result.seconds_per_frame,
                 result.samples_per_hit_ray,
+                match result.rays_per_pixel {
+                    1 => String::new(),
+                    n => format!(", {n} rays per pixel"),
+                },
             ));
         }
         Ok(())
@@ -197,9 +207,10 @@ fn others(result: &Evaluation, metrics: &Metrics) -> String {
     known.collect()
 }
 
-/// Moves the camera's rays to where the model expects them in pixels.
-pub(super) fn shift(camera: &mut Camera, origin: PixelOrigin) {
+/// Moves the camera's rays, `n` along a side of a pixel, to where the model expects them in
+/// the parts of the pixel that they stand for.
+pub(super) fn shift(camera: &mut Camera, origin: PixelOrigin, n: u32) {
     if origin == PixelOrigin::Corner {
-        camera.center = camera.center.map(|c| c + 0.5);
+        camera.center = camera.center.map(|c| c + 0.5 / n as f32);
     }
 }

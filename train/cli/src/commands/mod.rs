@@ -1,5 +1,6 @@
 //! The command line, a thin layer over the library: one file per command.
 
+mod antialias;
 mod bench;
 mod chart;
 mod convert;

@@ -8,11 +8,12 @@ use pocketnerf_core::{Camera, Display, Model};
 use pocketnerf_formats::ModelFile;
 use pocketnerf_train::cameras::{self, Circle};
 use pocketnerf_train::output;
-use pocketnerf_train::picture::{self, Picture, Progressive, image_file};
+use pocketnerf_train::picture::{self, Antialias, Picture, Progressive, image_file};
 use serde_json::json;
 
+use super::antialias::{Antialiasing, size_doubt};
 use super::parse::parse_color;
-use super::rendering::{Rendering, Sampling, size_doubt};
+use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, make_folder, memory, open_to_render, print_json, read_model};
 
 #[derive(Debug, clap::Args)]
@@ -54,6 +55,8 @@ pub(super) struct Render {
     #[arg(long, value_enum, value_name = "HOW", default_value_t, help_heading = "Rendering")]
     sampling: Sampling,
     #[command(flatten)]
+    antialiasing: Antialiasing,
+    #[command(flatten)]
     rendering: Rendering,
 }
 
@@ -71,12 +74,16 @@ impl Render {
             output::check_output(&self.out)?;
         }
         let (depth, sampling) = (self.depth, self.sampling.into());
+        let antialias = self.antialiasing.of(&file.about);
         let usual = self.rendering.settings(file.about.quality);
-        let settings = picture::Settings { depth, sampling, ..usual };
-        memory::check(picture_bytes(&cameras), "render smaller pictures", || {
+        let settings = picture::Settings { depth, sampling, antialias, ..usual };
+        // With a deadline, all rays are kept until the end.
+        let kept = if self.deadline_ms.is_some() { antialias } else { Antialias::Off };
+        memory::check(picture_bytes(&cameras, kept), "render smaller pictures", || {
             "a picture".to_owned()
         })?;
-        let doubt = cameras.first().and_then(|camera| size_doubt(file.about.camera, camera));
+        let first = cameras.first();
+        let doubt = first.and_then(|camera| size_doubt(file.about.camera, camera, antialias));
         if let (Some(doubt), false) = (&doubt, common.quiet) {
             eprintln!("warning: {doubt}");
         }
@@ -113,8 +120,9 @@ impl Render {
                 "bytes": bytes.stored().len(),
                 "method": file.model.field.kind(),
                 "pictures": n,
-                "width": cameras.first().map(|camera| camera.width),
-                "height": cameras.first().map(|camera| camera.height),
+                "width": first.map(|camera| camera.width),
+                "height": first.map(|camera| camera.height),
+                "rays_per_pixel": first.map(|camera| antialias.rays(camera).pow(2)),
                 "seconds_per_frame": seconds / n.max(1) as f64,
                 "threads": rayon::current_num_threads(),
                 "out": self.out.display().to_string(),
@@ -170,10 +178,14 @@ impl Render {
     }
 }
 
-/// Memory of the largest picture: its colours and depths, and the bytes that are written.
-fn picture_bytes(cameras: &[Camera]) -> u64 {
-    let pixels = |camera: &Camera| u64::from(camera.width) * u64::from(camera.height);
-    32 * cameras.iter().map(pixels).max().unwrap_or(0)
+/// Memory of the largest picture: colours and depths of its rays that are kept, and the bytes
+/// that are written.
+fn picture_bytes(cameras: &[Camera], kept: Antialias) -> u64 {
+    let bytes = |camera: &Camera| {
+        let fine = camera.finer(kept.rays(camera));
+        32 * u64::from(fine.width) * u64::from(fine.height)
+    };
+    cameras.iter().map(bytes).max().unwrap_or(0)
 }
 
 /// The finest picture that a deadline allows.
@@ -190,8 +202,9 @@ fn in_time(
     let picture = progressive.picture();
     if !common.quiet {
         let share = |spacing| 100.0 * progressive.share(spacing);
+        let rays = if settings.antialias.rays(camera) > 1 { "ray" } else { "pixel" };
         common.say(&format!(
-            "{:.1} ms: every pixel in {:.0} % of the picture, every 2nd in {:.0} %, every 4th in {:.0} %",
+            "{:.1} ms: every {rays} in {:.0} % of the picture, every 2nd in {:.0} %, every 4th in {:.0} %",
             1e3 * begun.elapsed().as_secs_f64(),
             share(1),
             share(2),

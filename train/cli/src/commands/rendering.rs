@@ -1,8 +1,7 @@
 //! Options of commands that render, and of those that compute with vector instructions.
 
 use clap::{Args, ValueEnum};
-use pocketnerf_core::{Camera, SimdLevel};
-use pocketnerf_formats::DefaultCamera;
+use pocketnerf_core::SimdLevel;
 use pocketnerf_train::picture::{self, Settings};
 
 use super::parse::{parse_quality, parse_simd};
@@ -58,33 +57,6 @@ pub(super) struct Rendering {
     pub(super) vectors: Vectors,
 }
 
-/// Pixels that differ from those of the photographs by more than so many times are said.
-const LIKE: f32 = 1.5;
-
-/// What to say of pictures whose pixels are larger or smaller than those of the photographs that
-/// a model has learnt from.
-pub(super) fn size_doubt(own: Option<DefaultCamera>, camera: &Camera) -> Option<String> {
-    let own = own?.camera();
-    let pixel = |camera: &Camera| 1.0 / camera.focal[0];
-    let times = pixel(camera) / pixel(&own);
-    if times > LIKE {
-        Some(format!(
-            "pictures of {} pixels show {times:.1} times as much in a pixel as the photographs: \
-             edges are jagged; render them larger and scale them down",
-            camera.width
-        ))
-    } else if times < 1.0 / LIKE {
-        Some(format!(
-            "pictures of {} pixels show {:.1} times as little in a pixel as the photographs: no \
-             photograph shows such details; train on larger ones",
-            camera.width,
-            1.0 / times
-        ))
-    } else {
-        None
-    }
-}
-
 impl Rendering {
     /// The settings for a model with this [quality](pocketnerf_formats::About::quality) of
     /// its own.
@@ -96,22 +68,5 @@ impl Rendering {
             quality: self.quality.or(own).unwrap_or(usual.quality),
             ..usual
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pictures_of_other_pixels_are_said() {
-        let pose = Camera::look_at([4.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
-        let at = |width: u32| Camera::from_fov_x(width, width, 0.7, pose);
-        let own = DefaultCamera { camera_to_world: pose, fov_x: 0.7, width: 800, height: 800 };
-        let said = |width: u32| size_doubt(Some(own), &at(width));
-        assert_eq!((said(800), said(600), said(1100)), (None, None, None));
-        assert!(said(200).unwrap().contains("4.0 times as much"));
-        assert!(said(1600).unwrap().contains("2.0 times as little"));
-        assert_eq!(size_doubt(None, &at(100)), None);
     }
 }

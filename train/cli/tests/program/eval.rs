@@ -43,3 +43,27 @@ fn the_worst_views_are_named() {
     let worst = format!("worst {:.2}: {})", order[0].0, found["worst_view"].as_str().unwrap());
     assert!(said.lines().last().unwrap().contains(&worst), "{said}\n{worst}");
 }
+
+/// At a quarter of the photographs' size, a ray a pixel sees a sixteenth of it.
+#[test]
+fn smaller_pictures_are_not_jagged() {
+    let eval = |rays: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
+        command.args(["eval", MODEL, "builtin", "--downscale-factor", "4", "--json"]);
+        let output = command.args(["--antialias", rays]).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()
+    };
+    let [auto, off] = ["auto", "off"].map(eval);
+    let figure = |found: &Value, key: &str| found[key].as_f64().unwrap();
+    assert_eq!((&auto["rays_per_pixel"], &off["rays_per_pixel"]), (&16.into(), &1.into()));
+    assert!(auto["warnings"].as_array().unwrap().is_empty(), "{auto}");
+    let said = off["warnings"][0].as_str().unwrap();
+    assert!(said.contains("edges are jagged; --antialias 4 casts 4x4 rays"), "{said}");
+    let [many, one] = [&auto, &off].map(|found| figure(found, "psnr"));
+    assert!(many > one + 6.0, "{many} {one}");
+    // Every ray counts. Closer to one another, more of them are interpolated.
+    let [many, one] = [&auto, &off].map(|found| figure(found, "samples_per_ray"));
+    assert!(many < one && 4.0 * many > one, "{many} {one}");
+    assert_eq!(auto["depth_error"], off["depth_error"]);
+}

@@ -73,7 +73,7 @@ pub(super) fn measure(
                 // Poses are in the dataset's coordinates.
                 for (view, own) in dataset.views.iter_mut().zip(&own) {
                     view.camera = file.about.scene.camera_to_model(own);
-                    crate::commands::eval::shift(&mut view.camera, file.about.pixel_origin);
+                    crate::commands::eval::shift(&mut view.camera, file.about.pixel_origin, 1);
                 }
                 let mut cameras: Vec<(Camera, Lens)> =
                     dataset.views.iter().map(|view| (view.camera, view.lens)).collect();

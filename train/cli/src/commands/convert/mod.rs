@@ -220,7 +220,7 @@ impl Convert {
         let mut verified = [Value::Null, Value::Null];
         if self.verify {
             let origin = conversion.pixel_origin();
-            views.iter_mut().for_each(|camera| eval::shift(camera, origin));
+            views.iter_mut().for_each(|camera| eval::shift(camera, origin, 1));
             if views.is_empty() {
                 views = orbit(&model, conversion.distance(), up);
             }

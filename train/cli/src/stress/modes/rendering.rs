@@ -43,7 +43,8 @@ pub(super) const MODES: &[Mode] = &[
         strengths: &[2.0, 4.0, 8.0],
         quick: 2.0,
         bar: Bar::Loss(1.0),
-        cause: "A ray through a pixel's centre sees a point of what the pixel sees the mean of.",
+        cause: "A ray through a pixel's centre sees a point of what the pixel sees the mean of; as \
+                many rays as it holds pixels of the photographs see all of it.",
         published: "mip-NeRF: NeRF 31.2 dB at the full size, 22.5 at an eighth of it",
         case: |strength, _| Some(resized(strength.log2() as i32)),
     },
