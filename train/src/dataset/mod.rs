@@ -14,7 +14,6 @@ mod listing;
 mod llff;
 mod memory;
 mod npy;
-mod plain;
 mod recognise;
 mod report;
 
@@ -31,9 +30,9 @@ use rayon::prelude::*;
 pub use error::DatasetError;
 #[doc(hidden)]
 pub use fingerprint::hash_of;
-pub(crate) use plain::UNCLAIMED;
 pub use report::{DatasetReport, ImageSize, SplitReport, inspect, inspect_with};
 pub use report::{WIDE, spacing};
+pub(crate) use view::UNCLAIMED;
 pub use view::View;
 pub use write::write;
 

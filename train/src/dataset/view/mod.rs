@@ -1,8 +1,11 @@
 //! One image and the camera that took it.
 
+mod plain;
+
 use pocketnerf_core::{Camera, Ray};
 
 use crate::lens::Lens;
+pub(crate) use plain::UNCLAIMED;
 
 /// One image and the camera that took it.
 #[derive(Clone, Debug)]

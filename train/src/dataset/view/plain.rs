@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use rayon::prelude::*;
 
-use super::{Dataset, View};
+use crate::dataset::{Dataset, View};
 
 /// Pixels from the edge that tell the colour.
 const EDGE: usize = 2;
