@@ -211,7 +211,8 @@ pub struct Dataset {
     pub bounds: Option<[f32; 2]>,
     /// The scene's box, smallest and largest corner, where the dataset says.
     pub aabb: Option<[[f32; 3]; 2]>,
-    /// The colour that opaque images show where nothing is, where the dataset says.
+    /// The colour that opaque images show where nothing is, where the dataset says, or their
+    /// [edges](Self::cut_out) do.
     pub background: Option<[f32; 3]>,
     /// Whether all cameras look along −z from about the origin, at what lies beyond
     /// z = −1: rays that suit normalised device coordinates.

@@ -9,6 +9,7 @@ mod packed;
 mod page;
 mod peers;
 mod place;
+mod plain;
 mod render;
 mod resume;
 mod stress;

@@ -38,6 +38,10 @@ fn a_deadline_long_enough_gives_the_same_picture_and_a_short_one_a_coarser() {
         let output = render(path, options);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let said = String::from_utf8(output.stdout).unwrap();
+        let one_ray = [options, &["--antialias", "off"]].concat();
+        let pixels = String::from_utf8(render(path, &one_ray).stdout).unwrap();
+        assert_eq!(pixels.contains("every pixel in"), !options.is_empty(), "{pixels}");
+        assert!(render(path, options).status.success());
         // Pixels of 96 are four times as large as those of the model's photographs.
         assert_eq!(said.contains("every ray in"), !options.is_empty(), "{said}");
     }

@@ -44,7 +44,7 @@ struct Edge {
 impl Dataset {
     /// Cuts out what opaque photographs show, where their background is plain: alpha becomes 0
     /// where the background is, 255 where the object is, and 254 where either may be; colours stay
-    /// as they are, and [`View::behind`] has the background's. Gives that, sRGB; `None`, and
+    /// as they are, and [`View::behind`] has the view's own background. Gives that of all, sRGB; `None`, and
     /// nothing changes, where the background is not plain, and where it has not the colour
     /// `expected`.
     pub fn cut_out(&mut self, expected: Option<[f32; 3]>) -> Option<[f32; 3]> {
@@ -73,7 +73,7 @@ impl Dataset {
             let own = edge.is_plain && like(&edge.color);
             view.cut_out(if own { edge } else { &usual });
         });
-        self.has_alpha = true;
+        (self.has_alpha, self.background) = (true, Some(found));
         Some(found)
     }
 }
@@ -219,6 +219,7 @@ mod tests {
     fn what_is_around_the_object_becomes_transparent() {
         let mut dataset = dataset(framed);
         let found = dataset.cut_out(None).unwrap();
+        assert_eq!(dataset.background, Some(found));
         assert!(dataset.has_alpha && found.iter().all(|c| (c - 254.0 / 255.0).abs() < 1e-6));
         for view in &dataset.views {
             assert_eq!(view.behind, Some(found));

@@ -35,6 +35,9 @@ pub(super) struct SceneOptions {
     pub(super) far: Option<f32>,
     /// Train against one background: white, black or R,G,B [default: the expectation over
     /// random ones for images with alpha; white with --sampling hierarchical]
+    ///
+    /// Opaque images whose edges all show one plain colour are cut out, and need no --background;
+    /// another colour than theirs keeps the background as a part of the scene.
     #[arg(long, value_name = "COLOR", value_parser = parse_color)]
     pub(super) background: Option<[f32; 3]>,
 }
@@ -61,9 +64,9 @@ impl SceneOptions {
             config.far = self.far;
         }
         // Images with alpha are on white in the original NeRF.
-        let plain = dataset.views.first().and_then(|view| view.behind).unwrap_or([1.0; 3]);
-        let one = (config.hierarchical_training().is_some() && dataset.has_alpha).then_some(plain);
-        config.backdrop = self.background.or(one);
+        let one = config.hierarchical_training().is_some() && dataset.has_alpha;
+        let usual = one.then(|| dataset.background.unwrap_or([1.0; 3]));
+        config.backdrop = self.background.or(usual);
         Ok(())
     }
 

@@ -140,7 +140,7 @@ impl Finished<'_> {
         let views = (0..n.min(VIEWS)).map(|i| i * n / n.min(VIEWS));
         let large = |view: &usize| source.cameras()[*view].width >= LEAST;
         for view in views.filter(|view| !held.has(*view)).filter(large) {
-            // Light alone: over black, what is transparent says nothing.
+            // As it looks, or light alone: over black, what is transparent says nothing.
             let behind = source.behind(view).unwrap_or([0.0; 3]);
             let mut own = Vec::new();
             for (camera, corner) in quarters(&source.cameras()[view]) {

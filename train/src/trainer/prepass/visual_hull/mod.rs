@@ -56,8 +56,8 @@ impl VisualHull {
 
     /// Whether a ball around `center` (scene units) may hold something: false
     /// if some views, more than one in fifty (before a plain background, one in two), see all of
-    /// it against a transparent background, or if fewer than a quarter of the views see its centre: what so few silhouettes
-    /// confine is mostly the space beside the object.
+    /// it against a transparent background, or if fewer than a quarter of the views see its
+    /// centre: what so few silhouettes confine is mostly the space beside the object.
     #[must_use]
     pub fn may_hold(&self, center: [f32; 3], radius: f32) -> bool {
         self.look(0..self.views.len(), center, radius, |_, _| ())
