@@ -2,6 +2,7 @@
 
 mod accidents;
 mod bench;
+mod boxes;
 mod chart;
 mod convert;
 mod eval;

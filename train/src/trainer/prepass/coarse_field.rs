@@ -16,7 +16,7 @@ const STEPS: u32 = 256;
 /// Steps after which its surfaces are known.
 const LONGER: u32 = 768;
 /// Cells of its occupancy along an axis.
-const RESOLUTION: u32 = 64;
+pub(super) const RESOLUTION: u32 = 64;
 /// Density of what is there, 1 / side of the box. The field begins with 1.
 const SIGMA: f32 = 20.0;
 /// A box is worth another if its longest side is this much shorter.

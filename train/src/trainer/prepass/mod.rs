@@ -1,6 +1,7 @@
 //! What is found out before there is a [`Trainer`](super::Trainer): the box of the scene and
 //! the cells that may hold something.
 
+mod box_fit;
 pub(crate) mod coarse_field;
 mod deadline;
 pub(crate) mod scene_box;
@@ -13,6 +14,7 @@ use super::occupancy::cells::MOST_CELLS;
 use super::pixels::rays::{Backdrop, RaySource};
 use super::{TrainConfig, all_cells};
 use crate::dataset::Dataset;
+pub use box_fit::BoxFit;
 pub use deadline::{Deadline, PrepassError};
 use scene_box::find_box;
 use visual_hull::VisualHull;

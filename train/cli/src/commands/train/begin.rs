@@ -15,31 +15,42 @@ const MEASURED: f64 = 30.0;
 /// Steps a second of a whole run, as a share of those at its beginning: later rays end at
 /// surfaces, so that more of them share a step's samples.
 const LATER: f64 = 0.6;
+/// Runs of fewer seconds have no time to look at the box that they are given.
+const LOOKED_AT: f64 = 10.0;
 
 impl Train {
-    /// The trainer of a new run, its scene found.
+    /// The trainer of a new run, its scene found; the user hears of a box that does not fit it.
     pub(super) fn new_trainer(
         &self,
         dataset: Dataset,
         level: SimdLevel,
         started: Instant,
+        bar: &mut Bar,
     ) -> Result<Trainer, Failure> {
         let (config, has_alpha) = (self.config(&dataset)?, dataset.has_alpha);
+        let is_given = config.aabb.or(dataset.aabb).is_some();
         let seconds = match self.length() {
             Length::Seconds(seconds) => Some(seconds),
             Length::Steps(_) => None,
         };
         let end = seconds.and_then(|seconds| started.checked_add(Duration::from_secs_f64(seconds)));
         let deadline = end.map_or(Deadline::NONE, Deadline::at);
-        let prepared = prepass::run(dataset, config, level, deadline);
-        let prepared = prepared.map_err(|error| -> Failure {
+        let failure = |error| -> Failure {
             match (error, seconds) {
                 (PrepassError::OutOfTime, Some(seconds)) => {
                     NoTime { seconds, before: started.elapsed().as_secs_f64() }.into()
                 }
                 (error, _) => error.into(),
             }
-        })?;
+        };
+        let mut prepared = prepass::run(dataset, config, level, deadline).map_err(failure)?;
+        if is_given && has_alpha && seconds.is_none_or(|seconds| seconds >= LOOKED_AT) {
+            let (back, fit) = prepared.box_fit(level, deadline).map_err(failure)?;
+            prepared = back;
+            if let Some(fit) = fit.filter(|fit| fit.is_doubtful()) {
+                bar.warn(fit.to_string());
+            }
+        }
         let mut trainer = Trainer::from_prepared(prepared, level)?;
         self.fit_detail(&mut trainer, has_alpha)?;
         Ok(trainer)

@@ -78,7 +78,7 @@ impl Train {
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, level, common.started)?,
             None => {
-                let trainer = self.new_trainer(dataset, level, common.started)?;
+                let trainer = self.new_trainer(dataset, level, common.started, &mut bar)?;
                 (trainer, Run::new(self.length(), common.started))
             }
         };
