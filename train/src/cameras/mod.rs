@@ -1,6 +1,7 @@
 //! Cameras to render from: circles, single poses and camera paths.
 
 mod path;
+mod spacing;
 mod subject;
 
 use std::f32::consts::TAU;
@@ -11,6 +12,7 @@ use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera, Space};
 
 pub use path::camera_path;
+pub use spacing::{WIDE, spacing};
 pub use subject::nearest_to_axes;
 pub(crate) use subject::{cube, distances, object_box};
 

@@ -31,7 +31,6 @@ pub use error::DatasetError;
 #[doc(hidden)]
 pub use fingerprint::hash_of;
 pub use report::{DatasetReport, ImageSize, SplitReport, inspect, inspect_with};
-pub use report::{WIDE, spacing};
 pub(crate) use view::UNCLAIMED;
 pub use view::View;
 pub use write::write;

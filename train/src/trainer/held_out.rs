@@ -126,7 +126,7 @@ impl HeldOutView {
 }
 
 /// The camera whose pixels are every few of another's, the middle ones.
-fn every_few(camera: &Camera, apart: u32) -> Camera {
+pub(crate) fn every_few(camera: &Camera, apart: u32) -> Camera {
     let side = |pixels: u32| (pixels + apart - 1 - apart / 2) / apart;
     let scale = apart as f32;
     // Pixel i is pixel `apart i + apart / 2`, and both have their middle half a pixel further.

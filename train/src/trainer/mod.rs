@@ -115,7 +115,7 @@ impl Trainer {
     /// # Errors
     /// As [`with_prepass`](Self::with_prepass).
     pub fn from_prepared(prepared: Prepared, simd: SimdLevel) -> Result<Self, Error> {
-        let Prepared { source, space, candidates, config } = prepared;
+        let Prepared { source, space, candidates, config, .. } = prepared;
         let sampling = config.sampling(&space)?;
         let backend = backend(&config, &space, simd)?;
         let resolution = config.occupancy_resolution;
@@ -218,6 +218,12 @@ impl Trainer {
     #[must_use]
     pub const fn occupancy(&self) -> &DensityGrid {
         &self.grid
+    }
+
+    /// Whether photographs are evened out, see [`Prepared::even_exposure`].
+    #[must_use]
+    pub fn is_evened_out(&self) -> bool {
+        !self.source.exposure().gains().is_empty()
     }
 
     /// From now on the time of each stage is recorded.

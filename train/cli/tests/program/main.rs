@@ -6,6 +6,7 @@ mod boxes;
 mod chart;
 mod convert;
 mod eval;
+mod exposure;
 mod packed;
 mod page;
 mod peers;

@@ -1,7 +1,6 @@
 //! What is in a dataset: the check report.
 
 mod look;
-mod spacing;
 mod text;
 
 use std::path::Path;
@@ -13,7 +12,6 @@ use serde::Serialize;
 use super::listing::{Frame, Listing};
 use super::{DatasetError, LoadOptions, Split, decode, images, list};
 use crate::cameras::nearest_to_axes;
-pub use spacing::{WIDE, spacing};
 
 use look::{camera_box, distances, scene_box, share_looking_at};
 

@@ -26,9 +26,10 @@ pub(crate) struct CalibrationTiles<'t> {
 
 /// A tile that was rendered.
 pub(crate) struct CalibrationTile<'t> {
+    source: &'t RaySource,
+    view: u32,
     camera: &'t Camera,
     lens: &'t Lens,
-    photograph: &'t [u8],
     mask: Option<&'t [u8]>,
     background: [f32; 3],
     /// Which pixels.
@@ -61,14 +62,13 @@ impl CalibrationTiles<'_> {
         let Pixel { view, x, y } = self.visibility.pixel(self.source.cameras(), seen, &mut random);
         let camera = &self.source.cameras()[view as usize];
         let lens = &self.source.lenses()[view as usize];
-        let photograph = &self.source.images()[view as usize];
         let mask = self.source.masks()[view as usize].as_deref();
         let [width, height] = [self.size[0].min(camera.width), self.size[1].min(camera.height)];
         let corner = |c: u32, side: u32, all: u32| c.saturating_sub(side / 2).min(all - side);
         let (x, y) = (corner(x, width, camera.width), corner(y, height, camera.height));
         let tile = Tile { x, y, width, height };
         let rgba = vec![0.0; 4 * tile.pixels()];
-        CalibrationTile { camera, lens, photograph, mask, background, tile, rgba }
+        CalibrationTile { source: self.source, view, camera, lens, mask, background, tile, rgba }
     }
 }
 
@@ -76,15 +76,15 @@ impl CalibrationTile<'_> {
     /// Of the tile's premultiplied pixels that count against those of the photograph, both
     /// over the background, all colours together.
     pub(crate) fn squared_error(&self, rgba: &[f32]) -> f64 {
-        let Self { camera, photograph, mask, background, tile, .. } = self;
-        let width = camera.width as usize;
-        let rows = (0..tile.height).map(|y| (tile.y + y) as usize * width + tile.x as usize);
-        let places = rows.flat_map(|first| first..first + tile.width as usize);
-        let truth = photograph.as_chunks::<4>().0;
+        let Self { source, view, camera, mask, background, tile, .. } = self;
+        let across = tile.x..tile.x + tile.width;
+        let places =
+            (tile.y..tile.y + tile.height).flat_map(|y| across.clone().map(move |x| (x, y)));
         let pixels = rgba.as_chunks::<4>().0.iter().zip(places);
-        let counted = pixels.filter(|(_, i)| mask.is_none_or(|mask| mask[*i] != 0));
-        let errors = counted.map(|(ours, i)| {
-            let theirs = truth[i];
+        let index = |(x, y): (u32, u32)| (y * camera.width + x) as usize;
+        let counted = pixels.filter(|(_, at)| mask.is_none_or(|mask| mask[index(*at)] != 0));
+        let errors = counted.map(|(ours, (x, y))| {
+            let theirs = source.rgba(Pixel { view: *view, x, y });
             let [r, g, b, alpha] = theirs.map(|value| f32::from(value) / 255.0);
             let seen = ours[3];
             let differences = [r, g, b].into_iter().zip(ours).zip(*background);

@@ -5,6 +5,7 @@ use pocketnerf_core::{Camera, Ray};
 use crate::dataset::{UNCLAIMED, View};
 use crate::lens::Lens;
 use crate::random::Random;
+use crate::trainer::pixels::exposure::Exposure;
 use crate::trainer::pixels::visibility::PixelVisibility;
 
 /// Which pixel of which view.
@@ -97,6 +98,8 @@ pub struct RaySource {
     /// Where a view shows a plain background, its colour.
     behind: Vec<Option<[f32; 3]>>,
     backdrop: Backdrop,
+    /// How photographs are evened out.
+    exposure: Exposure,
 }
 
 impl RaySource {
@@ -107,7 +110,8 @@ impl RaySource {
         let lenses = views.iter().map(|view| view.lens).collect();
         let behind = views.iter().map(|view| view.behind).collect();
         let (images, masks) = views.into_iter().map(|view| (view.rgba, view.mask)).unzip();
-        Self { cameras, lenses, images, masks, behind, backdrop }
+        let exposure = Exposure::default();
+        Self { cameras, lenses, images, masks, behind, backdrop, exposure }
     }
 
     /// What pictures are to be seen on: what is behind the images, white where that may be
@@ -135,6 +139,17 @@ impl RaySource {
             (Backdrop::Random, Some(color)) => (color, CLAIM),
             (backdrop, _) => backdrop.moments(),
         }
+    }
+
+    /// From now on photographs are multiplied by these gains, a view and channel; without any
+    /// they are taken as they are.
+    pub(crate) fn even_out(&mut self, gains: Vec<[f32; 3]>) {
+        self.exposure = Exposure::new(gains);
+    }
+
+    /// How photographs are evened out.
+    pub(crate) fn exposure(&self) -> &Exposure {
+        &self.exposure
     }
 
     /// Whether the silhouettes are those of photographs before a plain background.
@@ -176,6 +191,7 @@ impl RaySource {
     #[inline]
     pub(crate) fn counts(&self, view: usize, i: usize) -> bool {
         self.masks[view].as_ref().is_none_or(|mask| mask[i] != 0)
+            && !self.exposure.is_cut_off(view, self.images[view].as_chunks::<4>().0[i])
     }
 
     /// The views' images, RGBA.
@@ -184,9 +200,15 @@ impl RaySource {
         &self.images
     }
 
-    /// A pixel's straight RGBA.
+    /// A pixel's straight RGBA, evened out.
     #[inline]
     pub(crate) fn rgba(&self, pixel: Pixel) -> [u8; 4] {
+        self.exposure.even(pixel.view as usize, self.as_taken(pixel))
+    }
+
+    /// A pixel's straight RGBA, as the photograph has it.
+    #[inline]
+    pub(crate) fn as_taken(&self, pixel: Pixel) -> [u8; 4] {
         let width = self.cameras[pixel.view as usize].width as usize;
         let image = self.images[pixel.view as usize].as_chunks::<4>().0;
         image[pixel.y as usize * width + pixel.x as usize]
@@ -240,7 +262,8 @@ impl RaySource {
         let (mut n, mut alpha, mut nothing, mut unseen) = (0.0, 0.0, 0.0, 0.0);
         let (mut sum, mut sum_of_squares) = ([0.0; 3], 0.0);
         let pixels = self.images.iter().enumerate().flat_map(|(view, image)| {
-            image.chunks_exact(4).enumerate().map(move |(i, rgba)| (view, i, rgba))
+            let even = move |rgba| self.exposure.even(view, rgba);
+            image.as_chunks::<4>().0.iter().enumerate().map(move |(i, rgba)| (view, i, even(*rgba)))
         });
         let counted = pixels.step_by(PIXELS_APART).filter(|(view, i, _)| self.counts(*view, *i));
         for (view, i, pixel) in counted {

@@ -5,7 +5,6 @@ use core::fmt;
 use pocketnerf_core::{SimdLevel, Space};
 
 use super::coarse_field::{self, RESOLUTION};
-use super::visual_hull::VisualHull;
 use super::{Deadline, Prepared, PrepassError, find_box};
 
 /// A scene may reach beyond its box by so many cells of the small field: it is known no better.
@@ -27,7 +26,8 @@ pub struct BoxFit {
 }
 
 impl Prepared {
-    /// How the box fits a scene whose photographs have silhouettes; `None` where there is no box.
+    /// How the box fits a scene whose photographs have silhouettes; `None` where there is no
+    /// box or no silhouettes.
     /// Trains a small field for a second.
     ///
     /// # Errors
@@ -37,16 +37,17 @@ impl Prepared {
         simd: SimdLevel,
         deadline: Deadline,
     ) -> Result<(Self, Option<BoxFit>), PrepassError> {
-        let Some(given) = self.space.scene_box() else { return Ok((self, None)) };
-        let Self { source, space, candidates, config } = self;
-        let hull = VisualHull::before(&source, deadline);
-        let around = find_box(source.cameras(), Some(&hull));
+        let (Some(given), Some(hull)) = (self.space.scene_box(), &self.hull) else {
+            return Ok((self, None));
+        };
+        let Self { source, config, .. } = self;
+        let around = find_box(source.cameras(), Some(hull));
         deadline.check()?;
         let (found, source) =
-            coarse_field::tighten(around, source, &hull, &config, (simd, deadline))?;
+            coarse_field::tighten(around, source, hull, &config, (simd, deadline))?;
         let cell = 1.0 / (RESOLUTION as f32 * around.unit_map().scale);
         let fit = BoxFit { given, found: found.bounds(), margin: BEYOND * cell };
-        Ok((Self { source, space, candidates, config }, Some(fit)))
+        Ok((Self { source, config, ..self }, Some(fit)))
     }
 }
 

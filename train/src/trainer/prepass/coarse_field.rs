@@ -53,7 +53,7 @@ pub(super) fn cells(
     hull: Option<&VisualHull>,
     resources: (SimdLevel, Deadline),
 ) -> Result<(Vec<u32>, RaySource), PrepassError> {
-    let Prepared { source, space, mut candidates, config } = prepared;
+    let Prepared { source, space, mut candidates, config, .. } = prepared;
     let trainer = trained(carved(source, hull, space, small(&config)), resources, LONGER)?;
     let (grown, n) = (trainer.grid.grown(), config.occupancy_resolution);
     let at = |c: u32| (c as f32 + 0.5) / n as f32;
@@ -70,16 +70,7 @@ fn trained(
     let mut trainer = Trainer::from_prepared(small, simd)?;
     for step in 0..steps {
         deadline.check()?;
-        let progress = step as f32 / steps as f32;
-        trainer.step(&StepSettings {
-            rate: (progress * 16.0).min(1.0) * (1.0 - 0.9 * progress),
-            decay: 0.0,
-            step_scale: 1.0,
-            kept: 0.3,
-            update_occupancy: true,
-            average: false,
-            between_views: false,
-        });
+        step_at(&mut trainer, step as f32 / steps as f32);
     }
     // Another two looks at every cell.
     for _ in 0..8 {
@@ -88,12 +79,25 @@ fn trained(
     Ok(trainer)
 }
 
+/// A step of a small field, after this share of its run.
+pub(super) fn step_at(trainer: &mut Trainer, progress: f32) {
+    trainer.step(&StepSettings {
+        rate: (progress * 16.0).min(1.0) * (1.0 - 0.9 * progress),
+        decay: 0.0,
+        step_scale: 1.0,
+        kept: 0.3,
+        update_occupancy: true,
+        average: false,
+        between_views: false,
+    });
+}
+
 fn side(space: Space) -> f32 {
     1.0 / space.unit_map().scale
 }
 
 /// The same scene with a field that learns its outline in no time.
-fn small(config: &TrainConfig) -> TrainConfig {
+pub(super) fn small(config: &TrainConfig) -> TrainConfig {
     TrainConfig {
         field: config.field.kind().coarse(),
         occupancy_resolution: RESOLUTION,

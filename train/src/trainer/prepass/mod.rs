@@ -4,6 +4,7 @@
 mod box_fit;
 pub(crate) mod coarse_field;
 mod deadline;
+mod exposure;
 pub(crate) mod scene_box;
 pub(crate) mod scene_ndc;
 pub(crate) mod visual_hull;
@@ -28,6 +29,8 @@ pub struct Prepared {
     pub space: Space,
     /// Cells that may hold something.
     pub candidates: Vec<u32>,
+    /// The silhouettes, where there are some.
+    pub(crate) hull: Option<VisualHull>,
     /// Settings, with the box that was found.
     pub config: TrainConfig,
 }
@@ -73,26 +76,26 @@ pub fn run(
     };
     // A checkpoint holds it: a resumed run does not look for it again.
     config.aabb = space.scene_box();
-    prepared(source, hull.as_ref(), space, config, (simd, deadline))
+    prepared(source, hull, space, config, (simd, deadline))
 }
 
 /// In this space.
 fn prepared(
     source: RaySource,
-    hull: Option<&VisualHull>,
+    hull: Option<VisualHull>,
     space: Space,
     config: TrainConfig,
     (simd, deadline): (SimdLevel, Deadline),
 ) -> Result<Prepared, PrepassError> {
     config.sampling(&space)?;
     let kind = config.field.kind();
-    let prepared = carved(source, hull, space, config.clone());
+    let prepared = carved(source, hull.as_ref(), space, config.clone());
     deadline.check()?;
     if !kind.is_costly() || kind.hierarchical_training().is_some() {
-        return Ok(prepared);
+        return Ok(Prepared { hull, ..prepared });
     }
-    let (candidates, source) = coarse_field::cells(prepared, hull, (simd, deadline))?;
-    Ok(Prepared { source, space, candidates, config })
+    let (candidates, source) = coarse_field::cells(prepared, hull.as_ref(), (simd, deadline))?;
+    Ok(Prepared { source, space, candidates, hull, config })
 }
 
 /// With the cells that the silhouettes allow.
@@ -107,5 +110,5 @@ fn carved(
         Some(hull) => hull.cells(&space, resolution),
         None => all_cells(&space, resolution),
     };
-    Prepared { source, space, candidates, config }
+    Prepared { source, space, candidates, hull: None, config }
 }

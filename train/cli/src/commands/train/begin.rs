@@ -7,6 +7,7 @@ use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer::prepass::{self, Deadline, PrepassError};
 use pocketnerf_train::trainer::{Checkpoint, Length, NoTime, TrainConfig, Trainer};
 
+use super::scene::Exposure;
 use super::{Bar, Train};
 use crate::commands::Failure;
 
@@ -15,8 +16,11 @@ const MEASURED: f64 = 30.0;
 /// Steps a second of a whole run, as a share of those at its beginning: later rays end at
 /// surfaces, so that more of them share a step's samples.
 const LATER: f64 = 0.6;
-/// Runs of fewer seconds have no time to look at the box that they are given.
+/// Runs of fewer seconds have no time to look at the box that they are given, nor at exposure.
 const LOOKED_AT: f64 = 10.0;
+/// Stops from which on evening out does not help enough: the brightest and the darkest parts of
+/// photographs are lost.
+const EVENED_OUT: f32 = 0.2;
 
 impl Train {
     /// The trainer of a new run, its scene found; the user hears of a box that does not fit it.
@@ -44,11 +48,29 @@ impl Train {
             }
         };
         let mut prepared = prepass::run(dataset, config, level, deadline).map_err(failure)?;
-        if is_given && has_alpha && seconds.is_none_or(|seconds| seconds >= LOOKED_AT) {
+        let has_time = seconds.is_none_or(|seconds| seconds >= LOOKED_AT);
+        if is_given && has_time {
             let (back, fit) = prepared.box_fit(level, deadline).map_err(failure)?;
             prepared = back;
             if let Some(fit) = fit.filter(|fit| fit.is_doubtful()) {
                 bar.warn(fit.to_string());
+            }
+        }
+        if self.scene.exposure != Some(Exposure::Off) && has_time {
+            let (back, stops) = prepared.even_exposure(level, deadline).map_err(failure)?;
+            prepared = back;
+            if let Some(stops) = stops {
+                let found = format!(
+                    "photographs differ by {stops:.2} stops in exposure or white balance and are \
+                     evened out"
+                );
+                match stops < EVENED_OUT {
+                    true => bar.say(&format!("{found}; --exposure off keeps them")),
+                    false => bar.warn(format!(
+                        "{found}, expected less than {EVENED_OUT} stops: what was cut off is lost; \
+                         take them with one exposure"
+                    )),
+                }
             }
         }
         let mut trainer = Trainer::from_prepared(prepared, level)?;

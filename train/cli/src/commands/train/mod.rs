@@ -13,7 +13,8 @@ use std::time::Duration;
 
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
-use pocketnerf_train::dataset::{Dataset, Split, WIDE, spacing};
+use pocketnerf_train::cameras::{WIDE, spacing};
+use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
 use pocketnerf_train::trainer::checkpoint::TrainedOn;
 use pocketnerf_train::trainer::{Checkpoint, Length, Run, Trainer};
@@ -115,6 +116,7 @@ impl Train {
             }
         };
         result["background_cut_out"] = plain.is_some().into();
+        result["exposure_evened_out"] = trainer.is_evened_out().into();
         saving.at_end(&trainer, &run, &origin, &mut bar);
         drop(bar);
         if common.json {
@@ -138,7 +140,8 @@ impl Train {
     /// What is to be said of photographs and options before training.
     fn doubts(&self, dataset: &Dataset, is_cut_out: bool) -> Vec<String> {
         let mut doubts = Vec::new();
-        if let Some(angle) = spacing(&dataset.views).filter(|angle| *angle > WIDE) {
+        let cameras = dataset.views.iter().map(|view| &view.camera);
+        if let Some(angle) = spacing(cameras).filter(|angle| *angle > WIDE) {
             doubts.push(format!(
                 "{} photographs, {angle:.0} degrees from one to the next, expected at most {WIDE}: \
                  what lies between them is a guess; take more",

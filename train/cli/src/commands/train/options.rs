@@ -9,7 +9,7 @@ use pocketnerf_train::trainer::checkpoint::Problem;
 use pocketnerf_train::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig};
 
 use super::model::ModelOptions;
-use super::scene::{SceneOptions, SpaceKind};
+use super::scene::{Exposure, SceneOptions, SpaceKind};
 use crate::commands::parse::{parse_precision, parse_seconds};
 use crate::commands::rendering::Vectors;
 use crate::commands::{Failure, Reading};
@@ -122,6 +122,8 @@ impl Train {
             Some(ndc) => (SpaceKind::Ndc, ndc.near),
         };
         let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
+        let kept = self.scene.exposure.filter(|exposure| *exposure == Exposure::Off);
+        let exposure = if checkpoint.is_evened_out() { Exposure::Auto } else { Exposure::Off };
         let shape = || {
             let mut options = self.model.against(config).into_iter();
             options.try_for_each(|(option, given, stored)| same(option, given, stored))
@@ -136,6 +138,7 @@ impl Train {
             .and_then(|()| same("--near", self.scene.near, Some(near)))
             .and_then(|()| same("--far", self.scene.far, config.far))
             .and_then(|()| same("--background", self.scene.background, config.backdrop))
+            .and_then(|()| same("--exposure", kept, Some(exposure)))
             .and_then(|()| shape())
             .map_err(|problem| problem.of(checkpoint.file()))
     }

@@ -16,6 +16,15 @@ pub(super) enum SpaceKind {
     Ndc,
 }
 
+/// Whether photographs are evened out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum Exposure {
+    /// Where their exposure or white balance differs by more than chance
+    Auto,
+    /// They are taken as they are
+    Off,
+}
+
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Scene")]
 pub(super) struct SceneOptions {
@@ -40,6 +49,9 @@ pub(super) struct SceneOptions {
     /// another colour than theirs keeps the background as a part of the scene.
     #[arg(long, value_name = "COLOR", value_parser = parse_color)]
     pub(super) background: Option<[f32; 3]>,
+    /// Even out photographs that are brighter or of another colour than the others [default: auto]
+    #[arg(long, value_enum, value_name = "KIND")]
+    pub(super) exposure: Option<Exposure>,
 }
 
 impl SceneOptions {

@@ -12,7 +12,8 @@ const PUBLISHED: &str = "";
 pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "exposure",
-        what: "photographs brighter or darker at random by this standard deviation",
+        what: "photographs brighter or darker at random by this standard deviation, on the whole as \
+               bright as before",
         unit: "stops",
         strengths: &[0.05, 0.1, 0.25, 0.5],
         quick: 0.25,
@@ -22,9 +23,9 @@ pub(super) const MODES: &[Mode] = &[
         published: "instant-ngp #887: constant exposure reduces floaters",
         case: |strength, _| {
             Some(Case::trained(Training::changed("exposure", strength, |views, stops, random| {
-                for view in views {
-                    let gain = (stops as f32 * normal(random)).exp2();
-                    scale(view, [gain; 3]);
+                let own = centred(views.len(), random);
+                for (view, own) in views.iter_mut().zip(own) {
+                    scale(view, [(stops as f32 * own).exp2(); 3]);
                 }
             })))
         },
@@ -43,8 +44,9 @@ pub(super) const MODES: &[Mode] = &[
                 "white-balance",
                 strength,
                 |views, share, random| {
-                    for view in views {
-                        let by = share as f32 * normal(random);
+                    let own = centred(views.len(), random);
+                    for (view, own) in views.iter_mut().zip(own) {
+                        let by = share as f32 * own;
                         scale(view, [1.0 + by, 1.0, 1.0 - by]);
                     }
                 },
@@ -170,6 +172,13 @@ fn each(view: &mut View, mut change: impl FnMut(f32) -> f32) {
 fn scale(view: &mut View, gains: [f32; 3]) {
     let mut channel = gains.iter().cycle();
     each(view, |value| value * channel.next().unwrap_or(&1.0));
+}
+
+/// Normal numbers whose mean is 0: how bright all photographs are together, nothing can tell.
+fn centred(n: usize, random: &mut Random) -> Vec<f32> {
+    let all: Vec<f32> = (0..n).map(|_| normal(random)).collect();
+    let mean = all.iter().sum::<f32>() / n.max(1) as f32;
+    all.into_iter().map(|value| value - mean).collect()
 }
 
 /// Does something to a quarter of the views, with random numbers.

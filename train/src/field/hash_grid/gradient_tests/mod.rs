@@ -155,7 +155,7 @@ impl Step {
         let dataset = dataset(case.shading == Shading::PerSample);
         let simd = case.simd.unwrap_or_else(SimdLevel::detect);
         let prepared = prepass::run(dataset, training, simd, prepass::Deadline::NONE).unwrap();
-        let Prepared { source, space, candidates, config: training } = prepared;
+        let Prepared { source, space, candidates, config: training, .. } = prepared;
         let scale = space.unit_map().scale;
         let mut field = config.build(scale);
         field.set_exact();

@@ -22,6 +22,7 @@ pub use error::{CheckpointError, Problem};
 pub use sections::{kind, section_name};
 
 use crate::dataset::Dataset;
+use crate::trainer::prepass::{self, Deadline};
 use crate::trainer::run::guard::{self, Averages};
 use crate::trainer::run::watch::Watch;
 use crate::trainer::{Length, Plan, Run, TrainConfig, Trainer};
@@ -62,6 +63,8 @@ pub struct Checkpoint {
     best: Option<Vec<f32>>,
     /// The vector instructions of the steps so far.
     simd: Option<SimdLevel>,
+    /// How photographs are evened out.
+    gains: Vec<[f32; 3]>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
 }
@@ -98,6 +101,10 @@ pub fn write(
         add(kind::BEST, bytemuck::must_cast_slice(best));
     }
     add(kind::SIMD, trainer.backend.simd().name().as_bytes());
+    let gains = trainer.source.exposure().gains();
+    if !gains.is_empty() {
+        add(kind::EXPOSURE, bytemuck::must_cast_slice(gains));
+    }
     if let Some(field) = &field {
         add(kind::NERF, field);
     }
@@ -174,6 +181,12 @@ impl Checkpoint {
         self.simd
     }
 
+    /// Whether photographs are evened out.
+    #[must_use]
+    pub const fn is_evened_out(&self) -> bool {
+        !self.gains.is_empty()
+    }
+
     /// Seconds that the run has taken so far.
     #[must_use]
     pub const fn elapsed(&self) -> f64 {
@@ -208,9 +221,14 @@ impl Checkpoint {
             return Err(Problem::Dataset { name, given, expected, found });
         }
         let record = self.record;
-        let mut trainer =
-            Trainer::with_prepass(dataset, self.config, simd).map_err(Problem::Model)?;
         let changed = |part, same: bool| if same { Ok(()) } else { Err(Problem::Changed(part)) };
+        let prepared = prepass::run(dataset, self.config, simd, Deadline::NONE);
+        let mut prepared = prepared.map_err(Problem::Model)?;
+        let (gains, views) = (self.gains.len(), prepared.source.cameras().len());
+        changed("number of photographs", gains == 0 || gains == views)?;
+        prepared.source.even_out(self.gains);
+        let mut trainer =
+            Trainer::from_prepared(prepared, simd).map_err(|e| Problem::Model(e.into()))?;
         changed("scene box", trainer.space == self.space)?;
         changed("steps along a ray", trainer.sampling == self.sampling)?;
         let mut state = trainer.backend.download().clone();

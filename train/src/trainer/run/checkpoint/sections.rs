@@ -46,6 +46,9 @@ pub mod kind {
     /// The vector instructions of the steps so far, by their name on the command line. Without
     /// it they are not known.
     pub const SIMD: u32 = PROGRAM + 10;
+    /// By what each channel of each photograph is multiplied, f32; only where they are evened
+    /// out.
+    pub const EXPOSURE: u32 = PROGRAM + 11;
 }
 
 /// Version of every section so far.
@@ -66,6 +69,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::WATCH => Some("WATCH"),
         kind::BEST => Some("BEST"),
         kind::SIMD => Some("SIMD"),
+        kind::EXPOSURE => Some("EXPOSURE"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -118,6 +122,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         None => None,
     };
     let simd = simd(&model_file)?;
+    let gains = gains(&model_file)?;
     let provenance = model_file.about.provenance;
     Ok(Checkpoint {
         file: file.to_owned(),
@@ -135,6 +140,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         watch,
         best,
         simd,
+        gains,
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
         parameters,
@@ -187,6 +193,21 @@ fn simd(file: &ModelFile<'_>) -> Result<Option<SimdLevel>, Problem> {
     let name = std::str::from_utf8(section(file, kind::SIMD)?.bytes).ok();
     let level = name.and_then(|name| name.parse().ok());
     level.map(Some).ok_or(Problem::State("section SIMD"))
+}
+
+/// How photographs are evened out; as many as there are, the dataset will tell.
+fn gains(file: &ModelFile<'_>) -> Result<Vec<[f32; 3]>, Problem> {
+    if file.container().find(SectionId::first(kind::EXPOSURE)).is_none() {
+        return Ok(Vec::new());
+    }
+    let section = section(file, kind::EXPOSURE)?;
+    let values = floats(section.bytes);
+    let (gains, rest) = values.as_chunks::<3>();
+    let is_sound = |gain: &f32| gain.is_finite() && *gain > 0.0;
+    if gains.is_empty() || !rest.is_empty() || !values.iter().all(is_sound) {
+        return Err(Problem::State("section EXPOSURE"));
+    }
+    Ok(gains.to_vec())
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {

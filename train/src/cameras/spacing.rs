@@ -1,18 +1,17 @@
 //! How far apart photographs are taken.
 
 use glam::Vec3;
-
-use crate::dataset::View;
+use pocketnerf_core::Camera;
 
 /// The [`spacing`] from which on what lies between photographs is a guess, degrees: lego's 100 have
 /// 11, 50 of them 16, 25 of them 24.
 pub const WIDE: f32 = 26.0;
 
-/// The median over views of the angle to the second nearest other view, between the axes along
-/// which they look, degrees. `None` for fewer than three views.
+/// The median over cameras of the angle to the second nearest other camera, between the axes along
+/// which they look, degrees. `None` for fewer than three cameras.
 #[must_use]
-pub fn spacing(views: &[View]) -> Option<f32> {
-    let axes: Vec<Vec3> = views.iter().map(|view| Vec3::from(view.camera.axis())).collect();
+pub fn spacing<'c>(cameras: impl IntoIterator<Item = &'c Camera>) -> Option<f32> {
+    let axes: Vec<Vec3> = cameras.into_iter().map(|camera| camera.axis().into()).collect();
     let nearest = |i: usize| {
         let angles = axes.iter().map(|axis| axis.angle_between(axes[i]).to_degrees());
         let mut angles: Vec<f32> = angles.collect();
@@ -27,20 +26,18 @@ pub fn spacing(views: &[View]) -> Option<f32> {
 
 #[cfg(test)]
 mod tests {
-    use pocketnerf_core::Camera;
-
     use super::*;
 
     #[test]
-    fn the_median_angle_to_the_second_nearest_view() {
+    fn the_median_angle_to_the_second_nearest_camera() {
         let at = |degrees: f32| {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let pose = Camera::look_at([4.0 * cos, 4.0 * sin, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
-            View::new("", Camera::from_fov_x(1, 1, 0.7, pose), vec![255; 4])
+            Camera::from_fov_x(1, 1, 0.7, pose)
         };
         // Second nearest: 40, 30, 30, 50, 80.
-        let views: Vec<View> = [0.0, 10.0, 40.0, 60.0, 120.0].map(at).into();
-        assert!((spacing(&views).unwrap() - 40.0).abs() < 0.01);
-        assert_eq!(spacing(&views[..2]), None);
+        let cameras = [0.0, 10.0, 40.0, 60.0, 120.0].map(at);
+        assert!((spacing(&cameras).unwrap() - 40.0).abs() < 0.01);
+        assert_eq!(spacing(&cameras[..2]), None);
     }
 }
