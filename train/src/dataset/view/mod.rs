@@ -1,5 +1,6 @@
 //! One image and the camera that took it.
 
+mod compression;
 mod plain;
 
 use pocketnerf_core::{Camera, Ray};
