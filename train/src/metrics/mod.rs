@@ -21,7 +21,7 @@ pub use lpips::{Lpips, LpipsError};
 pub use ms_ssim::ms_ssim;
 use pocketnerf_core::{ColorSpace, pixel};
 pub use psnr::psnr;
-pub use quantile::quantile;
+pub use quantile::{mean, median, quantile};
 pub(crate) use scores::masked;
 pub use scores::{Metrics, Scores};
 pub use ssim::ssim;

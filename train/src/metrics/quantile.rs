@@ -1,4 +1,4 @@
-//! Quantiles: medians, percentiles.
+//! Means and quantiles: medians, percentiles.
 
 /// The value below which a share `q` of the sorted values lies, interpolated linearly between
 /// two of them, as by NumPy's `quantile`. `None` without values.
@@ -10,9 +10,31 @@ pub fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
     Some(if low == high { low } else { low + (high - low) * place.fract() })
 }
 
+/// The median of values in any order; `None` without values.
+#[must_use]
+pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    quantile(&values, 0.5)
+}
+
+/// The mean; `None` without values.
+#[must_use]
+pub fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (n, sum) = values.fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value));
+    (n > 0.0).then(|| sum / n)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::quantile;
+    use super::{mean, median, quantile};
+
+    #[test]
+    fn in_any_order() {
+        let values = [4.0, -1.0, 2.0, 7.0];
+        assert_eq!((median(values.into_iter()), mean(values.into_iter())), (Some(3.0), Some(3.0)));
+        assert_eq!((median([].into_iter()), mean([].into_iter())), (None, None));
+    }
 
     #[test]
     fn as_numpy_has_them() {

@@ -30,7 +30,6 @@ pub(crate) struct CalibrationTile<'t> {
     view: u32,
     camera: &'t Camera,
     lens: &'t Lens,
-    mask: Option<&'t [u8]>,
     background: [f32; 3],
     /// Which pixels.
     pub(crate) tile: Tile,
@@ -62,13 +61,12 @@ impl CalibrationTiles<'_> {
         let Pixel { view, x, y } = self.visibility.pixel(self.source.cameras(), seen, &mut random);
         let camera = &self.source.cameras()[view as usize];
         let lens = &self.source.lenses()[view as usize];
-        let mask = self.source.masks()[view as usize].as_deref();
         let [width, height] = [self.size[0].min(camera.width), self.size[1].min(camera.height)];
         let corner = |c: u32, side: u32, all: u32| c.saturating_sub(side / 2).min(all - side);
         let (x, y) = (corner(x, width, camera.width), corner(y, height, camera.height));
         let tile = Tile { x, y, width, height };
         let rgba = vec![0.0; 4 * tile.pixels()];
-        CalibrationTile { source: self.source, view, camera, lens, mask, background, tile, rgba }
+        CalibrationTile { source: self.source, view, camera, lens, background, tile, rgba }
     }
 }
 
@@ -76,13 +74,13 @@ impl CalibrationTile<'_> {
     /// Of the tile's premultiplied pixels that count against those of the photograph, both
     /// over the background, all colours together.
     pub(crate) fn squared_error(&self, rgba: &[f32]) -> f64 {
-        let Self { source, view, camera, mask, background, tile, .. } = self;
+        let Self { source, view, camera, background, tile, .. } = self;
         let across = tile.x..tile.x + tile.width;
         let places =
             (tile.y..tile.y + tile.height).flat_map(|y| across.clone().map(move |x| (x, y)));
         let pixels = rgba.as_chunks::<4>().0.iter().zip(places);
         let index = |(x, y): (u32, u32)| (y * camera.width + x) as usize;
-        let counted = pixels.filter(|(_, at)| mask.is_none_or(|mask| mask[index(*at)] != 0));
+        let counted = pixels.filter(|(_, at)| source.counts(*view as usize, index(*at)));
         let errors = counted.map(|(ours, (x, y))| {
             let theirs = source.rgba(Pixel { view: *view, x, y });
             let [r, g, b, alpha] = theirs.map(|value| f32::from(value) / 255.0);

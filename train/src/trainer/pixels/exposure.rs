@@ -29,12 +29,19 @@ impl Exposure {
         &self.gains
     }
 
+    /// Whether what is as bright as can be becomes darker in a view.
+    pub(crate) fn darkens(&self, view: usize) -> bool {
+        self.gains.get(view).is_some_and(|gains| gains.iter().any(|gain| *gain < DARKENED))
+    }
+
     /// Whether a pixel of a view hides how bright the scene is: where there was too much light
     /// for the photograph, but not for darker ones.
     #[inline]
     pub(crate) fn is_cut_off(&self, view: usize, rgba: [u8; 4]) -> bool {
         let gains = self.gains.get(view);
-        gains.is_some_and(|gains| (0..3).any(|c| rgba[c] == u8::MAX && gains[c] < DARKENED))
+        let is_darkened =
+            |gains: &[f32; 3]| (0..3).any(|c| rgba[c] == u8::MAX && gains[c] < DARKENED);
+        rgba[3] > 0 && gains.is_some_and(is_darkened)
     }
 
     /// A pixel of a view, evened out.
@@ -43,5 +50,47 @@ impl Exposure {
         let Some([red, green, blue]) = self.tables.get(view) else { return rgba };
         let [r, g, b, a] = rgba;
         [red[usize::from(r)], green[usize::from(g)], blue[usize::from(b)], a]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pocketnerf_core::{Camera, Space};
+
+    use super::*;
+    use crate::dataset::View;
+    use crate::trainer::Backdrop;
+    use crate::trainer::pixels::rays::{Pixel, RaySource};
+    use crate::trainer::pixels::visibility::PixelVisibility;
+
+    #[test]
+    fn by_hand() {
+        let exposure = Exposure::new(vec![[0.5, 1.0, 2.0], [1.0; 3]]);
+        assert_eq!(exposure.even(0, [101, 60, 200, 7]), [51, 60, 255, 7]);
+        assert_eq!(exposure.even(1, [101, 60, 200, 7]), [101, 60, 200, 7]);
+        assert_eq!(Exposure::default().even(0, [1, 2, 3, 4]), [1, 2, 3, 4]);
+        // Red was cut off; of what is transparent nothing was.
+        assert!(exposure.is_cut_off(0, [255, 0, 0, 9]) && !exposure.is_cut_off(0, [254; 4]));
+        assert!(
+            !exposure.is_cut_off(0, [255, 0, 0, 0]) && !exposure.is_cut_off(0, [0, 255, 255, 9])
+        );
+        assert!(!exposure.is_cut_off(1, [255; 4]) && exposure.darkens(0) && !exposure.darkens(1));
+    }
+
+    #[test]
+    fn what_was_cut_off_is_never_drawn() {
+        let pose = Camera::look_at([3.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
+        let camera = Camera::from_fov_x(24, 24, 0.5, pose);
+        let is_bright = |i: u32| i.is_multiple_of(5);
+        let rgba = (0..24 * 24).flat_map(|i| [if is_bright(i) { 255 } else { 90 }, 90, 90, 255]);
+        let view = View::new("", camera, rgba.collect());
+        let mut source = RaySource::new(vec![view.clone(), view], Backdrop::Random);
+        source.even_out(vec![[0.8; 3], [1.25; 3]]);
+        let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
+        let visibility = PixelVisibility::new(&source, &space, 32, &[]);
+        for (view, i) in (0..2).flat_map(|view| (0..24 * 24).map(move |i| (view, i))) {
+            let drawn = visibility.draws(Pixel { view, x: i % 24, y: i / 24 });
+            assert_eq!(drawn, view == 1 || !is_bright(i), "{view} {i}");
+        }
     }
 }

@@ -187,6 +187,12 @@ impl RaySource {
         self.lenses[pixel.view as usize].ray(&self.cameras[pixel.view as usize], x, y)
     }
 
+    /// Whether all pixels of a view count.
+    #[inline]
+    pub(crate) fn all_count(&self, view: usize) -> bool {
+        self.masks[view].is_none() && !self.exposure.darkens(view)
+    }
+
     /// Whether the `i`-th pixel of a view counts.
     #[inline]
     pub(crate) fn counts(&self, view: usize, i: usize) -> bool {

@@ -69,13 +69,15 @@ impl PixelVisibility {
         }
         let pixels = |tile: &Tile| u64::from(counting(source, tile).count_ones());
         let seen: u64 = tiles.par_iter().map(pixels).sum();
-        let views = cameras.iter().zip(source.masks());
-        let of_view = |(camera, mask): (&Camera, &Option<Vec<u8>>)| match mask {
-            Some(mask) => mask.iter().filter(|counts| **counts != 0).count() as u64,
-            None => u64::from(camera.width) * u64::from(camera.height),
+        let of_view = |(view, camera): (usize, &Camera)| {
+            let pixels = camera.width as usize * camera.height as usize;
+            match source.all_count(view) {
+                true => pixels,
+                false => (0..pixels).filter(|i| source.counts(view, *i)).count(),
+            }
         };
-        let all: u64 = views.map(of_view).sum();
-        let is_masked = source.masks().iter().any(Option::is_some);
+        let all = cameras.iter().enumerate().map(of_view).sum::<usize>() as u64;
+        let is_masked = (0..cameras.len()).any(|view| !source.all_count(view));
         let counting = match is_masked {
             true => tiles.par_iter().map(|tile| counting(source, tile)).collect(),
             false => Vec::new(),
@@ -144,7 +146,7 @@ fn counting(source: &RaySource, tile: &Tile) -> u64 {
     let [width, height] = size(camera, tile);
     let (left, top) = (u32::from(tile.x) * TILE, u32::from(tile.y) * TILE);
     let mut bits = 0;
-    if source.masks()[tile.view as usize].is_none() {
+    if source.all_count(tile.view as usize) {
         let row = (1 << width) - 1;
         return (0..height).fold(0, |bits, y| bits | row << (y * TILE));
     }

@@ -18,6 +18,8 @@ const MEASURED: f64 = 30.0;
 const LATER: f64 = 0.6;
 /// Runs of fewer seconds have no time to look at the box that they are given, nor at exposure.
 const LOOKED_AT: f64 = 10.0;
+/// Share of a timed run that may go into looking at exposure.
+const LOOKING: f64 = 0.1;
 /// Stops from which on evening out does not help enough: the brightest and the darkest parts of
 /// photographs are lost.
 const EVENED_OUT: f32 = 0.2;
@@ -57,7 +59,10 @@ impl Train {
             }
         }
         if self.scene.exposure != Some(Exposure::Off) && has_time {
-            let (back, stops) = prepared.even_exposure(level, deadline).map_err(failure)?;
+            let share = seconds.map(|seconds| Duration::from_secs_f64(LOOKING * seconds));
+            let enough = share.and_then(|share| Instant::now().checked_add(share));
+            let enough = enough.map_or(Deadline::NONE, Deadline::at);
+            let (back, stops) = prepared.even_exposure(level, enough)?;
             prepared = back;
             if let Some(stops) = stops {
                 let found = format!(

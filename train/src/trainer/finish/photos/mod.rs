@@ -11,7 +11,7 @@ mod cut;
 use pocketnerf_core::{Camera, Error};
 
 use super::Finished;
-use crate::metrics::{composite_on, quantile};
+use crate::metrics::{composite_on, mean, median};
 use crate::picture::{Renderer, Settings};
 use crate::trainer::Trainer;
 use crate::trainer::held_out::HeldOut;
@@ -186,19 +186,8 @@ fn edges_of(source: &RaySource, view: usize) -> f64 {
     mean(opaque.map(|pair| f64::from(pair[0][1].abs_diff(pair[1][1])).powi(2))).unwrap_or(0.0)
 }
 
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (n, sum) = values.fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value));
-    (n > 0.0).then(|| sum / n)
-}
-
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     mean(values.map(|value| value * value)).unwrap_or(0.0).sqrt()
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    quantile(&values, 0.5)
 }
 
 impl Trainer {

@@ -12,7 +12,7 @@ mod uneven;
 use pocketnerf_core::{Error, SimdLevel};
 
 use super::coarse_field::{small, step_at};
-use super::{Deadline, Prepared, PrepassError, carved};
+use super::{Deadline, Prepared, carved};
 use crate::picture::{Renderer, Settings};
 use crate::trainer::Trainer;
 use crate::trainer::held_out::every_few;
@@ -39,22 +39,22 @@ const OPAQUE: f32 = 0.9;
 /// What a view shows beside what the other views say of it, a channel: the median of the
 /// logarithms of the ratio of the field's value to the photograph's, and the distance between
 /// their quartiles.
-type Ratio = Option<[f32; 2]>;
+type Ratio = Option<[f64; 2]>;
 
 impl Prepared {
     /// Finds a gain for each channel of each photograph by which it is as bright as the others,
     /// and evens the photographs out where these differ by more than chance; gives by how much
     /// then, in stops: the standard deviation of the channel that differs most. Where cameras are
-    /// few or far apart, nothing is known and nothing is changed. Trains a small
-    /// field for half a second, or for two.
+    /// few or far apart, nothing is known and nothing is changed. Trains a small field for about a
+    /// second, or for some where photographs differ; after the deadline, no longer.
     ///
     /// # Errors
-    /// As [`run`](super::run).
+    /// When the configuration does not make a valid field, or the SIMD level is not there.
     pub fn even_exposure(
         self,
         simd: SimdLevel,
         deadline: Deadline,
-    ) -> Result<(Self, Option<f32>), PrepassError> {
+    ) -> Result<(Self, Option<f32>), Error> {
         let Some(neighbours) = Neighbours::new(self.source.cameras()) else {
             return Ok((self, None));
         };
@@ -66,23 +66,22 @@ impl Prepared {
         let mut trainer =
             Trainer::from_prepared(carved(source, hull.as_ref(), space, small), simd)?;
         let mut stops = None;
-        for look in 1..=MORE_LOOKS {
+        'looks: for look in 1..=MORE_LOOKS {
             for step in 0..STEPS {
-                deadline.check()?;
-                step_at(
-                    &mut trainer,
-                    ((look - 1) * STEPS + step) as f32 / (MORE_LOOKS * STEPS) as f32,
-                );
+                if deadline.has_passed() {
+                    break 'looks;
+                }
+                let taken = (look - 1) * STEPS + step;
+                step_at(&mut trainer, taken as f32 / (MORE_LOOKS * STEPS) as f32);
             }
             let ratios = ratios(&trainer)?;
             let uneven = [0, 1, 2].map(|c| Uneven::new(&neighbours, &channel(&ratios, c)));
             if look == LOOKS && !uneven.iter().any(Uneven::is_more_than_chance) {
-                stops = None;
                 break;
             }
-            let most = uneven.iter().map(|channel| channel.spread).fold(0.0, f32::max);
-            stops = Some(most * core::f32::consts::LOG2_E);
-            let gains = |view: usize| [0, 1, 2].map(|c| uneven[c].logs[view].exp());
+            let most = uneven.iter().map(|channel| channel.spread).fold(0.0, f64::max);
+            stops = (look >= LOOKS).then_some((most * core::f64::consts::LOG2_E) as f32);
+            let gains = |view: usize| [0, 1, 2].map(|c| uneven[c].logs[view].exp() as f32);
             trainer.source.even_out((0..ratios.len()).map(gains).collect());
         }
         let mut source = trainer.source;
@@ -136,7 +135,7 @@ fn ratios_of(
     }
     Ok(logs.map(|mut logs| {
         logs.sort_by(f32::total_cmp);
-        let quarter = |q: usize| logs[q * (logs.len() - 1) / 4];
+        let quarter = |q: usize| f64::from(logs[q * (logs.len() - 1) / 4]);
         (logs.len() >= FEWEST).then(|| [quarter(2), quarter(3) - quarter(1)])
     }))
 }
