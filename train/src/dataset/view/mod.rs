@@ -1,6 +1,7 @@
 //! One image and the camera that took it.
 
 mod compression;
+mod duplicates;
 mod plain;
 
 use pocketnerf_core::{Camera, Ray};

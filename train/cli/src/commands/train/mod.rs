@@ -62,6 +62,14 @@ impl Train {
             _ => self.reading.read(&self.data, Split::Train, factor)?,
         };
         dataset.notes.iter().for_each(|note| bar.note(note));
+        let duplicates = dataset.leave_out_duplicates();
+        if let Some(first) = duplicates.first() {
+            bar.say(&format!(
+                "{first}: the same photograph from the same place as another; it counts once ({} \
+                 left out)",
+                duplicates.len()
+            ));
+        }
         if let Some(views) = self.views {
             dataset.thin(views as usize);
         }
