@@ -37,8 +37,10 @@ const OUTSIDE: f64 = 0.01;
 /// Share of the occupied cells that `near` and `far` may hide from a camera.
 const CUT: f64 = 0.01;
 /// A photograph is blurred whose edges are so many times as strong as the median, both as they are
-/// and beside the model's.
+/// and beside the model's ...
 const BLURRED: f64 = 0.5;
+/// ... and whose PSNR is so many dB lower than usual: fog has weak edges and is right.
+const WORSE: f64 = 1.0;
 /// Rows between two in which a photograph's edges are looked at.
 const ROWS_APART: usize = 4;
 
@@ -170,7 +172,7 @@ impl Finished<'_> {
             cut: cut::share(&model, source.cameras()),
             blurred: sharpness
                 .iter()
-                .filter(|(_, s)| is_blurred(*s))
+                .filter(|(view, s)| is_blurred(*s) && psnr(errors[*view]) < usual - WORSE)
                 .map(|(view, _)| *view)
                 .collect(),
         }))
@@ -216,20 +218,24 @@ impl Trainer {
     }
 }
 
+/// Of a mean squared error, dB.
+fn psnr(error: f64) -> f64 {
+    -10.0 * error.log10()
+}
+
 /// Views whose errors are like no other's, with their PSNR, and the median PSNR.
 fn odd(errors: &[f64]) -> (Vec<(usize, f64)>, f64) {
     let logs = || errors.iter().filter(|error| **error > 0.0).map(|error| error.ln());
     let middle = median(logs()).unwrap_or(0.0);
     let usual = median(logs().map(|log| (log - middle).abs())).unwrap_or(0.0);
-    let psnr = |log: f64| -10.0 * log / std::f64::consts::LN_10;
     let is_odd = |log: f64| log - middle > ODD.ln().max(FAR * usual);
     let all = errors.iter().enumerate().filter(|(_, error)| **error > 0.0);
     let mut odd: Vec<(usize, f64)> = all
         .filter(|(_, error)| is_odd(error.ln()))
-        .map(|(view, error)| (view, psnr(error.ln())))
+        .map(|(view, error)| (view, psnr(*error)))
         .collect();
     odd.sort_by(|a, b| a.1.total_cmp(&b.1));
-    (odd, psnr(middle))
+    (odd, psnr(middle.exp()))
 }
 
 /// The cameras of the middles of a view's quarters, and the pixel where each begins.
