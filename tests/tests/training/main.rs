@@ -5,6 +5,7 @@
 mod builtin;
 mod cut_out;
 mod determinism;
+mod few_views;
 mod finished;
 mod guard;
 mod jumps;

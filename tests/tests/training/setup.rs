@@ -16,11 +16,11 @@ use pocketnerf_train::trainer::{
     Checkpoint, FinishingBudget, Length, Run, RunError, TrainConfig, Trainer,
 };
 
-/// Twenty views of 25×25 pixels.
+/// So many views of 25×25 pixels that some are held out.
 pub(crate) fn dataset() -> Dataset {
     static DATASET: LazyLock<Dataset> = LazyLock::new(|| {
         let mut dataset = builtin::dataset(Split::Train, 16);
-        dataset.views.truncate(20);
+        dataset.views.truncate(32);
         dataset
     });
     DATASET.clone()

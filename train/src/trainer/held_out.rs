@@ -10,8 +10,6 @@ use crate::trainer::pixels::rays::{Pixel, RaySource};
 
 /// One view in so many is held out, and at least one.
 const ONE_IN: usize = 25;
-/// Fewer views than this are all needed.
-const FEWEST: usize = 8;
 /// Pixels of a look, about.
 const PIXELS: f64 = 16_384.0;
 /// PSNR of pictures that are equal to the byte, dB.
@@ -47,11 +45,11 @@ struct HeldOutView {
 
 impl HeldOut {
     /// Chooses one view in 25, at least one, spread evenly around what the cameras look at;
-    /// other ones for another seed. Of less than 8, none.
+    /// other ones for another seed. Where views are few, all are needed, and none is held out.
     pub(crate) fn choose(source: &RaySource, seed: u64) -> Self {
         let order = around(source.cameras());
         let n = order.len();
-        if n < FEWEST {
+        if source.has_few_views() {
             return Self::default();
         }
         let held = (n / ONE_IN).max(1);
@@ -180,11 +178,11 @@ mod tests {
         };
         assert_eq!(chosen(&all, 3).len(), n / 25);
         assert_eq!(chosen(&all, 3), chosen(&all, 3));
-        // One of a few, each in its turn.
-        let mut turns: Vec<usize> = (0..12).flat_map(|seed| chosen(&source(12), seed)).collect();
+        // One of not many, each in its turn.
+        let mut turns: Vec<usize> = (0..32).flat_map(|seed| chosen(&source(32), seed)).collect();
         turns.sort_unstable();
-        assert_eq!(turns, (0..12).collect::<Vec<_>>());
-        assert!(chosen(&source(7), 0).is_empty());
+        assert_eq!(turns, (0..32).collect::<Vec<_>>());
+        assert!(chosen(&source(31), 0).is_empty());
     }
 
     #[test]

@@ -80,6 +80,8 @@ pub struct Trainer {
     /// The field's parameters when those views were rendered best.
     best: Option<Vec<f32>>,
     targets: Targets,
+    /// Whether silhouettes show where the scene is empty.
+    has_silhouettes: bool,
     space: Space,
     sampling: Sampling,
     grid: DensityGrid,
@@ -115,7 +117,7 @@ impl Trainer {
     /// # Errors
     /// As [`with_prepass`](Self::with_prepass).
     pub fn from_prepared(prepared: Prepared, simd: SimdLevel) -> Result<Self, Error> {
-        let Prepared { source, space, candidates, config, .. } = prepared;
+        let Prepared { source, space, candidates, hull, config } = prepared;
         let sampling = config.sampling(&space)?;
         let backend = backend(&config, &space, simd)?;
         let resolution = config.occupancy_resolution;
@@ -130,6 +132,7 @@ impl Trainer {
             held_out: HeldOut::default(),
             best: None,
             visibility,
+            has_silhouettes: hull.is_some(),
             space,
             sampling,
             grid: DensityGrid::new(resolution, candidates),

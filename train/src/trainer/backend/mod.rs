@@ -79,6 +79,8 @@ pub(crate) struct StepInput<'s> {
     pub(crate) average: bool,
     /// Whether colours between the training views are held to what these see.
     pub(crate) between_views: bool,
+    /// Whether directions are blurred: there are few views.
+    pub(crate) blur_directions: bool,
     /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'s Stopwatch>,
 }

@@ -74,6 +74,8 @@ pub(crate) struct Costs {
     given_up: bool,
     /// A tile.
     tile: f64,
+    /// Which cells photographs see, where that is asked.
+    seen: f64,
 }
 
 impl Costs {
@@ -95,7 +97,7 @@ impl Costs {
         };
         let cells = budget.tiles(pruning::TILES) * pruning::MOST_RENDERED;
         let tiles = (cells + budget.tiles(tolerance::TILES)) as f64;
-        LATER * (looks * self.look + finer + tiles * self.tile)
+        LATER * (looks * self.look + finer + tiles * self.tile + self.seen)
     }
 }
 
@@ -120,7 +122,8 @@ impl Trainer {
         let clock = Instant::now();
         self.calibration_tiles(TIMED).render(&model, &options, |_| Ok(()))?;
         let tile = clock.elapsed().as_secs_f64() / TIMED as f64;
-        Ok(Costs { look, finer, given_up: seen.is_none(), tile })
+        let unseen = self.rehearse_seen_cells(grid.occupied())?;
+        Ok(Costs { look, finer, given_up: seen.is_none(), tile, seen: unseen })
     }
 }
 
@@ -130,11 +133,16 @@ mod tests {
 
     #[test]
     fn what_is_costly_is_tried_less() {
-        let costs = Costs { look: 0.0, finer: 0.1, given_up: false, tile: 0.005 };
+        let costs = Costs { look: 0.0, finer: 0.1, given_up: false, tile: 0.005, seen: 0.0 };
         // 8 looks, 24 tiles five times and 48 once: 0.8 + 0.84 seconds, and a little more.
         let (budget, seconds) = costs.budget(100.0);
         assert_eq!((budget, budget.looks(), budget.tiles(24)), (LADDER[0], 8, 24));
         assert!((seconds - 1.15 * 1.64).abs() < 1e-9, "{seconds}");
+        // A second for what photographs see, and 1.9 seconds for the rest: less is calibrated.
+        let (budget, seconds) = Costs { seen: 1.0, ..costs }.budget(100.0);
+        assert_eq!(budget, LADDER[1]);
+        // 6 looks, 17 tiles five times and 34 once.
+        assert!((seconds - 1.15 * (1.0 + 0.6 + 0.005 * 119.0)).abs() < 1e-9, "{seconds}");
         // Ten times as costly, three seconds for it: four looks alone are 4.
         let costly = Costs { finer: 1.0, tile: 0.05, ..costs };
         let (budget, seconds) = costly.budget(100.0);

@@ -58,6 +58,7 @@ impl Trainer {
             &self.calibration_tiles(few),
             self.backend.simd(),
         )?;
+        let cells = if self.hides_much() { self.seen_cells(cells)? } else { cells };
         let model = Model { occupancy: Some(cells.view()), ..self.model() };
         let tolerance =
             tolerance::find(&model, &self.calibration_tiles(some), self.backend.simd())?;

@@ -7,5 +7,6 @@ mod finished;
 pub(crate) mod photos;
 pub(crate) mod pruning;
 pub(crate) mod tolerance;
+mod unseen;
 
 pub use finished::Finished;

@@ -129,6 +129,16 @@ impl Packed {
         Ok(Self { resolution, coarse, fine, table })
     }
 
+    /// Those of the cells, by their numbers along the axes, that are `kept`.
+    pub(crate) fn only(&self, kept: impl Fn([u32; 3]) -> bool) -> Self {
+        let (n, view) = (self.resolution, self.view());
+        let at = |cell: &u32| {
+            let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+            view.cell(x, y, z) && kept([x, y, z])
+        };
+        Self::of(n, (0..n * n * n).filter(at))
+    }
+
     /// For core to march through.
     pub(crate) fn view(&self) -> Occupancy<'_> {
         Occupancy::new(self.resolution, 1, &self.coarse, &self.fine)

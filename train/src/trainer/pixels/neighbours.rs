@@ -17,6 +17,9 @@ const MOST: f32 = 0.5;
 pub(crate) fn reach(cameras: &[Camera], point: Vec3, direction: Vec3) -> f32 {
     let cosine = |camera: &Camera| direction.dot(towards(camera, point));
     let mut cosines: Vec<f32> = cameras.iter().map(cosine).collect();
+    if cosines.len() < FEWEST {
+        return MOST;
+    }
     // The first is the ray's own camera.
     let (_, nth, _) = cosines.select_nth_unstable_by(NEIGHBOUR, |a, b| b.total_cmp(a));
     nth.clamp(-1.0, 1.0).acos().min(MOST)

@@ -85,6 +85,9 @@ const CLAIM: f32 = 3e-3;
 /// thousand each. A prime, so that all columns have their turn.
 const PIXELS_APART: usize = 61;
 
+/// Fewer views than this are few: there is more between them than they show.
+const FEW: usize = 32;
+
 /// Pixels drawn at most until one counts.
 const DRAWS: u32 = 64;
 
@@ -168,6 +171,11 @@ impl RaySource {
         &self.cameras
     }
 
+    /// Whether the views are so few that they do not settle what lies between them.
+    pub(crate) fn has_few_views(&self) -> bool {
+        self.cameras.len() < FEW
+    }
+
     /// Each camera's lens.
     #[must_use]
     pub fn lenses(&self) -> &[Lens] {
@@ -185,6 +193,11 @@ impl RaySource {
     pub(crate) fn through(&self, pixel: Pixel) -> Ray {
         let (x, y) = (pixel.x as f32 + 0.5, pixel.y as f32 + 0.5);
         self.lenses[pixel.view as usize].ray(&self.cameras[pixel.view as usize], x, y)
+    }
+
+    /// The ray through a point of a view, in pixels.
+    pub(crate) fn through_point(&self, view: u32, [x, y]: [f32; 2]) -> Ray {
+        self.lenses[view as usize].ray(&self.cameras[view as usize], x, y)
     }
 
     /// Whether all pixels of a view count.

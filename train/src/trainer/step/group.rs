@@ -42,6 +42,8 @@ pub(crate) struct Job<'j> {
     pub(crate) terms: &'j [&'j dyn Term],
     /// Cameras between which colours are held to what these see, where they are.
     pub(crate) cameras: Option<&'j [Camera]>,
+    /// Few cameras between which directions are blurred, where they are.
+    pub(crate) few_cameras: Option<&'j [Camera]>,
     /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'j Stopwatch>,
 }
@@ -59,6 +61,7 @@ impl<'j> Job<'j> {
             reach: [sampling.near, sampling.far],
             terms: TERMS,
             cameras: input.between_views.then(|| input.source.cameras()),
+            few_cameras: input.blur_directions.then(|| input.source.cameras()),
             stopwatch: input.stopwatch,
         }
     }
@@ -127,7 +130,7 @@ pub(crate) struct Group {
     /// Where each was drawn from, and what it weighs.
     pub(super) drawn: Vec<(u32, f32)>,
     pub(super) colors: Vec<[u8; 4]>,
-    pub(super) rays: Vec<TrainingRay>,
+    pub(crate) rays: Vec<TrainingRay>,
     /// Squared error of each ray, a channel.
     pub(super) errors: Vec<f32>,
     pub(super) random: Option<Random>,
@@ -197,6 +200,11 @@ impl Group {
     /// The tile that each ray came from, and its squared error a channel.
     pub(crate) fn errors(&self) -> impl Iterator<Item = (u32, f32)> {
         self.rays.iter().map(|ray| ray.tile).zip(self.errors.iter().copied())
+    }
+
+    /// The samples that at least this share of their rays' light reaches.
+    pub(crate) fn lit(&self, least: f32) -> impl Iterator<Item = &Record> {
+        self.records.iter().filter(move |record| record.transmittance + record.weight >= least)
     }
 
     /// The same rays with other luck in the roulette.

@@ -2,6 +2,7 @@
 
 mod back;
 mod between_views;
+mod blurred_direction;
 pub(crate) mod group;
 mod hierarchical;
 mod march;
@@ -117,6 +118,7 @@ impl Trainer {
             rate: self.config.network_rate * settings.rate,
             average: settings.average,
             between_views: settings.between_views && self.space.scene_box().is_some(),
+            blur_directions: self.source.has_few_views() && self.space.scene_box().is_some(),
             stopwatch: self.stopwatch.as_ref(),
         })
     }

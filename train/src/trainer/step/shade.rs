@@ -109,7 +109,7 @@ impl Group {
             for (row, sum) in features.chunks_mut(STRIDE).zip(sums) {
                 row[column] = sum / self.accumulated[r].opacity;
             }
-            for (row, d) in directions.iter_mut().zip(self.rays[r].ray.direction) {
+            for (row, d) in directions.iter_mut().zip(self.blurred_direction(r, job.few_cameras)) {
                 row[column] = d;
             }
         }

@@ -214,6 +214,7 @@ impl Step {
             rate: 0.0,
             average: false,
             between_views: false,
+            blur_directions: false,
             stopwatch: None,
         };
         let mut job = Job::new(&input, case.coarse_step_below);
