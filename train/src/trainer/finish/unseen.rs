@@ -82,34 +82,35 @@ impl Trainer {
         Ok(listed + clock.elapsed().as_secs_f64() * all / few.len().max(1) as f64)
     }
 
-    /// Points of the views, in pixels, that lie in pixels that may be drawn: two to a cell along
-    /// both sides, but at most so many of all. A pixel that is wider than a cell sees all that lies
-    /// in it.
+    /// Points of the pixels that may be drawn, about two to a cell along both sides, but at most
+    /// about so many of all. A pixel that is wider than a cell sees all that lies in it.
     fn points(&self, most: usize) -> Vec<Point> {
         let cameras = self.source.cameras();
         let [min, max] = self.space.bounds().map(glam::Vec3::from);
         let side = 1.0 / (self.space.unit_map().scale * self.config.occupancy_resolution as f32);
+        // Pixels from one point to the next.
         let apart = |camera: &Camera| {
             let distance = (0.5 * (min + max)).distance(camera.position().into());
             0.5 * side * camera.focal[0] / distance.max(side)
         };
-        let pixels = |camera: &Camera| camera.width as f32 * camera.height as f32;
-        let all = cameras.iter().map(|c| f64::from(pixels(c) / apart(c).powi(2))).sum::<f64>();
-        let rarer = (all * self.visibility.share() / most as f64).sqrt().max(1.0) as f32;
+        let of =
+            |c: &Camera| f64::from(c.width) * f64::from(c.height) / f64::from(apart(c)).powi(2);
+        let all = self.visibility.share() * cameras.iter().map(of).sum::<f64>();
+        let rarer = (all / most as f64).sqrt().max(1.0) as f32;
         let of_view = |(view, camera): (usize, &Camera)| {
             let apart = rarer * apart(camera);
-            let along = |pixels: u32| {
-                let n = (pixels as f32 / apart).ceil().max(1.0) as u32;
-                (0..n).map(move |i| (i as f32 + 0.5) * pixels as f32 / n as f32)
-            };
-            let rows =
-                along(camera.height).flat_map(move |y| along(camera.width).map(move |x| (x, y)));
-            let points = rows.map(|(x, y)| {
-                let within = |c: f32, pixels: u32| (c as u32).min(pixels - 1);
-                let (x0, y0) = (within(x, camera.width), within(y, camera.height));
-                Point { pixel: Pixel { view: view as u32, x: x0, y: y0 }, at: [x, y] }
+            let every = apart.round().max(1.0) as u32;
+            let within = apart.recip().round().max(1.0) as u32;
+            let along = move |pixels: u32| (every / 2..pixels).step_by(every as usize);
+            let pixels = along(camera.height)
+                .flat_map(move |y| along(camera.width).map(move |x| (x, y)))
+                .map(move |(x, y)| Pixel { view: view as u32, x, y });
+            let at = move |c: u32, i: u32| c as f32 + (i as f32 + 0.5) / within as f32;
+            let points = pixels.filter(|pixel| self.visibility.draws(*pixel)).flat_map(|pixel| {
+                let parts = (0..within).flat_map(move |j| (0..within).map(move |i| [i, j]));
+                parts.map(move |[i, j]| Point { pixel, at: [at(pixel.x, i), at(pixel.y, j)] })
             });
-            points.filter(|point| self.visibility.draws(point.pixel)).collect::<Vec<_>>()
+            points.collect::<Vec<_>>()
         };
         cameras.par_iter().enumerate().flat_map_iter(of_view).collect()
     }

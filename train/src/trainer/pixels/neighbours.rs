@@ -13,7 +13,8 @@ pub(crate) const FEWEST: usize = NEIGHBOUR + 1;
 /// Directions turn by no more than this, radians.
 const MOST: f32 = 0.5;
 
-/// The angle within which a direction may turn at a point.
+/// The angle within which a direction may turn at a point; with fewer than [`FEWEST`] cameras the
+/// largest.
 pub(crate) fn reach(cameras: &[Camera], point: Vec3, direction: Vec3) -> f32 {
     let cosine = |camera: &Camera| direction.dot(towards(camera, point));
     let mut cosines: Vec<f32> = cameras.iter().map(cosine).collect();
@@ -53,14 +54,14 @@ fn towards(camera: &Camera, point: Vec3) -> Vec3 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    /// A camera so many degrees around the origin.
-    fn at(degrees: f32) -> Camera {
+    /// A camera of one pixel, so many degrees around the origin, which it looks at from 4 units.
+    pub(crate) fn at(degrees: f32) -> Camera {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let pose = Camera::look_at([4.0 * cos, 4.0 * sin, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
-        Camera::from_fov_x(2, 2, 0.7, pose)
+        Camera::from_fov_x(1, 1, 0.7, pose)
     }
 
     /// The direction in which it sees the origin.
@@ -75,6 +76,8 @@ mod tests {
         // Of the first, the fourth nearest is 40 degrees away, which is too far; of the third 20.
         assert_eq!(reach(0.0), MOST);
         assert!((reach(20.0).to_degrees() - 20.0).abs() < 0.1, "{}", reach(20.0));
+        let few = super::reach(&cameras[..FEWEST - 1], Vec3::ZERO, seen_from(20.0));
+        assert_eq!(few, MOST);
         let mut random = Random::new(1, [0; 3]);
         for _ in 0..100 {
             let turned = turn(Vec3::X, 0.3, &mut random);

@@ -101,6 +101,7 @@ mod tests {
     use super::*;
     use crate::dataset::View;
     use crate::random::Random;
+    use crate::trainer::pixels::neighbours::tests::at;
     use crate::trainer::pixels::rays::{Backdrop, RaySource};
 
     #[test]
@@ -146,13 +147,8 @@ mod tests {
 
     #[test]
     fn what_is_bright_between_the_cameras_only_is_an_error() {
-        let at = |degrees: f32| {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let pose = Camera::look_at([4.0 * cos, 4.0 * sin, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
-            View::new("", Camera::from_fov_x(1, 1, 0.7, pose), vec![255; 4])
-        };
-        let source =
-            RaySource::new((0..8).map(|i| at(10.0 * i as f32)).collect(), Backdrop::Random);
+        let views = (0..8).map(|i| View::new("", at(10.0 * i as f32), vec![255; 4])).collect();
+        let source = RaySource::new(views, Backdrop::Random);
         let mut random = Random::new(1, [0; 3]);
         let seen = Accumulated { opacity: 1.0, transmittance: 0.0, depth: 4.0 };
         let mut group = Group {

@@ -3,7 +3,8 @@
 //! Of few photographs, each is alone with its direction: a colour network may learn each by heart,
 //! and geometry that is wrong may look right. So a ray is shaded as if it came from anywhere
 //! within two thirds of the way to the neighbouring cameras: highlights that are narrower than what
-//! lies between the cameras cannot be learnt from these anyway.
+//! lies between the cameras cannot be learnt from these anyway. Fields whose samples have colours
+//! of their own see rays as they are.
 
 use glam::Vec3;
 use pocketnerf_core::Camera;
@@ -34,18 +35,14 @@ mod tests {
     use super::*;
     use crate::dataset::View;
     use crate::random::Random;
+    use crate::trainer::pixels::neighbours::tests::at;
     use crate::trainer::pixels::rays::{Backdrop, Pixel, RaySource};
 
     #[test]
     fn directions_turn_between_few_cameras() {
         // Six cameras in a circle, 5 degrees apart, that look at the origin: the fourth nearest
         // neighbour of the last is 20 degrees away.
-        let at = |degrees: f32| {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let pose = Camera::look_at([4.0 * cos, 4.0 * sin, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
-            View::new("", Camera::from_fov_x(1, 1, 0.7, pose), vec![255; 4])
-        };
-        let views = (0..6).map(|i| at(5.0 * i as f32)).collect();
+        let views = (0..6).map(|i| View::new("", at(5.0 * i as f32), vec![255; 4])).collect();
         let source = RaySource::new(views, Backdrop::Random);
         let mut random = Random::new(1, [0; 3]);
         let pixel = Pixel { view: 5, x: 0, y: 0 };

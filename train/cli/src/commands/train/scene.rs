@@ -1,5 +1,8 @@
 //! Where the scene lies: options of `pocketnerf train`.
 
+use std::fmt;
+
+use clap::ValueEnum;
 use pocketnerf_core::space::Ndc;
 use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer::{TrainConfig, ndc_of};
@@ -8,7 +11,7 @@ use crate::commands::Failure;
 use crate::commands::parse::{parse_box, parse_color};
 
 /// The coordinates of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum SpaceKind {
     /// A box
     Box,
@@ -17,12 +20,30 @@ pub(super) enum SpaceKind {
 }
 
 /// Whether photographs are evened out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Exposure {
     /// Where their exposure or white balance differs by more than chance
     Auto,
     /// They are taken as they are
     Off,
+}
+
+// Refusals show values as the command line has them.
+impl fmt::Debug for SpaceKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&word(self))
+    }
+}
+
+impl fmt::Debug for Exposure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&word(self))
+    }
+}
+
+/// A value's word on the command line.
+fn word(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |word| word.get_name().to_owned())
 }
 
 #[derive(Clone, Debug, clap::Args)]
