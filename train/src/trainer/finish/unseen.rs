@@ -41,8 +41,8 @@ struct Point {
 
 impl Trainer {
     /// Whether photographs leave much unseen that is better empty: they are few, and show what is
-    /// behind the scene. Many see all there is, but for what lies between their pixels; and in a
-    /// room a hole is worse than a wall that is made up.
+    /// behind the scene. From 50 on nothing is gained, and in a room a hole is worse than a
+    /// wall that is made up.
     pub(super) fn hides_much(&self) -> bool {
         let is_costly = self.config.field.kind().is_costly();
         self.source.has_few_views() && self.has_silhouettes && !is_costly
