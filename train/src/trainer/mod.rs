@@ -77,6 +77,8 @@ pub struct Trainer {
     sampler: PixelSampler,
     /// Views that are not learnt from now.
     held_out: HeldOut,
+    /// Views that were not learnt from before.
+    returned: HeldOut,
     /// The field's parameters when those views were rendered best.
     best: Option<Vec<f32>>,
     targets: Targets,
@@ -130,6 +132,7 @@ impl Trainer {
             source,
             sampler: PixelSampler::new(visibility.n_tiles()),
             held_out: HeldOut::default(),
+            returned: HeldOut::default(),
             best: None,
             visibility,
             has_silhouettes: hull.is_some(),
@@ -263,7 +266,8 @@ impl Trainer {
 
     /// All views are learnt from again.
     pub(crate) fn return_views(&mut self) {
-        (self.held_out, self.best) = (HeldOut::default(), None);
+        self.best = None;
+        self.returned = std::mem::take(&mut self.held_out);
         self.leave_out();
     }
 

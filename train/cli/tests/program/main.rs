@@ -2,9 +2,9 @@
 
 mod accidents;
 mod bench;
-mod boxes;
 mod chart;
 mod convert;
+mod doubts;
 mod eval;
 mod exposure;
 mod packed;

@@ -161,6 +161,7 @@ impl Train {
         }
         let pixels = dataset.views.iter().map(|view| view.rgba.len() / 4).sum();
         doubts.extend(self.model.doubt(dataset.has_alpha, pixels, self.length()));
+        doubts.extend(self.model.doubt_of_rate());
         if let Some(quality) = dataset.jpeg_quality().filter(|quality| *quality < COMPRESSED) {
             doubts.push(format!(
                 "photographs were compressed by JPEG at quality {quality:.0}, expected at least \

@@ -52,6 +52,20 @@ pub(super) const MODES: &[Mode] = &[
         },
     },
     Mode {
+        name: "learning-rate",
+        what: "learning rates so many times as high",
+        unit: "times",
+        strengths: &[0.25, 0.5, 2.0, 4.0, 8.0],
+        quick: 4.0,
+        bar: Bar::Loss(1.0),
+        cause: "Steps that are too long jump over what they look for: parameters end as fog, empty, or \
+                not finite. A run that has learnt nothing begins again with another seed.",
+        published: "CNC, README: a rate of 6e-3 instead of the paper's 1e-2 is more stable",
+        case: |strength, _| {
+            Some(Case::trained(Training::with(&["--learning-rate", &strength.to_string()])))
+        },
+    },
+    Mode {
         name: "table-size",
         what: "hash tables of fewer entries",
         unit: "log2",
