@@ -41,8 +41,8 @@ fn as_many_bytes_as_asked_for_and_the_difference_that_is_said() {
     let own = pictures(&bytes, &cameras);
     let mut last = f64::INFINITY;
     for most in [90_000, 70_000, 55_000] {
-        let Compacted { bytes: small, steps, psnr } =
-            to_bytes(&bytes, most, &cameras, &settings()).unwrap();
+        let Compacted { bytes: small, steps, psnr, .. } =
+            to_bytes(&bytes, most, None, &cameras, &settings()).unwrap();
         println!("{most}: {} bytes, {psnr:.2} dB, {steps:?}", small.len());
         assert!(small.len() <= most && small.len() as f64 >= 0.97 * most as f64);
         // What is said is what a program sees that opens the file.
@@ -54,7 +54,7 @@ fn as_many_bytes_as_asked_for_and_the_difference_that_is_said() {
         assert!(psnr < last && psnr > 20.0, "{psnr}");
         assert!(steps.last() >= steps.first() && steps.iter().any(|step| *step > 1));
         // The same again.
-        let again = to_bytes(&bytes, most, &cameras, &settings()).unwrap();
+        let again = to_bytes(&bytes, most, None, &cameras, &settings()).unwrap();
         assert!(again.bytes == small);
         last = psnr;
     }
@@ -65,13 +65,13 @@ fn what_fits_is_packed_alone_and_what_cannot_fit_is_refused() {
     let bytes = still_life();
     let cameras = cameras(&bytes);
     let packed = pack(&bytes).unwrap();
-    let whole = to_bytes(&bytes, packed.len(), &cameras, &settings()).unwrap();
+    let whole = to_bytes(&bytes, packed.len(), None, &cameras, &settings()).unwrap();
     assert!(whole.bytes == packed && whole.psnr == f64::INFINITY);
     assert!(whole.steps.iter().all(|step| *step == 1));
-    let refused = to_bytes(&bytes, 9_000, &cameras, &settings()).unwrap_err();
+    let refused = to_bytes(&bytes, 9_000, None, &cameras, &settings()).unwrap_err();
     let CompactError::TooSmall { most: 9_000, least } = refused else { panic!("{refused}") };
     assert!((9_000..55_000).contains(&least), "{least}");
     assert!(refused.to_string().starts_with("9000 bytes are too few, expected at least "));
     let nerf = write(&Tiny::new().nerf(), &tiny::about(), Precision::F16).unwrap();
-    assert_eq!(to_bytes(&nerf, 100, &cameras, &settings()), Err(CompactError::NoTables));
+    assert_eq!(to_bytes(&nerf, 100, None, &cameras, &settings()), Err(CompactError::NoTables));
 }

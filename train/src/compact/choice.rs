@@ -3,22 +3,36 @@
 /// What a step of a level does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidate {
+    /// Units of a step.
+    pub(super) step: u8,
     /// Mean squared difference of pictures.
     pub(super) error: f64,
     /// Bytes.
     pub(super) rate: f64,
 }
 
-/// Halvings of the range of slopes.
-const HALVINGS: usize = 60;
+/// Halvings of the range of slopes, powers of two.
+const HALVINGS: usize = 18;
+const SLOPES: [f64; 2] = [-60.0, 0.0];
 
-/// The number of a candidate for each level, whose rates sum up to at most `budget` and whose
-/// errors to little; `None` where even the smallest are too large.
+/// The number of a candidate for each level, which all `fits` says fit, and whose errors sum up
+/// to little; `None` where even those of the smallest rates do not fit.
 ///
 /// Lagrange's multiplier: for each slope, error per byte, every level takes what is best at that
 /// slope; the smallest slope that fits is found by halving (Shoham and Gersho 1988). What is left
-/// goes to the levels that gain most by it.
-pub(super) fn choose(levels: &[Vec<Candidate>], budget: f64) -> Option<Vec<usize>> {
+/// goes to the levels that gain most by it. Rates may be estimates: `fits` knows. Where those
+/// that training has got used to fit, it `begins` with them.
+pub(super) fn choose<E>(
+    levels: &[Vec<Candidate>],
+    begins: Option<Vec<usize>>,
+    mut fits: impl FnMut(&[usize]) -> Result<bool, E>,
+) -> Result<Option<Vec<usize>>, E> {
+    if let Some(mut chosen) = begins
+        && fits(&chosen)?
+    {
+        fill(levels, &mut chosen, fits)?;
+        return Ok(Some(chosen));
+    }
     let at = |slope: f64| -> Vec<usize> {
         let cost = |c: &Candidate| c.error + slope * c.rate;
         let best = |level: &Vec<Candidate>| {
@@ -27,38 +41,49 @@ pub(super) fn choose(levels: &[Vec<Candidate>], budget: f64) -> Option<Vec<usize
         };
         levels.iter().map(best).collect()
     };
-    let rate = |chosen: &[usize]| -> f64 {
-        levels.iter().zip(chosen).map(|(level, i)| level[*i].rate).sum()
-    };
-    let (mut low, mut high) = (-120.0f64, 0.0f64);
+    let [mut low, mut high] = SLOPES;
     let mut chosen = at(high.exp2());
-    if rate(&chosen) > budget {
-        return None;
+    if !fits(&chosen)? {
+        return Ok(None);
     }
+    let mut refused = None;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         let tried = at(middle.exp2());
-        if rate(&tried) <= budget {
+        // Many slopes lead to the same choice.
+        if tried == chosen || (refused.as_ref() != Some(&tried) && fits(&tried)?) {
             (high, chosen) = (middle, tried);
         } else {
-            low = middle;
+            (low, refused) = (middle, Some(tried));
         }
     }
+    fill(levels, &mut chosen, fits)?;
+    Ok(Some(chosen))
+}
+
+/// Gives what is left to the levels that gain most by a byte, a step after the other.
+fn fill<E>(
+    levels: &[Vec<Candidate>],
+    chosen: &mut [usize],
+    mut fits: impl FnMut(&[usize]) -> Result<bool, E>,
+) -> Result<(), E> {
+    let mut open: Vec<usize> = (0..levels.len()).collect();
     loop {
-        let left = budget - rate(&chosen);
-        let mut best: Option<(f64, usize, usize)> = None;
-        for (level, now) in chosen.iter().enumerate() {
-            for (i, candidate) in levels[level].iter().enumerate() {
-                let (old, more) = (levels[level][*now], candidate.rate - levels[level][*now].rate);
-                let gain = old.error - candidate.error;
-                if more <= left && gain > best.map_or(0.0, |(gain, ..)| gain) {
-                    best = Some((gain, level, i));
-                }
-            }
+        let finer = |level: usize| {
+            let (i, all) = (chosen[level], &levels[level]);
+            let next = (0..i).rev().find(|next| all[*next].error < all[i].error)?;
+            let more = (all[next].rate - all[i].rate).max(1.0);
+            Some((level, next, (all[i].error - all[next].error) / more))
+        };
+        let moves = open.iter().filter_map(|level| finer(*level));
+        let Some((level, next, _)) = moves.max_by(|a, b| a.2.total_cmp(&b.2)) else { break };
+        let before = std::mem::replace(&mut chosen[level], next);
+        if !fits(chosen)? {
+            chosen[level] = before;
+            open.retain(|other| *other != level);
         }
-        let Some((_, level, i)) = best else { return Some(chosen) };
-        chosen[level] = i;
     }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -66,7 +91,10 @@ mod tests {
     use super::*;
 
     fn level(points: &[(f64, f64)]) -> Vec<Candidate> {
-        points.iter().map(|(error, rate)| Candidate { error: *error, rate: *rate }).collect()
+        points
+            .iter()
+            .map(|(error, rate)| Candidate { step: 1, error: *error, rate: *rate })
+            .collect()
     }
 
     #[test]
@@ -76,7 +104,18 @@ mod tests {
             level(&[(0.0, 100.0), (0.5, 50.0), (0.9, 20.0)]),
             level(&[(0.0, 100.0), (0.01, 50.0), (0.2, 20.0)]),
         ];
-        let found = |budget| choose(&levels, budget);
+        let begun = |begins: Option<Vec<usize>>, budget: f64| {
+            let rate = |chosen: &[usize]| -> f64 {
+                levels.iter().zip(chosen).map(|(level, i)| level[*i].rate).sum()
+            };
+            choose(&levels, begins, |chosen| Ok::<_, ()>(rate(chosen) <= budget)).unwrap()
+        };
+        let found = |budget| begun(None, budget);
+        // What fits is only refined.
+        assert_eq!(begun(Some(vec![0, 2]), 120.0), Some(vec![0, 2]));
+        assert_eq!(begun(Some(vec![1, 1]), 130.0), Some(vec![1, 1]));
+        assert_eq!(begun(Some(vec![1, 1]), 199.0), Some(vec![0, 1]));
+        assert_eq!(begun(Some(vec![0, 0]), 150.0), Some(vec![0, 1]));
         assert_eq!(found(200.0), Some(vec![0, 0]));
         assert_eq!(found(150.0), Some(vec![0, 1]));
         assert_eq!(found(120.0), Some(vec![0, 2]));

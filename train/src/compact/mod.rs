@@ -16,16 +16,23 @@ use pocketnerf_formats::{
 
 pub use error::CompactError;
 
+use crate::dataset::thin;
 use crate::picture::{Renderer, Settings};
 use choice::{Candidate, choose};
 use tables::{levels, rate, rounded, with_table};
 
+/// Views from which pictures are compared.
+pub const VIEWS: usize = 12;
+/// Their longer sides at most, pixels.
+const SIDE: u32 = 128;
 /// Steps to choose from, in units of the stored values.
-const STEPS: [u8; 15] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64];
+const STEPS: [u8; 16] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 127];
+/// Those whose pictures are looked at. Errors of those between follow a power of the step.
+const LOOKED_AT: [u8; 5] = [4, 12, 32, 64, 127];
 /// A level is tried no further once pictures differ by more than this mean squared error, 20 dB.
 const WORST: f64 = 1e-2;
-/// How often the choice is corrected by what packing really gives.
-const CORRECTIONS: usize = 8;
+/// Smaller differences are noise.
+const LEAST: f64 = 1e-12;
 
 /// A model that was made smaller.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,13 +41,16 @@ pub struct Compacted {
     pub bytes: Vec<u8>,
     /// The step of each level, in units of the stored values; 1: as it was.
     pub steps: Vec<u8>,
+    /// The lengths of these steps.
+    pub lengths: Vec<f32>,
     /// Its pictures against the model's own, over the model's background, all pixels together,
     /// dB; infinite where nothing changed.
     pub psnr: f64,
 }
 
 /// Packs the ordinary `file` into at most `most` bytes. Pictures are compared from `cameras`, of
-/// which a dozen small ones suffice.
+/// which a dozen small ones suffice. Where training has got used to steps of some `lengths`, a
+/// level each, these are only refined, if they fit.
 ///
 /// # Errors
 /// [`CompactError::TooSmall`] if no choice of steps is that small; what opening, rendering or
@@ -48,6 +58,7 @@ pub struct Compacted {
 pub fn to_bytes(
     file: &[u8],
     most: usize,
+    lengths: Option<&[f32]>,
     cameras: &[Camera],
     settings: &Settings,
 ) -> Result<Compacted, CompactError> {
@@ -56,7 +67,9 @@ pub fn to_bytes(
     let opened = open(&file)?;
     let n_levels = levels(&opened.model).len();
     if packed.len() <= most {
-        return Ok(Compacted { bytes: packed, steps: vec![1; n_levels], psnr: f64::INFINITY });
+        let steps = vec![1; n_levels];
+        let lengths = lengths_of(&opened.model, &steps);
+        return Ok(Compacted { bytes: packed, steps, lengths, psnr: f64::INFINITY });
     }
     let settings = Settings { quality: 1.0, depth: false, ..*settings };
     let own = pictures(&opened.model, cameras, &settings)?;
@@ -66,31 +79,53 @@ pub fn to_bytes(
     // Eight bits instead of sixteen change pictures too.
     let base = difference(&opened.model, (cameras, &own), &settings)?;
     let mut candidates = Vec::with_capacity(n_levels);
+    let mut begins = Vec::new();
     for level in 0..n_levels {
+        let known = lengths.map(|lengths| {
+            let unit = f32::from(levels(&opened.model)[level].scale_log2()).exp2();
+            (lengths[level] / unit).round().clamp(1.0, 127.0) as u8
+        });
+        let level = (level, known);
         candidates.push(measure((&opened.model, base), level, (cameras, &own), &settings)?);
+        begins.extend(known);
     }
-    let rest = rest(file, &opened)?;
-    let mut budget = most as f64 - rest;
-    let mut best: Option<(Vec<u8>, Vec<u8>)> = None;
-    for _ in 0..CORRECTIONS {
-        let Some(chosen) = choose(&candidates, budget) else { break };
-        let steps: Vec<u8> = chosen.iter().map(|i| STEPS[*i]).collect();
-        let bytes = assembled(&opened, &steps)?;
-        let over = bytes.len() as f64 - most as f64;
-        if over <= 0.0 && best.as_ref().is_none_or(|(best, _)| bytes.len() > best.len()) {
-            best = Some((bytes, steps));
-        }
-        // Rates are estimates; a little less than what is left, so that it ends below.
-        budget -= if over > 0.0 { over } else { 0.9 * over };
-    }
-    let Some((bytes, steps)) = best else {
-        let least: f64 = candidates.iter().filter_map(|c| c.last()).map(|c| c.rate).sum();
-        let least = (least + rest).ceil() as usize;
-        return Err(CompactError::TooSmall { most, least });
+    // Their numbers among the candidates, if all are there.
+    let begins = candidates
+        .iter()
+        .zip(&begins)
+        .map(|(level, known)| level.iter().position(|candidate| candidate.step == *known));
+    let begins = lengths.and(begins.collect::<Option<Vec<usize>>>());
+    let steps = |chosen: &[usize]| {
+        candidates.iter().zip(chosen).map(|(level, i)| level[*i].step).collect::<Vec<u8>>()
     };
+    let mut least = 0;
+    let chosen = choose(&candidates, begins, |chosen| {
+        let bytes = assembled(&opened, &steps(chosen))?.len();
+        least = if least == 0 { bytes } else { least.min(bytes) };
+        Ok::<_, CompactError>(bytes <= most)
+    })?;
+    let Some(chosen) = chosen else { return Err(CompactError::TooSmall { most, least }) };
+    let steps = steps(&chosen);
+    let bytes = assembled(&opened, &steps)?;
     let smaller = unpacked(&bytes)?;
     let error = difference(&open(&smaller)?.model, (cameras, &own), &settings)?;
-    Ok(Compacted { psnr: -10.0 * error.log10(), bytes, steps })
+    let lengths = lengths_of(&opened.model, &steps);
+    Ok(Compacted { psnr: -10.0 * error.log10(), bytes, steps, lengths })
+}
+
+/// How long steps are.
+fn lengths_of(model: &Model<'_>, steps: &[u8]) -> Vec<f32> {
+    let tables = levels(model).iter().zip(steps);
+    tables.map(|(table, step)| f32::from(*step) * f32::from(table.scale_log2()).exp2()).collect()
+}
+
+/// Cameras from which pictures of such models are compared: a dozen small ones of these, evenly
+/// spread.
+#[must_use]
+pub fn small(mut cameras: Vec<Camera>) -> Vec<Camera> {
+    thin(&mut cameras, VIEWS);
+    let side = |camera: &Camera| camera.width.max(camera.height);
+    cameras.iter().map(|camera| camera.downscaled(side(camera).div_ceil(SIDE))).collect()
 }
 
 /// The file with tables of eight bits, where it has others.
@@ -105,34 +140,46 @@ fn in_eight_bits(file: &ModelFile<'_>) -> Result<Option<Vec<u8>>, CompactError> 
     Ok(Some(write(&file.model, &file.about, Precision::I8)?))
 }
 
-/// What each step of a level does, beside the `base` that pictures differ by anyway.
+/// What each step of a level does, beside the `base` that pictures differ by anyway; the one that
+/// training knows among them.
 fn measure(
     (model, base): (&Model<'_>, f64),
-    level: usize,
+    (level, known): (usize, Option<u8>),
     pictures: (&[Camera], &[Vec<f32>]),
     settings: &Settings,
 ) -> Result<Vec<Candidate>, Error> {
-    let mut candidates = Vec::new();
-    for step in STEPS {
-        let table = rounded(levels(model)[level].bytes(), step);
-        let error = match step {
-            1 => 0.0,
-            _ => difference(&with_table(model, level, &table)?, pictures, settings)? - base,
-        };
-        let rate = rate(&table, levels(model)[level].cols());
-        candidates.push(Candidate { error, rate });
+    let table = levels(model)[level];
+    let mut looks = Vec::with_capacity(LOOKED_AT.len());
+    for step in LOOKED_AT {
+        let coarse = rounded(table.bytes(), step);
+        let error = difference(&with_table(model, level, &coarse)?, pictures, settings)? - base;
+        looks.push((f64::from(step), error.max(LEAST)));
         if error > WORST {
             break;
         }
     }
-    Ok(candidates)
+    let last = looks.last().map_or(1.0, |(step, _)| *step);
+    let mut steps: Vec<u8> = STEPS.into_iter().chain(known).collect();
+    steps.sort_unstable();
+    steps.dedup();
+    let candidate = |step: u8| Candidate {
+        step,
+        error: if step == 1 { 0.0 } else { between(&looks, f64::from(step)) },
+        rate: rate(&rounded(table.bytes(), step), table.cols()),
+    };
+    Ok(steps.into_iter().filter(|step| f64::from(*step) <= last).map(candidate).collect())
 }
 
-/// Bytes of a packed file beside its tables.
-fn rest(bytes: &[u8], file: &ModelFile<'_>) -> Result<f64, CompactError> {
-    let tables = levels(&file.model).iter();
-    let all: f64 = tables.map(|table| rate(table.bytes(), table.cols())).sum();
-    Ok(pack(bytes)?.len() as f64 - all)
+/// The error of a step between two that were looked at, by a power of the step; below the first
+/// by its square, as noise has it.
+fn between(looks: &[(f64, f64)], step: f64) -> f64 {
+    let after = looks.partition_point(|(looked_at, _)| *looked_at < step).min(looks.len() - 1);
+    let (far, error) = looks[after];
+    let power = match after.checked_sub(1).map(|before| looks[before]) {
+        Some((near, before)) => (error / before).ln() / (far / near).ln(),
+        None => 2.0,
+    };
+    error * (step / far).powf(power)
 }
 
 /// The packed file with tables of these steps.
@@ -175,4 +222,19 @@ fn difference(
         sum += picture.iter().zip(own).map(|(a, b)| f64::from((a - b).powi(2))).sum::<f64>();
     }
     Ok(sum / n.max(1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_between_looks_by_hand() {
+        // The square below the first, the cube between both.
+        let looks = [(4.0, 1e-4), (8.0, 8e-4)];
+        for (step, expected) in [(2.0, 2.5e-5), (4.0, 1e-4), (6.0, 3.375e-4), (8.0, 8e-4)] {
+            let found = between(&looks, step);
+            assert!((found / expected - 1.0).abs() < 1e-9, "{step}: {found}");
+        }
+    }
 }

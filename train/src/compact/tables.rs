@@ -1,5 +1,6 @@
 //! Tables of a hash grid: rounded, and what they take when they are packed.
 
+use crate::field::rounding::DEAD_ZONE;
 use pocketnerf_core::field::HashGridField;
 use pocketnerf_core::{AnyField, Error, Layout, Model, TensorView};
 
@@ -19,11 +20,15 @@ pub(super) fn levels<'f, 'a>(model: &'f Model<'a>) -> &'f [TensorView<'a>] {
     grid.map_or(&[], |grid| &grid.levels[..grid.config.n_levels as usize])
 }
 
-/// Values of eight bits, each the nearest multiple of `step` that eight bits hold.
+/// Values of eight bits, each the nearest multiple of `step` that eight bits hold, or 0 in the
+/// [dead zone](DEAD_ZONE).
 pub(super) fn rounded(table: &[u8], step: u8) -> Vec<u8> {
     let (step, most) = (i16::from(step), i16::from(127 / step));
     let round = |value: &u8| {
         let value = i16::from(value.cast_signed());
+        if step > 1 && f32::from(value.abs()) < DEAD_ZONE * f32::from(step) {
+            return 0;
+        }
         // Halves away from zero, both ways alike.
         let n = (2 * value.abs() + step) / (2 * step);
         (value.signum() * n.min(most) * step) as u8
@@ -70,7 +75,9 @@ mod tests {
         let values = [0, 1, 2, 5, 126, 127, -1, -2, -5, -127i8].map(i8::cast_unsigned);
         let of = |step| rounded(&values, step).into_iter().map(u8::cast_signed).collect::<Vec<_>>();
         assert_eq!(of(1), [0, 1, 2, 5, 126, 127, -1, -2, -5, -127]);
-        assert_eq!(of(4), [0, 0, 4, 4, 124, 124, 0, -4, -4, -124]);
+        // Half a step is in the dead zone, three quarters are not.
+        assert_eq!(of(4), [0, 0, 0, 4, 124, 124, 0, 0, -4, -124]);
+        assert_eq!(of(3), [0, 0, 3, 6, 126, 126, 0, -3, -6, -126]);
         assert_eq!(of(64), [0, 0, 0, 0, 64, 64, 0, 0, 0, -64]);
     }
 

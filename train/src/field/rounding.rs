@@ -81,19 +81,27 @@ impl Rounding for Half {
     }
 }
 
+/// Of a step, so much is too small to become one where steps are longer than a unit: zeros take
+/// few bits (a dead zone, as video encoders have one).
+pub const DEAD_ZONE: f32 = 0.62;
+
 /// To whole multiples of a power of two that fit a byte, from -127 to 127, nearest
 /// and ties to even; what lies beyond becomes the largest, NaN anything. For tables.
+///
+/// Where a model may take few bytes, to multiples of a step of several units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EightBits {
     /// Exponent of the unit of the stored values.
     scale_log2: i8,
+    /// Units of a step.
+    step: u8,
 }
 
 impl EightBits {
     /// For magnitudes up to 2^-17: entries begin larger, and as different numbers.
-    pub const FINEST: Self = Self { scale_log2: -24 };
+    pub const FINEST: Self = Self { scale_log2: -24, step: 1 };
     /// The coarsest that model files know.
-    const COARSEST: Self = Self { scale_log2: *SCALE_LOG2.end() };
+    const COARSEST: Self = Self { scale_log2: *SCALE_LOG2.end(), step: 1 };
     /// Largest magnitude, in units.
     const MOST: f32 = 127.0;
 
@@ -101,7 +109,22 @@ impl EightBits {
     #[must_use]
     pub fn at(scale_log2: i8) -> Option<Self> {
         let sound = Self::FINEST.scale_log2..=Self::COARSEST.scale_log2;
-        sound.contains(&scale_log2).then_some(Self { scale_log2 })
+        sound.contains(&scale_log2).then_some(Self { scale_log2, step: 1 })
+    }
+
+    /// Of `n` tables, as a checkpoint holds them: exponents, and perhaps steps, which is said too;
+    /// `None` for bytes that no run gives.
+    #[must_use]
+    pub fn all_of(bytes: &[u8], n: usize) -> Option<(Vec<Self>, bool)> {
+        let (units, steps) = bytes.split_at_checked(n)?;
+        let coarse = !steps.is_empty();
+        if coarse && steps.len() != n {
+            return None;
+        }
+        let steps = steps.iter().copied().chain(std::iter::repeat(1));
+        let scale = |(unit, step): (&u8, u8)| Self::at(unit.cast_signed())?.with_step(step);
+        let scales: Option<Vec<Self>> = units.iter().zip(steps).map(scale).collect();
+        Some((scales?, coarse))
     }
 
     /// Exponent of the unit of the stored values.
@@ -110,12 +133,39 @@ impl EightBits {
         self.scale_log2
     }
 
+    /// Units of a step.
+    #[must_use]
+    pub const fn step(self) -> u8 {
+        self.step
+    }
+
+    /// How long a step is.
+    #[must_use]
+    pub fn length(self) -> f32 {
+        f32::from(self.step) * power(self.scale_log2.into())
+    }
+
+    /// With steps of so many units, `None` where no value but 0 would be left.
+    #[must_use]
+    pub fn with_step(self, step: u8) -> Option<Self> {
+        (1..=Self::MOST as u8).contains(&step).then_some(Self { step, ..self })
+    }
+
+    /// With steps of about this length, a unit at least.
+    #[must_use]
+    pub fn with_step_of(self, length: f32) -> Self {
+        let step = (length * power(-i32::from(self.scale_log2))).round().clamp(1.0, Self::MOST);
+        Self { step: step as u8, ..self }
+    }
+
     /// Becomes as coarse as values of this magnitude need; says whether it was not
-    /// before.
+    /// before. Steps stay about as long as they are.
     pub fn hold(&mut self, largest: f32) -> bool {
         let before = *self;
-        while largest > Self::MOST * power(self.scale_log2.into()) && *self != Self::COARSEST {
+        let most = Self::COARSEST.scale_log2;
+        while largest > Self::MOST * power(self.scale_log2.into()) && self.scale_log2 != most {
             self.scale_log2 += 1;
+            self.step = self.step.div_ceil(2);
         }
         *self != before
     }
@@ -129,9 +179,18 @@ impl Rounding for EightBits {
         // The integers of f32 begin at 2^23: an addition rounds to them, and the
         // lowest byte is that of the integer.
         const INTEGERS: f32 = 12_582_912.0;
-        let most = S::f32s::splat(simd, Self::MOST);
         let scaled = values * power(-i32::from(self.scale_log2));
-        let whole = scaled.min_precise(most).max_precise(-most) + INTEGERS;
+        let whole = if self.step == 1 {
+            let most = S::f32s::splat(simd, Self::MOST);
+            scaled.min_precise(most).max_precise(-most) + INTEGERS
+        } else {
+            let step = f32::from(self.step);
+            let most = S::f32s::splat(simd, (Self::MOST / step).floor());
+            let steps = (scaled * (1.0 / step)).min_precise(most).max_precise(-most);
+            let dead = steps.abs().simd_lt(S::f32s::splat(simd, DEAD_ZONE));
+            let whole = (steps + INTEGERS) - INTEGERS;
+            dead.select(S::f32s::splat(simd, 0.0), whole) * step + INTEGERS
+        };
         let mut wide = [0u32; 16];
         whole.bitcast::<S::u32s>().store_slice(&mut wide[..S::u32s::LEN]);
         for (byte, wide) in to.iter_mut().zip(&wide[..S::u32s::LEN]) {
@@ -188,6 +247,26 @@ mod tests {
                 assert_eq!(f32::from(byte.cast_signed()), expected, "{level:?} {value}");
             }
         }
+    }
+
+    #[test]
+    fn steps_are_multiples_beyond_a_dead_zone() {
+        let scale = EightBits::at(-7).unwrap().with_step(12).unwrap();
+        // 0.6 and 0.64 of a step, one and a half, the largest multiple and what lies beyond it.
+        let units = [0.0f32, 7.2, 7.68, -7.68, 18.1, -40.0, 120.0, 500.0, -500.0];
+        let expected = [0.0, 0.0, 12.0, -12.0, 24.0, -36.0, 120.0, 120.0, -120.0];
+        let values = units.map(|unit| unit / 128.0);
+        for level in pocketnerf_core::SimdLevel::ALL.into_iter().filter_map(|l| l.token().ok()) {
+            let mut bytes = [0u8; 9];
+            dispatch!(level, simd => scale.round_all(simd, &values, &mut bytes));
+            assert_eq!(bytes.map(|byte| f32::from(byte.cast_signed())), expected, "{level:?}");
+        }
+        assert_eq!((scale.with_step(0), scale.with_step(128)), (None, None));
+        assert_eq!(EightBits::at(-7).unwrap().with_step_of(12.3 / 128.0), scale);
+        assert_eq!(scale.with_step_of(1e-9).step(), 1);
+        // Of units twice as large, half as many.
+        let mut grown = scale;
+        assert!(grown.hold(1.0) && (grown.scale_log2(), grown.step()) == (-6, 6));
     }
 
     #[test]

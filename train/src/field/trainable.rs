@@ -69,7 +69,12 @@ pub trait TrainableField: Debug + Send + Sync {
     /// Changes the parameters as the groups' gradients say.
     fn update(&mut self, update: Update<'_>);
 
-    /// What a checkpoint holds of how tables are rounded: a byte a table.
+    /// From now on each table is rounded to multiples of a step of about this length, as they
+    /// are in a model of few bytes.
+    fn round_coarsely(&mut self, _: Level, _lengths: &[f32], _parameters: &[f32]) {}
+
+    /// What a checkpoint holds of how tables are rounded: a byte a table, and one more where
+    /// they are rounded coarsely.
     fn scales(&self) -> Vec<u8> {
         Vec::new()
     }

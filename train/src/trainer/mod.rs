@@ -97,6 +97,8 @@ pub struct Trainer {
     seed: u64,
     /// Where the time of the steps is recorded.
     stopwatch: Option<Stopwatch>,
+    /// The steps that tables were rounded to in the end, where few bytes asked for them.
+    lengths: Option<Vec<f32>>,
 }
 
 impl Trainer {
@@ -145,6 +147,7 @@ impl Trainer {
             restarts: 0,
             seed: config.seed,
             stopwatch: None,
+            lengths: None,
             config,
         };
         trainer.begin(0);
@@ -299,6 +302,7 @@ impl Trainer {
     /// Ends the run: the parameters become their average over its last part.
     pub fn finish(&mut self) {
         if self.backend.download().averaged > 0 {
+            self.lengths = self.coarse_lengths();
             let averaged = self.backend.download().averaged();
             self.backend.upload(averaged);
         }

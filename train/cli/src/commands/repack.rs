@@ -6,7 +6,7 @@ use pocketnerf_core::Camera;
 use pocketnerf_formats::pack;
 use pocketnerf_train::cameras::Circle;
 use pocketnerf_train::compact::{self, Compacted};
-use pocketnerf_train::dataset::{Split, thin};
+use pocketnerf_train::dataset::Split;
 use pocketnerf_train::output;
 use pocketnerf_train::picture::Settings;
 use serde_json::{Value, json};
@@ -14,11 +14,6 @@ use serde_json::{Value, json};
 use super::model_file::ModelBytes;
 use super::rendering::Vectors;
 use super::{Common, Failure, Reading, print_json, print_line, read_model};
-
-/// Views from which pictures are compared.
-const VIEWS: usize = 12;
-/// Their longer sides at most, pixels.
-const SIDE: u32 = 128;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Repack {
@@ -62,8 +57,8 @@ impl Repack {
         };
         let cameras = self.cameras(&bytes)?;
         let settings = Settings { simd: self.vectors.level(), ..Settings::default() };
-        let compacted = compact::to_bytes(&bytes, most as usize, &cameras, &settings);
-        let Compacted { bytes: packed, steps, psnr } = compacted.map_err(|e| refused(&e))?;
+        let compacted = compact::to_bytes(&bytes, most as usize, None, &cameras, &settings);
+        let Compacted { bytes: packed, steps, psnr, .. } = compacted.map_err(|e| refused(&e))?;
         let said = match psnr.is_finite() {
             true => format!(", {psnr:.1} dB to the original"),
             false => ", the same pictures".to_owned(),
@@ -75,18 +70,16 @@ impl Repack {
     /// Small ones that see all of the scene.
     fn cameras(&self, bytes: &[u8]) -> Result<Vec<Camera>, Failure> {
         let file = super::open(&self.files.input, bytes)?;
-        let small =
-            |camera: &Camera| camera.downscaled(camera.width.max(camera.height).div_ceil(SIDE));
         let Some(data) = &self.data else {
             let own = file.about.camera.map(|camera| camera.camera());
             let fov_x = Circle::fov_x(own.as_ref());
-            let circle = Circle::around(&file.model.space, own.as_ref(), VIEWS, fov_x);
-            return Ok(circle.cameras().iter().map(small).collect());
+            let circle = Circle::around(&file.model.space, own.as_ref(), compact::VIEWS, fov_x);
+            return Ok(compact::small(circle.cameras()));
         };
-        let mut views = self.reading.read(data, Split::Train, 1)?.views;
-        thin(&mut views, VIEWS);
+        let views = self.reading.read(data, Split::Train, 1)?.views;
         let scene = file.about.scene;
-        Ok(views.iter().map(|view| small(&scene.camera_to_model(&view.camera))).collect())
+        let cameras = views.iter().map(|view| scene.camera_to_model(&view.camera));
+        Ok(compact::small(cameras.collect()))
     }
 }
 

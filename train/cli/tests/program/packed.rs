@@ -79,3 +79,28 @@ fn a_model_in_so_many_bytes() {
     assert!(small["steps"].as_array().unwrap().len() > 4, "{small}");
     place.ok("render small.pnerf --width 24 --height 20");
 }
+
+#[test]
+fn as_many_bytes_as_asked_for_whether_interrupted_or_not() {
+    let place = Place::new();
+    let train = TRAIN.replace("--log2-hashmap-size 9", "--log2-hashmap-size 12");
+    let train = format!("{train} --steps 60");
+    let whole = place.ok(&format!("{train} --out whole.pnerf"))["bytes"].as_u64().unwrap();
+    for most in [whole / 10 * 9, whole / 10 * 7] {
+        let result = place.ok(&format!("{train} --max-bytes {most} --out small.pnerf"));
+        let bytes = result["bytes"].as_u64().unwrap();
+        assert!(bytes < whole && bytes <= most && 100 * bytes >= 97 * most, "{most}: {bytes}");
+        assert_eq!(place.bytes("small.pnerf").len() as u64, bytes);
+        place.ok("render small.pnerf --width 24 --height 20 --out small.png");
+        place.ok(&format!("{train} --max-bytes {most} --out again.pnerf --threads 1"));
+        assert!(place.bytes("again.pnerf") == place.bytes("small.pnerf"));
+    }
+    // A run that is resumed where tables are rounded already ends with the same bytes.
+    let most = format!("--max-bytes {}", whole / 10 * 7);
+    place.ok(&format!("{train} {most} --out x.pnerf --save-every 0.000001"));
+    place.ok(&format!("train data --resume x.ckpt.pnerf {most} --out resumed.pnerf"));
+    assert!(place.bytes("resumed.pnerf") == place.bytes("small.pnerf"));
+
+    let line = place.line(&format!("{train} --max-bytes 1000 --out x.pnerf"));
+    assert!(line.contains("--max-bytes 1000: expected at least"), "{line}");
+}

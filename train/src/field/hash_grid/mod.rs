@@ -34,6 +34,8 @@ struct TrainableHashGrid {
     log_density_bias: f32,
     layout: Layout,
     rounded: Rounded,
+    /// Whether tables are rounded as coarsely as a model of few bytes is.
+    coarse: bool,
     networks: Networks,
     /// Of each group of rays. A group has one thread at a time.
     groups: Vec<Mutex<GroupGradients>>,
@@ -57,6 +59,7 @@ impl FieldKind for HashGridFieldConfig {
             // Density is learnt per unit length of the cube, whatever its size.
             log_density_bias: scale.ln(),
             rounded: Rounded::new(&layout),
+            coarse: false,
             networks: Networks::new(self, &layout),
             groups: Vec::new(),
             gradient: vec![0.0; layout.len() - layout.networks_start()],
@@ -101,6 +104,7 @@ impl TrainableField for TrainableHashGrid {
 
     fn set(&mut self, level: Level, parameters: &[f32]) {
         self.rounded.round(level, &self.layout, parameters);
+        self.coarse = false;
         self.gradient.fill(0.0);
     }
 
@@ -130,18 +134,27 @@ impl TrainableField for TrainableHashGrid {
         self.update_parameters(update);
     }
 
+    fn round_coarsely(&mut self, level: Level, lengths: &[f32], parameters: &[f32]) {
+        let scales = self.rounded.scales.iter().zip(lengths);
+        let scales: Vec<_> = scales.map(|(scale, length)| scale.with_step_of(*length)).collect();
+        self.coarse = true;
+        self.rounded.round_tables(level, &self.layout, &scales, parameters);
+    }
+
     fn scales(&self) -> Vec<u8> {
-        self.rounded.scales.iter().map(|scale| scale.scale_log2().cast_unsigned()).collect()
+        let scales = self.rounded.scales.iter();
+        let units = scales.clone().map(|scale| scale.scale_log2().cast_unsigned());
+        let steps = scales.map(|scale| scale.step()).filter(|_| self.coarse);
+        units.chain(steps).collect()
     }
 
     fn restore_scales(&mut self, level: Level, scales: &[u8], parameters: &[f32]) -> bool {
-        let scales = scales.iter().map(|byte| EightBits::at(byte.cast_signed()));
-        let Some(scales) = scales.collect::<Option<Vec<_>>>() else { return false };
-        let sound = scales.len() == self.rounded.scales.len();
-        if sound {
-            self.rounded.round_tables(level, &self.layout, &scales, parameters);
-        }
-        sound
+        let Some(scales) = EightBits::all_of(scales, self.rounded.scales.len()) else {
+            return false;
+        };
+        self.coarse = scales.1;
+        self.rounded.round_tables(level, &self.layout, &scales.0, parameters);
+        true
     }
 }
 

@@ -135,6 +135,11 @@ impl Backend for Cpu {
         &self.state
     }
 
+    fn round_coarsely(&mut self, lengths: &[f32]) {
+        self.field.round_coarsely(self.level, lengths, &self.state.field().parameters);
+        self.state.scales = self.field.scales();
+    }
+
     fn step(&mut self, input: &StepInput<'_>) -> StepOutput {
         self.field.prepare(&self.state.field().parameters, GROUPS);
         self.run_groups(input);

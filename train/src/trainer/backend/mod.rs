@@ -37,6 +37,9 @@ pub(crate) trait Backend: Debug + Send + Sync {
     /// Looks at a share of a grid's cells: the field's densities at random points of them.
     fn densities(&self, grid: &mut DensityGrid, seed: u64);
 
+    /// From now on each table is rounded to multiples of a step of about this length.
+    fn round_coarsely(&mut self, lengths: &[f32]);
+
     /// The field of the parameters.
     fn field(&self) -> AnyField<'_>;
 

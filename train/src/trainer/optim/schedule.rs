@@ -55,7 +55,7 @@ const FREEZE: f32 = 0.9;
 pub(crate) const WARM_UP: u32 = 100;
 /// From here on parameters are averaged: what is left of the noise of single
 /// steps cancels.
-const AVERAGED: f32 = 0.75;
+pub(crate) const AVERAGED: f32 = 0.75;
 /// Steps between two that count in the average.
 const AVERAGE_EVERY: u32 = 8;
 /// Decay of a step at most, times the learning rate.

@@ -3,51 +3,25 @@
 pub mod checkpoint;
 mod error;
 pub(crate) mod guard;
+mod report;
 #[cfg(test)]
 mod tests;
 pub(crate) mod watch;
 
 use std::time::{Duration, Instant};
 
-use crate::trainer::optim::schedule::{KNOWN, WARM_UP, adjust, budget, calibrate, settings};
+use crate::trainer::optim::schedule::{
+    AVERAGED, KNOWN, WARM_UP, adjust, budget, calibrate, settings,
+};
 use crate::trainer::{FinishingBudget, HeldOutPsnr, Length, Plan, Trainer};
 pub use error::{NoTime, RunError};
 use guard::{Averages, Diverged, MAX_RESTARTS, Trouble};
+pub use report::{Progress, Summary};
 use watch::{Overfitted, Then, Watch};
 
 /// Shorter runs learn from all views from the first step on, and what they risk between these is
 /// not measured.
 pub(crate) const LONG_ENOUGH: u32 = 1024;
-
-/// Where a run stands.
-#[derive(Clone, Copy, Debug)]
-pub struct Progress {
-    /// Steps taken.
-    pub step: u32,
-    /// Steps in all; `None` until they are known.
-    pub steps: Option<u32>,
-    /// PSNR of the latest rays, dB; 0 before an attempt's first step.
-    pub train_psnr: f64,
-    /// Mean PSNR of the held-out views when they were last looked at, dB.
-    pub held_out_psnr: Option<f64>,
-    /// How often training has restarted.
-    pub restarts: u32,
-    /// Why it has just restarted.
-    pub trouble: Option<Trouble>,
-}
-
-/// What a run did.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Summary {
-    /// Rays cast, those of attempts that were given up among them.
-    pub rays: u64,
-    /// Samples at which the field was evaluated.
-    pub samples: u64,
-    /// PSNR of the last rays against random backgrounds or the images' own, dB.
-    pub train_psnr: f64,
-    /// How often training restarted.
-    pub restarts: u32,
-}
 
 /// A run, taken step by step, so that the caller may save or stop between two.
 #[derive(Clone, Debug)]
@@ -68,6 +42,10 @@ pub struct Run {
     by_clock: bool,
     /// The finishing budget and its seconds; `None` before it is known.
     finishing: Option<(FinishingBudget, f64)>,
+    /// Bytes that the model may take, if not all.
+    most_bytes: Option<usize>,
+    /// Seconds that choosing how to round took, and will take once more.
+    rounding: f64,
 }
 
 impl Run {
@@ -103,7 +81,15 @@ impl Run {
             timed: None,
             by_clock,
             finishing: None,
+            most_bytes: None,
+            rounding: 0.0,
         }
+    }
+
+    /// From now on the last part of the run learns tables as they are in a model of at most so
+    /// many bytes.
+    pub fn fit_into(&mut self, bytes: Option<usize>) {
+        self.most_bytes = bytes;
     }
 
     /// Takes a step; `None` where the run is over.
@@ -131,6 +117,7 @@ impl Run {
             self.hold_out(trainer);
         }
         self.plan_the_end(trainer);
+        self.round_for_bytes(trainer);
         let (begun, steps) = self.fit_to_clock((trainer.steps(), trainer.config().settled()));
         let stats = trainer.step(&settings(trainer.config(), trainer.steps(), self.plan()));
         self.timed = Some((begun, steps + 1));
@@ -213,7 +200,20 @@ impl Run {
             return None;
         };
         let budget = budget(seconds, self.finishing.map(|(_, seconds)| seconds));
-        Some(self.started + Duration::from_secs_f64((budget - self.before).max(0.0)))
+        let left = budget - self.before - self.rounding;
+        Some(self.started + Duration::from_secs_f64(left.max(0.0)))
+    }
+
+    /// Rounds tables as few bytes ask for, where it is time.
+    fn round_for_bytes(&mut self, trainer: &mut Trainer) {
+        let Some(most) = self.most_bytes else { return };
+        let is_late = self.plan().is_some_and(|plan| plan.progress(trainer.steps()) >= AVERAGED);
+        if is_late && !trainer.is_coarse() {
+            let clock = Instant::now();
+            trainer.fit_into(most);
+            self.rounding = clock.elapsed().as_secs_f64();
+            self.timed = None;
+        }
     }
 
     /// Fits the plan to the clock, once enough steps have been timed. Gives when those that are

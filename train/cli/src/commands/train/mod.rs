@@ -5,6 +5,7 @@ mod begin;
 mod model;
 mod nerf;
 mod options;
+mod origin;
 mod saving;
 mod scene;
 
@@ -12,11 +13,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use pocketnerf_core::Camera;
-use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
+use pocketnerf_formats::DefaultCamera;
 use pocketnerf_train::cameras::{WIDE, spacing};
+use pocketnerf_train::compact::Compacted;
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
-use pocketnerf_train::trainer::checkpoint::TrainedOn;
 use pocketnerf_train::trainer::{Checkpoint, Length, Run, Trainer};
 use serde_json::{Value, json};
 
@@ -25,6 +26,7 @@ use super::{Common, Failure, memory, print_line};
 pub(super) use bar::Bar;
 pub(super) use model::Method;
 pub(super) use options::Train;
+pub(super) use origin::Origin;
 pub(super) use saving::Interrupted;
 use saving::{Resume, Saving, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
@@ -85,7 +87,8 @@ impl Train {
                  another colour keeps it",
             );
         }
-        let origin = Origin::new(&dataset, factor, self.precision);
+        let mut origin = Origin::new(&dataset, factor, self.precision);
+        origin.max_bytes = self.model.max_bytes;
         bar.phase("finding the scene");
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, level, common.started)?,
@@ -94,6 +97,8 @@ impl Train {
                 (trainer, Run::new(self.length(), common.started))
             }
         };
+        self.model.check_bytes(&trainer)?;
+        run.fit_into(self.model.max_bytes.map(|most| most as usize));
         // Not before: a refusal is one line.
         doubts.into_iter().for_each(|doubt| bar.warn(doubt));
         let every = self.save_every.map(Duration::from_secs_f64);
@@ -103,6 +108,7 @@ impl Train {
             data: self.data.clone(),
             out: self.out.clone(),
             precision: self.precision,
+            max_bytes: self.model.max_bytes,
             reading: self.reading,
             views: self.views,
         };
@@ -239,7 +245,10 @@ pub(super) fn finish(
         return Ok(None);
     }
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
-    let bytes = pocketnerf_formats::pack(&bytes)?;
+    let bytes = match origin.max_bytes {
+        None => pocketnerf_formats::pack(&bytes)?,
+        Some(most) => in_bytes(trainer, &bytes, most, bar)?,
+    };
     let replaced = out.exists();
     output::write_atomic(out, &bytes)?;
     let (summary, seconds) = (run.summary(trainer), run.elapsed());
@@ -265,48 +274,20 @@ pub(super) fn finish(
     })))
 }
 
-/// Where a model comes from.
-pub(super) struct Origin {
-    name: String,
-    /// Of each training view.
-    names: Vec<String>,
-    camera: Option<DefaultCamera>,
-    trained_on: TrainedOn,
-    /// The format of the weights in the model file.
-    precision: Precision,
-}
-
-impl Origin {
-    pub(super) fn new(dataset: &Dataset, downscale_factor: u32, precision: Precision) -> Self {
-        Self {
-            name: dataset.name(),
-            names: dataset.views.iter().map(|view| view.name.clone()).collect(),
-            camera: dataset.views.first().map(|view| default_camera(&view.camera)),
-            trained_on: TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor },
-            precision,
-        }
-    }
-
-    /// The name of a training view.
-    fn view(&self, number: usize) -> String {
-        self.names.get(number).cloned().unwrap_or_else(|| format!("view {number}"))
-    }
-
-    fn about(&self, trainer: &Trainer, run: &Run) -> About<'_> {
-        About {
-            camera: self.camera,
-            provenance: Some(Provenance {
-                program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
-                method: method(trainer),
-                seed: trainer.config().seed,
-                steps: u64::from(trainer.steps()),
-                trained_on: self.trained_on.fingerprint,
-                dataset: &self.name,
-                train_psnr: Some(run.summary(trainer).train_psnr as f32),
-            }),
-            ..About::default()
-        }
-    }
+/// A model file in at most so many bytes; the user hears what that takes.
+fn in_bytes(trainer: &Trainer, file: &[u8], most: u32, bar: &mut Bar) -> Result<Vec<u8>, Failure> {
+    let Compacted { bytes, steps, psnr, .. } = trainer.in_bytes(file, most as usize)?;
+    let steps: Vec<String> = steps.iter().map(u8::to_string).collect();
+    let said = match psnr.is_finite() {
+        true => format!("{psnr:.1} dB to pictures of all bits"),
+        false => "nothing had to be left out".to_owned(),
+    };
+    bar.say(&format!(
+        "--max-bytes {most}: {} bytes with steps of {} units, coarse to fine; {said}",
+        bytes.len(),
+        steps.join(", ")
+    ));
+    Ok(bytes)
 }
 
 /// The first training camera: where a viewer may start.

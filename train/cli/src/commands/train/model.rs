@@ -1,7 +1,7 @@
 //! What is trained: options of `pocketnerf train` for the kind of field and its size.
 
 use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
-use pocketnerf_train::trainer::{Length, TrainConfig};
+use pocketnerf_train::trainer::{Length, TrainConfig, Trainer};
 
 use super::nerf::NerfOptions;
 use crate::commands::Failure;
@@ -64,6 +64,13 @@ pub(super) struct ModelOptions {
     /// time and profile]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: Option<u32>,
+    /// Model file of at most so many bytes
+    ///
+    /// The number of entries follows. The last quarter of the run learns tables that are
+    /// rounded as coarsely as that asks for.
+    #[arg(long, value_name = "N", conflicts_with = "precision",
+        value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) max_bytes: Option<u32>,
     /// Grid levels between the same coarsest and finest resolution [default: 9; 8 with
     /// --profile fast]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=16))]
@@ -81,6 +88,16 @@ pub(super) struct ModelOptions {
     learning_rate: Option<f32>,
     #[command(flatten)]
     nerf: NerfOptions,
+}
+
+/// log2 of the entries per level that are worth so many bytes: twice as many in half the bits.
+fn entries_log2(bytes: u32) -> u32 {
+    /// Bytes an entry of one level from which on twice as many entries are better: lego, val
+    /// views, see docs/lab/packing.md.
+    const BYTES: f64 = 5.3;
+    /// Fewer do not make a file much smaller: networks remain.
+    const LEAST: f64 = 10.0;
+    (f64::from(bytes) / BYTES).log2().max(LEAST) as u32
 }
 
 fn parse_width(text: &str) -> Result<u32, String> {
@@ -110,6 +127,7 @@ impl ModelOptions {
         }
         let of_grids = [
             ("--log2-hashmap-size", self.log2_hashmap_size),
+            ("--max-bytes", self.max_bytes),
             ("--n-levels", self.n_levels),
             ("--hidden-width", self.hidden_width),
         ];
@@ -117,6 +135,18 @@ impl ModelOptions {
             return Err(format!("{option}: for --method hash-grid alone").into());
         }
         self.nerf.check()
+    }
+
+    /// Refuses fewer bytes than the networks take.
+    pub(super) fn check_bytes(&self, trainer: &Trainer) -> Result<(), Failure> {
+        let least = trainer.least_bytes();
+        match self.max_bytes {
+            Some(most) if (most as usize) < least => Err(format!(
+                "--max-bytes {most}: expected at least {least}; --hidden-width 16 takes less"
+            )
+            .into()),
+            _ => Ok(()),
+        }
     }
 
     /// The settings of a new run.
@@ -141,7 +171,9 @@ impl ModelOptions {
         if let Some(HashGridFieldConfig { grid, density_hidden, color_hidden, .. }) =
             config.field.hash_grid_mut()
         {
-            grid.log2_hashmap_size = self.log2_hashmap_size.unwrap_or(grid.log2_hashmap_size);
+            let usual = grid.log2_hashmap_size;
+            let by_bytes = self.max_bytes.map_or(usual, |bytes| entries_log2(bytes).min(usual));
+            grid.log2_hashmap_size = self.log2_hashmap_size.unwrap_or(by_bytes);
             if let Some(n) = self.n_levels {
                 let steps = (grid.n_levels - 1) as f32 / (n - 1) as f32;
                 grid.per_level_scale = grid.per_level_scale.powf(steps);
@@ -217,5 +249,16 @@ impl ModelOptions {
             ("--n-levels", self.n_levels, n_levels),
             ("--hidden-width", self.hidden_width, hidden_width),
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_follow_the_bytes() {
+        let found = [1_600_000, 700_000, 500_000, 350_000, 1_000].map(entries_log2);
+        assert_eq!(found, [18, 17, 16, 16, 10]);
     }
 }

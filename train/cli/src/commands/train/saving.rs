@@ -142,6 +142,8 @@ pub(super) struct Resume {
     pub(super) data: PathBuf,
     pub(super) out: PathBuf,
     pub(super) precision: Precision,
+    /// Bytes that the model may take, if not all.
+    pub(super) max_bytes: Option<u32>,
     pub(super) reading: Reading,
     /// Views to train on, if not all.
     pub(super) views: Option<u32>,
@@ -155,6 +157,9 @@ impl fmt::Display for Resume {
         f.write_str(&self.reading.given())?;
         if let Some(views) = self.views {
             write!(f, " --views {views}")?;
+        }
+        if let Some(most) = self.max_bytes {
+            write!(f, " --max-bytes {most}")?;
         }
         match self.precision {
             Precision::I8 => Ok(()),
@@ -194,6 +199,7 @@ mod tests {
             data: "it's".into(),
             out: "m.pnerf".into(),
             precision: Precision::F16,
+            max_bytes: Some(500_000),
             reading: Reading { hold_every: 4, spherify: true },
             views: Some(9),
         };
@@ -202,7 +208,7 @@ mod tests {
             interrupted.to_string(),
             "interrupted at step 7, saved; resume with: pocketnerf train 'it'\\''s' \
              --out m.pnerf --resume 'my scene.ckpt.pnerf' --hold-every 4 --spherify --views 9 \
-             --precision f16"
+             --max-bytes 500000 --precision f16"
         );
     }
 }

@@ -164,11 +164,10 @@ fn scales(file: &ModelFile<'_>, n_tables: usize) -> Result<Vec<u8>, Problem> {
     }
     let section = section(file, kind::SCALES)?;
     let (expected, found) = (n_tables as u64, section.bytes.len() as u64);
-    if expected != found {
+    if ![expected, 2 * expected].contains(&found) {
         return Err(Problem::Length { section: section.id, expected, found });
     }
-    let sound = |byte: &u8| EightBits::at(byte.cast_signed()).is_some();
-    if !section.bytes.iter().all(sound) {
+    if EightBits::all_of(section.bytes, n_tables).is_none() {
         return Err(Problem::State("section SCALES"));
     }
     Ok(section.bytes.to_vec())

@@ -1,0 +1,59 @@
+//! What is written of where a model comes from.
+
+use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
+use pocketnerf_train::dataset::Dataset;
+use pocketnerf_train::trainer::checkpoint::TrainedOn;
+use pocketnerf_train::trainer::{Run, Trainer};
+
+use super::{default_camera, method};
+
+/// Where a model comes from.
+pub(in crate::commands) struct Origin {
+    name: String,
+    /// Of each training view.
+    names: Vec<String>,
+    camera: Option<DefaultCamera>,
+    pub(super) trained_on: TrainedOn,
+    /// The format of the weights in the model file.
+    pub(super) precision: Precision,
+    /// Bytes that the model file may take, if not all.
+    pub(super) max_bytes: Option<u32>,
+}
+
+impl Origin {
+    pub(in crate::commands) fn new(
+        dataset: &Dataset,
+        downscale_factor: u32,
+        precision: Precision,
+    ) -> Self {
+        Self {
+            name: dataset.name(),
+            names: dataset.views.iter().map(|view| view.name.clone()).collect(),
+            camera: dataset.views.first().map(|view| default_camera(&view.camera)),
+            trained_on: TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor },
+            precision,
+            max_bytes: None,
+        }
+    }
+
+    /// The name of a training view.
+    pub(super) fn view(&self, number: usize) -> String {
+        self.names.get(number).cloned().unwrap_or_else(|| format!("view {number}"))
+    }
+
+    pub(super) fn about(&self, trainer: &Trainer, run: &Run) -> About<'_> {
+        About {
+            camera: self.camera,
+            provenance: Some(Provenance {
+                program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
+                method: method(trainer),
+                seed: trainer.config().seed,
+                steps: u64::from(trainer.steps()),
+                trained_on: self.trained_on.fingerprint,
+                dataset: &self.name,
+                train_psnr: Some(run.summary(trainer).train_psnr as f32),
+            }),
+            ..About::default()
+        }
+    }
+}
