@@ -9,7 +9,7 @@ mod choice;
 mod error;
 mod tables;
 
-use pocketnerf_core::{Camera, Error, Model};
+use pocketnerf_core::{Camera, Error, Model, TensorView};
 use pocketnerf_formats::{
     ContainerWriter, ModelFile, Precision, SectionId, kind, open, pack, unpacked, write,
 };
@@ -27,7 +27,7 @@ pub const VIEWS: usize = 12;
 const SIDE: u32 = 128;
 /// Steps to choose from, in units of the stored values.
 const STEPS: [u8; 16] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 127];
-/// Those whose pictures are looked at. Errors of those between follow a power of the step.
+/// Steps of which pictures are rendered. Errors of the other steps are interpolated.
 const LOOKED_AT: [u8; 5] = [4, 12, 32, 64, 127];
 /// A level is tried no further once pictures differ by more than this mean squared error, 20 dB.
 const WORST: f64 = 1e-2;
@@ -78,30 +78,31 @@ pub fn to_bytes(
     let opened = open(file)?;
     // Eight bits instead of sixteen change pictures too.
     let base = difference(&opened.model, (cameras, &own), &settings)?;
+    let known = |(table, length): (&TensorView<'_>, &f32)| {
+        let unit = f32::from(table.scale_log2()).exp2();
+        (length / unit).round().clamp(1.0, 127.0) as u8
+    };
+    let tables = levels(&opened.model).iter();
+    let known: Option<Vec<u8>> = lengths.map(|lengths| tables.zip(lengths).map(known).collect());
     let mut candidates = Vec::with_capacity(n_levels);
-    let mut begins = Vec::new();
     for level in 0..n_levels {
-        let known = lengths.map(|lengths| {
-            let unit = f32::from(levels(&opened.model)[level].scale_log2()).exp2();
-            (lengths[level] / unit).round().clamp(1.0, 127.0) as u8
-        });
-        let level = (level, known);
+        let level = (level, known.as_ref().map(|known| known[level]));
         candidates.push(measure((&opened.model, base), level, (cameras, &own), &settings)?);
-        begins.extend(known);
     }
-    // Their numbers among the candidates, if all are there.
-    let begins = candidates
-        .iter()
-        .zip(&begins)
-        .map(|(level, known)| level.iter().position(|candidate| candidate.step == *known));
-    let begins = lengths.and(begins.collect::<Option<Vec<usize>>>());
+    // The numbers of those that training has got used to, if all are there.
+    let begins = known.and_then(|known| {
+        let numbers = candidates.iter().zip(known);
+        let number =
+            |(level, step): (&Vec<Candidate>, u8)| level.iter().position(|c| c.step == step);
+        numbers.map(number).collect::<Option<Vec<usize>>>()
+    });
     let steps = |chosen: &[usize]| {
         candidates.iter().zip(chosen).map(|(level, i)| level[*i].step).collect::<Vec<u8>>()
     };
-    let mut least = 0;
+    let mut least = usize::MAX;
     let chosen = choose(&candidates, begins, |chosen| {
         let bytes = assembled(&opened, &steps(chosen))?.len();
-        least = if least == 0 { bytes } else { least.min(bytes) };
+        least = least.min(bytes);
         Ok::<_, CompactError>(bytes <= most)
     })?;
     let Some(chosen) = chosen else { return Err(CompactError::TooSmall { most, least }) };
@@ -170,8 +171,8 @@ fn measure(
     Ok(steps.into_iter().filter(|step| f64::from(*step) <= last).map(candidate).collect())
 }
 
-/// The error of a step between two that were looked at, by a power of the step; below the first
-/// by its square, as noise has it.
+/// The error of a step between two whose errors are known, as a power of the step; below the
+/// first it is as the square of the step, as that of noise.
 fn between(looks: &[(f64, f64)], step: f64) -> f64 {
     let after = looks.partition_point(|(looked_at, _)| *looked_at < step).min(looks.len() - 1);
     let (far, error) = looks[after];

@@ -97,8 +97,6 @@ pub struct Trainer {
     seed: u64,
     /// Where the time of the steps is recorded.
     stopwatch: Option<Stopwatch>,
-    /// The steps that tables were rounded to in the end, where few bytes asked for them.
-    lengths: Option<Vec<f32>>,
 }
 
 impl Trainer {
@@ -147,7 +145,6 @@ impl Trainer {
             restarts: 0,
             seed: config.seed,
             stopwatch: None,
-            lengths: None,
             config,
         };
         trainer.begin(0);
@@ -302,8 +299,10 @@ impl Trainer {
     /// Ends the run: the parameters become their average over its last part.
     pub fn finish(&mut self) {
         if self.backend.download().averaged > 0 {
-            self.lengths = self.coarse_lengths();
-            let averaged = self.backend.download().averaged();
+            let mut averaged = self.backend.download().averaged();
+            if self.is_coarse() {
+                averaged.scales.clone_from(&self.backend.download().scales);
+            }
             self.backend.upload(averaged);
         }
     }

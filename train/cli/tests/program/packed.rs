@@ -3,7 +3,7 @@
 
 use pocketnerf_formats::is_packed;
 
-use crate::place::{Place, TRAIN};
+use crate::place::{Place, TRAIN, text};
 
 #[test]
 fn packed_and_unpacked_models_are_the_same() {
@@ -95,12 +95,27 @@ fn as_many_bytes_as_asked_for_whether_interrupted_or_not() {
         place.ok(&format!("{train} --max-bytes {most} --out again.pnerf --threads 1"));
         assert!(place.bytes("again.pnerf") == place.bytes("small.pnerf"));
     }
-    // A run that is resumed where tables are rounded already ends with the same bytes.
+    // A run that is over keeps the steps that it has learnt.
     let most = format!("--max-bytes {}", whole / 10 * 7);
     place.ok(&format!("{train} {most} --out x.pnerf --save-every 0.000001"));
     place.ok(&format!("train data --resume x.ckpt.pnerf {most} --out resumed.pnerf"));
     assert!(place.bytes("resumed.pnerf") == place.bytes("small.pnerf"));
 
     let line = place.line(&format!("{train} --max-bytes 1000 --out x.pnerf"));
-    assert!(line.contains("--max-bytes 1000: expected at least"), "{line}");
+    assert!(line.contains("--max-bytes 1000: the networks alone take more, expected"), "{line}");
+
+    // Where it is seen at the end that the limit cannot be met, nothing is lost, and the command
+    // that is proposed works.
+    let most = whole / 5;
+    let refused = place.run(&format!("{train} --max-bytes {most} --out tight.pnerf"));
+    assert_eq!(refused.status.code(), Some(1));
+    let said = text(&refused.stderr);
+    // A warning of so few steps comes before.
+    let line = said.trim().lines().last().unwrap();
+    let (reason, command) = line.split_once("write the model with: pocketnerf ").unwrap();
+    assert!(reason.contains(&format!("{most} bytes are too few, expected at least ")), "{line}");
+    let least: u64 = command.rsplit_once("--max-bytes ").unwrap().1.trim().parse().unwrap();
+    place.ok(command.trim());
+    let bytes = place.bytes("tight.pnerf").len() as u64;
+    assert!(most < bytes && bytes <= least, "{most} {bytes} {least}");
 }

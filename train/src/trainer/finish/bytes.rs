@@ -27,7 +27,7 @@ impl Trainer {
     pub fn in_bytes(&self, file: &[u8], most: usize) -> Result<Compacted, CompactError> {
         let cameras = compact::small(self.source.cameras().to_vec());
         let settings = Settings { simd: self.backend.simd(), ..Settings::default() };
-        compact::to_bytes(file, most, self.lengths.as_deref(), &cameras, &settings)
+        compact::to_bytes(file, most, self.coarse_lengths().as_deref(), &cameras, &settings)
     }
 
     /// Bytes of its networks: no model of this shape takes less.

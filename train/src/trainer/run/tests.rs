@@ -207,6 +207,38 @@ fn held_out_views_come_back_and_a_resumed_run_goes_on_alike() {
 }
 
 #[test]
+fn a_run_of_few_bytes_that_is_resumed_goes_on_alike() {
+    let about = pocketnerf_formats::About::default();
+    let trained_on =
+        checkpoint::TrainedOn { fingerprint: dataset(8).fingerprint(), downscale_factor: 1 };
+    let (mut trainer, mut run) = (trainer(), steps(80));
+    // Tables of two levels and 256 entries take 4 kB in eight bits, networks 23.
+    let most = trainer.least_bytes() + 3000;
+    run.fit_into(Some(most));
+    let mut saved = Vec::new();
+    while let Some(progress) = run.step(&mut trainer).unwrap() {
+        // Before tables are rounded, and after.
+        if [40, 70].contains(&progress.step) {
+            assert_eq!(trainer.is_coarse(), progress.step == 70);
+            saved.push(checkpoint::write(&trainer, &run, trained_on, &about).unwrap());
+        }
+    }
+    let lengths = trainer.coarse_lengths().unwrap();
+    assert!(trainer.backend.download().scales[2..].iter().any(|step| *step > 1), "{lengths:?}");
+    // The end too, which takes no further step.
+    saved.push(checkpoint::write(&trainer, &run, trained_on, &about).unwrap());
+    for bytes in saved {
+        let checkpoint = checkpoint::Checkpoint::from_bytes("x".as_ref(), &bytes).unwrap();
+        let resumed = checkpoint.resume(dataset(8), SimdLevel::detect(), Instant::now());
+        let (mut again, mut run) = resumed.unwrap();
+        run.fit_into(Some(most));
+        assert!(finish((&mut again, &mut run), |_| ()).is_empty());
+        assert!(parameters(&again) == parameters(&trainer));
+        assert_eq!(again.coarse_lengths().unwrap(), lengths);
+    }
+}
+
+#[test]
 fn views_that_a_short_run_held_out_are_not_called_odd() {
     let mut trainer = trainer_of(100);
     let held = trainer.hold_out();

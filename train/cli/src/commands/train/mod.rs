@@ -15,7 +15,7 @@ use std::time::Duration;
 use pocketnerf_core::Camera;
 use pocketnerf_formats::DefaultCamera;
 use pocketnerf_train::cameras::{WIDE, spacing};
-use pocketnerf_train::compact::Compacted;
+use pocketnerf_train::compact::{CompactError, Compacted};
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
 use pocketnerf_train::trainer::{Checkpoint, Length, Run, Trainer};
@@ -129,7 +129,12 @@ impl Train {
             }
             Err(reason) => {
                 let saved = saving.rescue(&trainer, &run, &origin)?;
-                return Err(Unfinished { reason, resume: resume(saved) }.into());
+                let mut resume = resume(saved);
+                // With a limit that can be met.
+                if let Some(CompactError::TooSmall { least, .. }) = reason.downcast_ref() {
+                    resume.max_bytes = u32::try_from(*least).ok();
+                }
+                return Err(Unfinished { reason, resume }.into());
             }
         };
         result["background_cut_out"] = plain.is_some().into();
@@ -279,14 +284,14 @@ fn in_bytes(trainer: &Trainer, file: &[u8], most: u32, bar: &mut Bar) -> Result<
     let Compacted { bytes, steps, psnr, .. } = trainer.in_bytes(file, most as usize)?;
     let steps: Vec<String> = steps.iter().map(u8::to_string).collect();
     let said = match psnr.is_finite() {
-        true => format!("{psnr:.1} dB to pictures of all bits"),
-        false => "nothing had to be left out".to_owned(),
+        true => format!(
+            "tables are rounded to multiples of {} (coarse to fine levels), pictures differ by \
+             {psnr:.1} dB from those of unrounded tables",
+            steps.join(", ")
+        ),
+        false => "nothing had to be rounded".to_owned(),
     };
-    bar.say(&format!(
-        "--max-bytes {most}: {} bytes with steps of {} units, coarse to fine; {said}",
-        bytes.len(),
-        steps.join(", ")
-    ));
+    bar.say(&format!("--max-bytes {most}: {} bytes; {said}", bytes.len()));
     Ok(bytes)
 }
 

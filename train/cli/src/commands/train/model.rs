@@ -64,10 +64,10 @@ pub(super) struct ModelOptions {
     /// time and profile]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=24))]
     log2_hashmap_size: Option<u32>,
-    /// Model file of at most so many bytes
+    /// Write a model file of at most N bytes [default: no limit]
     ///
-    /// The number of entries follows. The last quarter of the run learns tables that are
-    /// rounded as coarsely as that asks for.
+    /// Fewer bytes give fewer entries, unless --log2-hashmap-size sets their number. In the last
+    /// quarter of the run tables are rounded as coarsely as needed, and the run adapts to that.
     #[arg(long, value_name = "N", conflicts_with = "precision",
         value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) max_bytes: Option<u32>,
@@ -81,9 +81,9 @@ pub(super) struct ModelOptions {
     /// Omit view dependence: a point has the same colour from everywhere
     #[arg(long)]
     no_view_dependence: bool,
-    /// Learn so many times as fast, 0.01 to 100 [default: 1]
+    /// Multiply the learning rates by 0.01 to 100 [default: 1]
     ///
-    /// The usual rates suit all kinds of scenes; much higher ones do not converge.
+    /// The usual rates suit all kinds of scenes; above four times these, runs may not converge.
     #[arg(long, value_name = "TIMES", conflicts_with = "resume", value_parser = parse_times)]
     learning_rate: Option<f32>,
     #[command(flatten)]
@@ -137,16 +137,21 @@ impl ModelOptions {
         self.nerf.check()
     }
 
-    /// Refuses fewer bytes than the networks take.
+    /// Refuses fewer bytes than the networks take, and a limit for what has no tables.
     pub(super) fn check_bytes(&self, trainer: &Trainer) -> Result<(), Failure> {
+        let Some(most) = self.max_bytes else { return Ok(()) };
         let least = trainer.least_bytes();
-        match self.max_bytes {
-            Some(most) if (most as usize) < least => Err(format!(
-                "--max-bytes {most}: expected at least {least}; --hidden-width 16 takes less"
-            )
-            .into()),
-            _ => Ok(()),
+        if !matches!(trainer.config().field, FieldConfig::HashGrid(_)) {
+            return Err("--max-bytes: for --method hash-grid alone".into());
         }
+        if (most as usize) < least {
+            return Err(format!(
+                "--max-bytes {most}: the networks alone take more, expected at least {least}; \
+                 --hidden-width 16 makes them smaller"
+            )
+            .into());
+        }
+        Ok(())
     }
 
     /// The settings of a new run.
@@ -217,7 +222,7 @@ impl ModelOptions {
         const MOST: f32 = 4.0;
         let times = self.learning_rate.filter(|times| *times > MOST)?;
         Some(format!(
-            "--learning-rate {times}: steps so long may not converge, expected at most {MOST}"
+            "--learning-rate {times}: runs may not converge at such rates, expected at most {MOST}"
         ))
     }
 
