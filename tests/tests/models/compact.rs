@@ -3,7 +3,7 @@
 use pocketnerf_core::{Camera, SimdLevel};
 use pocketnerf_formats::{Precision, open, open_verified, pack, unpacked, write};
 use pocketnerf_tests::tiny::{self, Tiny};
-use pocketnerf_train::compact::{CompactError, Compacted, to_bytes};
+use pocketnerf_train::compact::{CompactError, Compacted, smallest, to_bytes};
 use pocketnerf_train::picture::{Renderer, Settings};
 
 fn still_life() -> Vec<u8> {
@@ -58,6 +58,32 @@ fn as_many_bytes_as_asked_for_and_the_difference_that_is_said() {
         assert!(again.bytes == small);
         last = psnr;
     }
+}
+
+#[test]
+fn as_few_bytes_as_a_difference_of_pictures_allows() {
+    let bytes = still_life();
+    let cameras = cameras(&bytes);
+    let least = |psnr: f64| {
+        smallest(&bytes, &cameras, &settings(), |model, pictures| {
+            Ok(-10.0 * pictures.difference(model)?.log10() >= psnr)
+        })
+        .unwrap()
+    };
+    let mut last = 0;
+    for psnr in [30.0, 36.0, 42.0] {
+        let small = least(psnr);
+        println!("{psnr}: {} bytes, {:.2} dB, {:?}", small.bytes.len(), small.psnr, small.steps);
+        assert!((psnr..psnr + 1.0).contains(&small.psnr), "{}", small.psnr);
+        assert!(small.bytes.len() > last);
+        last = small.bytes.len();
+        // So many bytes are not spent better.
+        let same = to_bytes(&bytes, last, None, &cameras, &settings()).unwrap();
+        assert!(same.psnr < small.psnr + 0.5, "{} {}", same.psnr, small.psnr);
+    }
+    // What no rounded model is: the file as it is, packed.
+    let whole = smallest(&bytes, &cameras, &settings(), |_, _| Ok(false)).unwrap();
+    assert!(whole.bytes == pack(&bytes).unwrap() && whole.psnr == f64::INFINITY);
 }
 
 #[test]

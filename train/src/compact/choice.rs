@@ -1,18 +1,9 @@
 //! Which step each level gets: the least error for the bytes.
 
-/// What a step of a level does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Candidate {
-    /// Units of a step.
-    pub(super) step: u8,
-    /// Mean squared difference of pictures.
-    pub(super) error: f64,
-    /// Bytes.
-    pub(super) rate: f64,
-}
+use super::candidates::Candidate;
 
 /// Halvings of the range of slopes, powers of two.
-const HALVINGS: usize = 18;
+pub(super) const HALVINGS: usize = 12;
 const SLOPES: [f64; 2] = [-60.0, 0.0];
 
 /// The number of a candidate for each level, which all `fits` says fit, and whose errors sum up
@@ -33,23 +24,15 @@ pub(super) fn choose<E>(
         fill(levels, &mut chosen, fits)?;
         return Ok(Some(chosen));
     }
-    let at = |slope: f64| -> Vec<usize> {
-        let cost = |c: &Candidate| c.error + slope * c.rate;
-        let best = |level: &Vec<Candidate>| {
-            let numbered = level.iter().enumerate();
-            numbered.min_by(|a, b| cost(a.1).total_cmp(&cost(b.1))).map_or(0, |(i, _)| i)
-        };
-        levels.iter().map(best).collect()
-    };
     let [mut low, mut high] = SLOPES;
-    let mut chosen = at(high.exp2());
+    let mut chosen = at(levels, high);
     if !fits(&chosen)? {
         return Ok(None);
     }
     let mut refused = None;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
-        let tried = at(middle.exp2());
+        let tried = at(levels, middle);
         // Many slopes lead to the same choice.
         if tried == chosen || (refused.as_ref() != Some(&tried) && fits(&tried)?) {
             (high, chosen) = (middle, tried);
@@ -59,6 +42,57 @@ pub(super) fn choose<E>(
     }
     fill(levels, &mut chosen, fits)?;
     Ok(Some(chosen))
+}
+
+/// The number of a candidate for each level, which take few bytes and are good; `None` where the
+/// finest are not. The largest slope whose choice is good is found by halving; then levels become
+/// coarser one by one, those first that save most for their error.
+pub(super) fn coarsest<E>(
+    levels: &[Vec<Candidate>],
+    mut is_good: impl FnMut(&[usize]) -> Result<bool, E>,
+) -> Result<Option<Vec<usize>>, E> {
+    let mut chosen = vec![0; levels.len()];
+    if !is_good(&chosen)? {
+        return Ok(None);
+    }
+    let [mut low, mut high] = SLOPES;
+    let mut refused = None;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        let tried = at(levels, middle);
+        if tried == chosen || (refused.as_ref() != Some(&tried) && is_good(&tried)?) {
+            (low, chosen) = (middle, tried);
+        } else {
+            (high, refused) = (middle, Some(tried));
+        }
+    }
+    let mut open: Vec<usize> = (0..levels.len()).collect();
+    loop {
+        let coarser = |level: usize| {
+            let (i, all) = (chosen[level], &levels[level]);
+            let next = (i + 1..all.len()).find(|next| all[*next].rate < all[i].rate)?;
+            let more = (all[next].error - all[i].error).max(f64::MIN_POSITIVE);
+            Some((level, next, (all[i].rate - all[next].rate) / more))
+        };
+        let moves = open.iter().filter_map(|level| coarser(*level));
+        let Some((level, next, _)) = moves.max_by(|a, b| a.2.total_cmp(&b.2)) else { break };
+        let before = std::mem::replace(&mut chosen[level], next);
+        if !is_good(&chosen)? {
+            chosen[level] = before;
+            open.retain(|other| *other != level);
+        }
+    }
+    Ok(Some(chosen))
+}
+
+/// What is best for each level where a byte is worth an error of 2^`slope`.
+fn at(levels: &[Vec<Candidate>], slope: f64) -> Vec<usize> {
+    let cost = |c: &Candidate| c.error + slope.exp2() * c.rate;
+    let best = |level: &Vec<Candidate>| {
+        let numbered = level.iter().enumerate();
+        numbered.min_by(|a, b| cost(a.1).total_cmp(&cost(b.1))).map_or(0, |(i, _)| i)
+    };
+    levels.iter().map(best).collect()
 }
 
 /// Gives what is left to the levels that gain most by a byte, a step after the other.
@@ -95,6 +129,28 @@ mod tests {
             .iter()
             .map(|(error, rate)| Candidate { step: 1, error: *error, rate: *rate })
             .collect()
+    }
+
+    #[test]
+    fn the_fewest_bytes_that_are_good() {
+        let levels = [
+            level(&[(0.0, 100.0), (0.5, 50.0), (0.9, 20.0)]),
+            level(&[(0.0, 100.0), (0.01, 50.0), (0.2, 20.0)]),
+        ];
+        let found = |most: f64| {
+            let error = |chosen: &[usize]| -> f64 {
+                levels.iter().zip(chosen).map(|(level, i)| level[*i].error).sum()
+            };
+            coarsest(&levels, |chosen| Ok::<_, ()>(error(chosen) <= most)).unwrap()
+        };
+        assert_eq!(found(-0.1), None);
+        assert_eq!(found(0.0), Some(vec![0, 0]));
+        assert_eq!(found(0.01), Some(vec![0, 1]));
+        assert_eq!(found(0.2), Some(vec![0, 2]));
+        // One and one would take fewer bytes, but no slope leads there.
+        assert_eq!(found(0.51), Some(vec![0, 2]));
+        assert_eq!(found(0.7), Some(vec![1, 2]));
+        assert_eq!(found(1.1), Some(vec![2, 2]));
     }
 
     #[test]

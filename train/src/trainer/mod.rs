@@ -34,6 +34,7 @@ pub use prepass::scene_ndc::ndc_of;
 pub use prepass::visual_hull::VisualHull;
 pub use run::checkpoint::{self, Checkpoint, CheckpointError};
 pub use run::guard::{Diverged, MAX_RESTARTS, Trouble};
+pub use run::size::Size;
 pub use run::watch::Overfitted;
 pub use run::{NoTime, Progress, Run, RunError, Summary, run};
 pub use step::{StepSettings, StepStats};

@@ -83,6 +83,12 @@ pub(super) fn parse_color(text: &str) -> Result<[f32; 3], String> {
     }
 }
 
+/// A PSNR, dB.
+pub(super) fn parse_psnr(text: &str) -> Result<f64, String> {
+    let psnr = text.parse().ok().filter(|psnr| (1.0..=99.0).contains(psnr));
+    psnr.ok_or_else(|| "expected 1 to 99 dB".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

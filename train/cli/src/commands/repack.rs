@@ -12,6 +12,7 @@ use pocketnerf_train::picture::Settings;
 use serde_json::{Value, json};
 
 use super::model_file::ModelBytes;
+use super::parse::parse_psnr;
 use super::rendering::Vectors;
 use super::{Common, Failure, Reading, print_json, print_line, read_model};
 
@@ -20,11 +21,14 @@ pub(super) struct Repack {
     #[command(flatten)]
     files: Files,
     /// Round tables until the file has at most so many bytes, with the least change of pictures
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", group = "size", value_parser = clap::value_parser!(u32).range(1..))]
     max_bytes: Option<u32>,
+    /// Round tables as coarsely as a PSNR of D dB against the original's pictures allows
+    #[arg(long, value_name = "D", group = "size", value_parser = parse_psnr)]
+    target_psnr: Option<f64>,
     /// Compare pictures from this dataset's training cameras [default: from a circle around the
     /// scene]
-    #[arg(long, value_name = "DATA", requires = "max_bytes", help_heading = "Dataset")]
+    #[arg(long, value_name = "DATA", requires = "size", help_heading = "Dataset")]
     data: Option<PathBuf>,
     #[command(flatten)]
     reading: Reading,
@@ -51,13 +55,19 @@ impl Repack {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         let bytes = self.files.read()?;
         let refused = |e: &dyn std::fmt::Display| format!("{}: {e}", self.files.input.display());
-        let Some(most) = self.max_bytes else {
+        if (self.max_bytes, self.target_psnr) == (None, None) {
             let packed = pack(&bytes).map_err(|e| refused(&e))?;
             return self.files.write(&bytes, &packed, (json!({}), ""), common);
-        };
+        }
         let cameras = self.cameras(&bytes)?;
         let settings = Settings { simd: self.vectors.level(), ..Settings::default() };
-        let compacted = compact::to_bytes(&bytes, most as usize, None, &cameras, &settings);
+        let least = self.target_psnr.unwrap_or(f64::INFINITY);
+        let compacted = match self.max_bytes {
+            Some(most) => compact::to_bytes(&bytes, most as usize, None, &cameras, &settings),
+            None => compact::smallest(&bytes, &cameras, &settings, |model, pictures| {
+                Ok(-10.0 * pictures.difference(model)?.log10() >= least)
+            }),
+        };
         let Compacted { bytes: packed, steps, psnr, .. } = compacted.map_err(|e| refused(&e))?;
         let said = match psnr.is_finite() {
             true => format!(", {psnr:.1} dB to the original"),
@@ -74,12 +84,12 @@ impl Repack {
             let own = file.about.camera.map(|camera| camera.camera());
             let fov_x = Circle::fov_x(own.as_ref());
             let circle = Circle::around(&file.model.space, own.as_ref(), compact::VIEWS, fov_x);
-            return Ok(compact::small(circle.cameras()));
+            return Ok(compact::small(circle.cameras(), compact::VIEWS));
         };
         let views = self.reading.read(data, Split::Train, 1)?.views;
         let scene = file.about.scene;
         let cameras = views.iter().map(|view| scene.camera_to_model(&view.camera));
-        Ok(compact::small(cameras.collect()))
+        Ok(compact::small(cameras.collect(), compact::VIEWS))
     }
 }
 

@@ -2,6 +2,7 @@
 //! into the other.
 
 use pocketnerf_formats::is_packed;
+use serde_json::Value;
 
 use crate::place::{Place, TRAIN, text};
 
@@ -118,4 +119,69 @@ fn as_many_bytes_as_asked_for_whether_interrupted_or_not() {
     place.ok(command.trim());
     let bytes = place.bytes("tight.pnerf").len() as u64;
     assert!(most < bytes && bytes <= least, "{most} {bytes} {least}");
+}
+
+#[test]
+fn as_few_bytes_as_the_views_allow_that_were_held_out() {
+    let place = Place::new();
+    let train = "train builtin --downscale-factor 16 --views 32 --steps 160 --hidden-width 16 \
+                 --log2-hashmap-size 11 --json --quiet";
+    let train = |options: &str| place.ok(&format!("{train} {options}"));
+    let warned = |result: &Value, text: &str| {
+        result["warnings"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|line| line.as_str().unwrap().contains(text))
+    };
+    let held_out = |result: &Value| result["held_out_psnr"].as_f64().unwrap();
+
+    // More than any model has: the best there is, and a line that says so.
+    let best = train("--target-psnr 90 --out best.pnerf");
+    let psnr = held_out(&best);
+    assert!(warned(&best, &format!("not reached, {psnr:.2} dB on held-out views is the best")));
+
+    // One dB less, in fewer bytes, and hardly more than asked for.
+    let less = format!("--target-psnr {}", psnr - 1.0);
+    let small = train(&format!("{less} --threads 2 --out small.pnerf --save-every 0.000001"));
+    let [bytes, whole] = [&small, &best].map(|result| result["bytes"].as_u64().unwrap());
+    assert!(10 * bytes < 7 * whole, "{bytes} {whole}");
+    assert!((psnr - 1.0..psnr - 0.7).contains(&held_out(&small)), "{psnr} {small}");
+    assert!(!warned(&small, "not reached"), "{small}");
+    let again = train(&format!("{less} --out again.pnerf --threads 1"));
+    assert_eq!(again["size"], small["size"]);
+    place.ok(&format!("train builtin --resume small.ckpt.pnerf --views 32 {less} --out re.pnerf"));
+    for other in ["again.pnerf", "re.pnerf"] {
+        assert!(place.bytes(other) == place.bytes("small.pnerf"), "{other}");
+    }
+
+    // Hardly worse than the whole model.
+    let auto = train("--auto --out auto.pnerf");
+    let whole = train("--out whole.pnerf");
+    assert_eq!((&whole["size"], &auto["size"]["asked"]), (&Value::Null, &"--auto".into()));
+    assert!(10 * auto["bytes"].as_u64().unwrap() < 9 * whole["bytes"].as_u64().unwrap(), "{auto}");
+    let psnr = |model: &str| {
+        let eval = format!("eval {model} builtin --downscale-factor 16 --split val --json --quiet");
+        place.ok(&eval)["psnr"].as_f64().unwrap()
+    };
+    let [a, b] = ["auto.pnerf", "whole.pnerf"].map(psnr);
+    assert!(a > b - 0.15, "{a} {b}");
+}
+
+#[test]
+fn sizes_that_cannot_be_asked_for() {
+    let place = Place::new();
+    for (option, expected) in [
+        ("--target-psnr 30", "--target-psnr 30: no photograph can be held out to measure it"),
+        ("--method nerf --auto", "--auto: for --method hash-grid alone"),
+        ("--method nerf --target-psnr 30", "--target-psnr: for --method hash-grid alone"),
+    ] {
+        let train = TRAIN.replace("--log2-hashmap-size 9", "");
+        let line = place.line(&format!("{train} --steps 5 --out x.pnerf {option}"));
+        assert!(line.starts_with(expected), "{line}");
+    }
+    for both in ["--auto --max-bytes 9999", "--auto --target-psnr 30", "--auto --precision f16"] {
+        let refused = place.run(&format!("{TRAIN} --steps 5 --out x.pnerf {both}"));
+        assert_eq!(refused.status.code(), Some(2), "{both}");
+    }
 }

@@ -6,13 +6,16 @@
 //! model has the same steps, or shorter ones where there is room; if they do not fit after all,
 //! they are chosen anew.
 
-use pocketnerf_core::Model;
+use std::time::Instant;
+
+use pocketnerf_core::{Camera, Error, Model};
 use pocketnerf_formats::{About, Precision, pack, write};
 
-use crate::compact::{self, CompactError, Compacted};
+use crate::compact::{self, CompactError, Compacted, Pictures};
 use crate::field::rounding::EightBits;
 use crate::picture::Settings;
-use crate::trainer::Trainer;
+use crate::trainer::held_out::HeldOut;
+use crate::trainer::{HeldOutPsnr, Trainer};
 
 /// What else a file holds beside networks in f16, at least, bytes.
 const REST: usize = 2048;
@@ -20,14 +23,53 @@ const REST: usize = 2048;
 const FINER: usize = 3;
 
 impl Trainer {
-    /// A model file in at most so many bytes.
+    /// How close a model comes to the views that are held out, if there are any.
     ///
     /// # Errors
-    /// As [`compact::to_bytes`].
-    pub fn in_bytes(&self, file: &[u8], most: usize) -> Result<Compacted, CompactError> {
-        let cameras = compact::small(self.source.cameras().to_vec());
-        let settings = Settings { simd: self.backend.simd(), ..Settings::default() };
-        compact::to_bytes(file, most, self.coarse_lengths().as_deref(), &cameras, &settings)
+    /// Whatever rendering reports.
+    pub fn held_out_psnr(&self, model: &Model<'_>) -> Result<Option<HeldOutPsnr>, Error> {
+        self.held_out.look(model, self.backend.simd())
+    }
+
+    /// The cameras and settings with which small models are compared.
+    pub(crate) fn compared(&self, views: usize) -> (Vec<Camera>, Settings) {
+        let cameras = compact::small(self.source.cameras().to_vec(), views);
+        (cameras, Settings { simd: self.backend.simd(), ..Settings::default() })
+    }
+
+    /// A model file in at most so many bytes.
+    pub(crate) fn in_bytes(
+        &self,
+        file: &[u8],
+        most: u32,
+        views: usize,
+    ) -> Result<Compacted, CompactError> {
+        let (cameras, settings) = self.compared(views);
+        let lengths = self.coarse_lengths();
+        compact::to_bytes(file, most as usize, lengths.as_deref(), &cameras, &settings)
+    }
+
+    /// Seconds that finding a model's size takes, about, if pictures of so many views are
+    /// compared.
+    pub(crate) fn time_of_sizing(&self, views: usize) -> Result<f64, CompactError> {
+        let model = self.model();
+        let (cameras, settings) = self.compared(views);
+        let clock = Instant::now();
+        Pictures::of(&model, &cameras, &settings)?;
+        let looked = clock.elapsed().as_secs_f64();
+        pack(&write(&model, &About::default(), Precision::I8)?)?;
+        let packed = clock.elapsed().as_secs_f64() - looked;
+        let [looks, packs] = compact::work(self.config.field.kind().layout().tables().len());
+        Ok(looks as f64 * looked + packs as f64 * packed)
+    }
+
+    /// How many views are held out, or will be once the run begins.
+    #[must_use]
+    pub fn n_to_hold_out(&self) -> usize {
+        if self.step > 0 {
+            return self.held_out.len();
+        }
+        HeldOut::choose(&self.source, self.config.seed).len()
     }
 
     /// Bytes of its networks: no model of this shape takes less.
@@ -51,19 +93,20 @@ impl Trainer {
 
     /// From now on tables are rounded as a model of so many bytes asks for. Where none is that
     /// small, they stay as they are; the finished model tells.
-    pub(crate) fn fit_into(&mut self, most: usize) {
+    pub(crate) fn fit_into(&mut self, most: u32, views: usize) {
         let n = self.config.field.kind().layout().tables().len();
-        let lengths = self.lengths(most).unwrap_or_else(|_| vec![0.0; n]);
+        let lengths = self.lengths(most, views).unwrap_or_else(|_| vec![0.0; n]);
         self.backend.round_coarsely(&lengths);
     }
 
     /// The lengths of the steps.
-    fn lengths(&self, most: usize) -> Result<Vec<f32>, CompactError> {
+    fn lengths(&self, most: u32, views: usize) -> Result<Vec<f32>, CompactError> {
         let file = |model: &Model<'_>| write(model, &About::default(), Precision::I8);
         let model = self.model();
         let whole = file(&model)?;
         let without = pack(&file(&Model { occupancy: None, ..model })?)?.len();
         let cells = pack(&whole)?.len().saturating_sub(without);
-        Ok(self.in_bytes(&whole, most.saturating_sub(FINER * cells))?.lengths)
+        let most = most.saturating_sub(u32::try_from(FINER * cells).unwrap_or(u32::MAX));
+        Ok(self.in_bytes(&whole, most, views)?.lengths)
     }
 }

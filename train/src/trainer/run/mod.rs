@@ -4,19 +4,20 @@ pub mod checkpoint;
 mod error;
 pub(crate) mod guard;
 mod report;
+pub(crate) mod size;
 #[cfg(test)]
 mod tests;
 pub(crate) mod watch;
 
 use std::time::{Duration, Instant};
 
-use crate::trainer::optim::schedule::{
-    AVERAGED, KNOWN, WARM_UP, adjust, budget, calibrate, settings,
-};
+use crate::compact;
+use crate::trainer::optim::schedule::{KNOWN, WARM_UP, adjust, budget, calibrate, settings};
 use crate::trainer::{FinishingBudget, HeldOutPsnr, Length, Plan, Trainer};
 pub use error::{NoTime, RunError};
 use guard::{Averages, Diverged, MAX_RESTARTS, Trouble};
 pub use report::{Progress, Summary};
+use size::Size;
 use watch::{Overfitted, Then, Watch};
 
 /// Shorter runs learn from all views from the first step on, and what they risk between these is
@@ -42,10 +43,12 @@ pub struct Run {
     by_clock: bool,
     /// The finishing budget and its seconds; `None` before it is known.
     finishing: Option<(FinishingBudget, f64)>,
-    /// Bytes that the model may take, if not all.
-    most_bytes: Option<usize>,
-    /// Seconds that choosing how to round took, and will take once more.
-    rounding: f64,
+    /// How large the model file is to be.
+    size: Size,
+    /// Views from which pictures are compared to find its size.
+    views: usize,
+    /// Seconds that finding it takes, at the end.
+    sizing: f64,
 }
 
 impl Run {
@@ -81,15 +84,10 @@ impl Run {
             timed: None,
             by_clock,
             finishing: None,
-            most_bytes: None,
-            rounding: 0.0,
+            size: Size::Whole,
+            views: compact::VIEWS,
+            sizing: 0.0,
         }
-    }
-
-    /// From now on the last part of the run learns tables as they are in a model of at most so
-    /// many bytes.
-    pub fn fit_into(&mut self, bytes: Option<usize>) {
-        self.most_bytes = bytes;
     }
 
     /// Takes a step; `None` where the run is over.
@@ -154,8 +152,10 @@ impl Run {
     /// sampling is as in the paper: all views, from first to last.
     fn hold_out(&mut self, trainer: &mut Trainer) {
         let short = matches!(self.length, Length::Steps(n) if n < LONG_ENOUGH);
-        if !short && trainer.config().hierarchical_training().is_none() {
+        let to_the_end = self.watch.to_the_end;
+        if (!short || to_the_end) && trainer.config().hierarchical_training().is_none() {
             self.watch = Watch::new(trainer.hold_out() > 0);
+            self.watch.to_the_end = to_the_end;
         }
     }
 
@@ -200,20 +200,8 @@ impl Run {
             return None;
         };
         let budget = budget(seconds, self.finishing.map(|(_, seconds)| seconds));
-        let left = budget - self.before - self.rounding;
+        let left = budget - self.before - self.sizing;
         Some(self.started + Duration::from_secs_f64(left.max(0.0)))
-    }
-
-    /// Rounds tables as few bytes ask for, where it is time.
-    fn round_for_bytes(&mut self, trainer: &mut Trainer) {
-        let Some(most) = self.most_bytes else { return };
-        let is_late = self.plan().is_some_and(|plan| plan.progress(trainer.steps()) >= AVERAGED);
-        if is_late && !trainer.is_coarse() {
-            let clock = Instant::now();
-            trainer.fit_into(most);
-            self.rounding = clock.elapsed().as_secs_f64();
-            self.timed = None;
-        }
     }
 
     /// Fits the plan to the clock, once enough steps have been timed. Gives when those that are
@@ -251,6 +239,9 @@ impl Run {
                 true => trainer.rehearse().map_or(nothing, |costs| costs.budget(seconds)),
                 false => nothing,
             });
+            if self.size != Size::Whole {
+                self.plan_sizing(trainer, seconds);
+            }
             self.timed = None;
         }
     }

@@ -213,8 +213,8 @@ fn a_run_of_few_bytes_that_is_resumed_goes_on_alike() {
         checkpoint::TrainedOn { fingerprint: dataset(8).fingerprint(), downscale_factor: 1 };
     let (mut trainer, mut run) = (trainer(), steps(80));
     // Tables of two levels and 256 entries take 4 kB in eight bits, networks 23.
-    let most = trainer.least_bytes() + 3000;
-    run.fit_into(Some(most));
+    let most = trainer.least_bytes() as u32 + 3000;
+    run.aim_at(Size::Bytes(most));
     let mut saved = Vec::new();
     while let Some(progress) = run.step(&mut trainer).unwrap() {
         // Before tables are rounded, and after.
@@ -231,7 +231,7 @@ fn a_run_of_few_bytes_that_is_resumed_goes_on_alike() {
         let checkpoint = checkpoint::Checkpoint::from_bytes("x".as_ref(), &bytes).unwrap();
         let resumed = checkpoint.resume(dataset(8), SimdLevel::detect(), Instant::now());
         let (mut again, mut run) = resumed.unwrap();
-        run.fit_into(Some(most));
+        run.aim_at(Size::Bytes(most));
         assert!(finish((&mut again, &mut run), |_| ()).is_empty());
         assert!(parameters(&again) == parameters(&trainer));
         assert_eq!(again.coarse_lengths().unwrap(), lengths);

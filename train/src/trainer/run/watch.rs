@@ -38,6 +38,9 @@ pub(crate) struct Watch {
     last: Option<[f64; 2]>,
     /// First step and end of what is left of a run that overfits.
     ending: Option<[u32; 2]>,
+    /// Whether the views stay held out to the end: whoever goes on says so again.
+    #[serde(skip)]
+    pub(super) to_the_end: bool,
 }
 
 /// What is to be done after a look.
@@ -113,7 +116,7 @@ impl Watch {
             self.ending = Some([step.saturating_sub(3 * left), step.saturating_add(left)]);
             return Then::GoBack;
         }
-        if plan.progress(step) >= RETURN {
+        if plan.progress(step) >= RETURN && !self.to_the_end {
             return self.end();
         }
         if mean <= best {
@@ -236,6 +239,7 @@ mod tests {
             best: Some((2.0, 7)),
             last: Some([1.0, 0.5]),
             ending: Some([5, 9]),
+            to_the_end: false,
         };
         let [two, one, half] = [2.0f64, 1.0, 0.5].map(f64::to_le_bytes);
         let expected = [&[1, 0xac, 2, 1, 1][..], &two, &[7, 1], &one, &half, &[1, 5, 9]];

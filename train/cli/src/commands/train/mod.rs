@@ -8,6 +8,7 @@ mod options;
 mod origin;
 mod saving;
 mod scene;
+mod sized;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -15,10 +16,10 @@ use std::time::Duration;
 use pocketnerf_core::Camera;
 use pocketnerf_formats::DefaultCamera;
 use pocketnerf_train::cameras::{WIDE, spacing};
-use pocketnerf_train::compact::{CompactError, Compacted};
+use pocketnerf_train::compact::CompactError;
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
-use pocketnerf_train::trainer::{Checkpoint, Length, Run, Trainer};
+use pocketnerf_train::trainer::{Checkpoint, Length, Run, Size, Trainer};
 use serde_json::{Value, json};
 
 use super::stop::Stop;
@@ -30,6 +31,7 @@ pub(super) use origin::Origin;
 pub(super) use saving::Interrupted;
 use saving::{Resume, Saving, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
+use sized::{Sized, sized};
 
 /// Share of surface points whose colours jump between the training views from which on the user
 /// is told: sound models of lego have up to three quarters of it, one of which a view is too
@@ -87,8 +89,7 @@ impl Train {
                  another colour keeps it",
             );
         }
-        let mut origin = Origin::new(&dataset, factor, self.precision);
-        origin.max_bytes = self.model.max_bytes;
+        let origin = Origin::new(&dataset, factor, self.precision);
         bar.phase("finding the scene");
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => checkpoint.resume(dataset, level, common.started)?,
@@ -97,8 +98,8 @@ impl Train {
                 (trainer, Run::new(self.length(), common.started))
             }
         };
-        self.model.check_bytes(&trainer)?;
-        run.fit_into(self.model.max_bytes.map(|most| most as usize));
+        self.model.check_size(&trainer)?;
+        run.aim_at(self.model.size());
         // Not before: a refusal is one line.
         doubts.into_iter().for_each(|doubt| bar.warn(doubt));
         let every = self.save_every.map(Duration::from_secs_f64);
@@ -108,7 +109,7 @@ impl Train {
             data: self.data.clone(),
             out: self.out.clone(),
             precision: self.precision,
-            max_bytes: self.model.max_bytes,
+            size: self.model.size(),
             reading: self.reading,
             views: self.views,
         };
@@ -132,7 +133,7 @@ impl Train {
                 let mut resume = resume(saved);
                 // With a limit that can be met.
                 if let Some(CompactError::TooSmall { least, .. }) = reason.downcast_ref() {
-                    resume.max_bytes = u32::try_from(*least).ok();
+                    resume.size = u32::try_from(*least).map_or(Size::Whole, Size::Bytes);
                 }
                 return Err(Unfinished { reason, resume }.into());
             }
@@ -250,9 +251,11 @@ pub(super) fn finish(
         return Ok(None);
     }
     let bytes = pocketnerf_formats::write(&finished.model(), &about, origin.precision)?;
-    let bytes = match origin.max_bytes {
-        None => pocketnerf_formats::pack(&bytes)?,
-        Some(most) => in_bytes(trainer, &bytes, most, bar)?,
+    let (bytes, sized) = sized((trainer, run), &bytes, bar)?;
+    // Of the file itself, where views are still held out.
+    let held_out = match &sized {
+        Some(Sized { held_out: Some(found), .. }) => Some(*found),
+        _ => run.held_out_psnr(),
     };
     let replaced = out.exists();
     output::write_atomic(out, &bytes)?;
@@ -265,10 +268,11 @@ pub(super) fn finish(
         "samples": summary.samples,
         "samples_per_second": summary.samples as f64 / seconds,
         "train_psnr": summary.train_psnr,
-        "held_out_psnr": run.held_out_psnr().map(|found| found.mean),
-        "held_out_psnr_min": run.held_out_psnr().map(|found| found.min),
+        "held_out_psnr": held_out.map(|found| found.mean),
+        "held_out_psnr_min": held_out.map(|found| found.min),
         "color_jumps": color_jumps,
         "bytes": bytes.len(),
+        "size": sized.map(|sized| sized.facts),
         "replaced": replaced,
         "peak_memory_bytes": memory::peak(),
         "seed": trainer.config().seed,
@@ -277,22 +281,6 @@ pub(super) fn finish(
         "warnings": bar.warnings(),
         "out": out.display().to_string(),
     })))
-}
-
-/// A model file in at most so many bytes; the user hears what that takes.
-fn in_bytes(trainer: &Trainer, file: &[u8], most: u32, bar: &mut Bar) -> Result<Vec<u8>, Failure> {
-    let Compacted { bytes, steps, psnr, .. } = trainer.in_bytes(file, most as usize)?;
-    let steps: Vec<String> = steps.iter().map(u8::to_string).collect();
-    let said = match psnr.is_finite() {
-        true => format!(
-            "tables are rounded to multiples of {} (coarse to fine levels), pictures differ by \
-             {psnr:.1} dB from those of unrounded tables",
-            steps.join(", ")
-        ),
-        false => "nothing had to be rounded".to_owned(),
-    };
-    bar.say(&format!("--max-bytes {most}: {} bytes; {said}", bytes.len()));
-    Ok(bytes)
 }
 
 /// The first training camera: where a viewer may start.

@@ -1,10 +1,11 @@
 //! What is trained: options of `pocketnerf train` for the kind of field and its size.
 
 use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
-use pocketnerf_train::trainer::{Length, TrainConfig, Trainer};
+use pocketnerf_train::trainer::{Length, Size, TrainConfig, Trainer};
 
 use super::nerf::NerfOptions;
 use crate::commands::Failure;
+use crate::commands::parse::parse_psnr;
 
 /// What is trained.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -68,9 +69,18 @@ pub(super) struct ModelOptions {
     ///
     /// Fewer bytes give fewer entries, unless --log2-hashmap-size sets their number. In the last
     /// quarter of the run tables are rounded as coarsely as needed, and the run adapts to that.
-    #[arg(long, value_name = "N", conflicts_with = "precision",
+    #[arg(long, value_name = "N", group = "size", conflicts_with = "precision",
         value_parser = clap::value_parser!(u32).range(1..))]
-    pub(super) max_bytes: Option<u32>,
+    max_bytes: Option<u32>,
+    /// Write the smallest model file with which held-out views have a PSNR of D dB
+    ///
+    /// One view in 25 is held out for the whole run, of 32 views at least.
+    #[arg(long, value_name = "D", group = "size", conflicts_with = "precision",
+        value_parser = parse_psnr)]
+    target_psnr: Option<f64>,
+    /// Write the smallest model file that is at most about 0.1 dB worse
+    #[arg(long, group = "size", conflicts_with = "precision")]
+    auto: bool,
     /// Grid levels between the same coarsest and finest resolution [default: 9; 8 with
     /// --profile fast]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=16))]
@@ -126,24 +136,52 @@ impl ModelOptions {
             return Err("--profile fast: for --method hash-grid alone".into());
         }
         let of_grids = [
-            ("--log2-hashmap-size", self.log2_hashmap_size),
-            ("--max-bytes", self.max_bytes),
-            ("--n-levels", self.n_levels),
-            ("--hidden-width", self.hidden_width),
+            ("--log2-hashmap-size", self.log2_hashmap_size.is_some()),
+            ("--n-levels", self.n_levels.is_some()),
+            ("--hidden-width", self.hidden_width.is_some()),
         ];
-        if let (true, Some((option, _))) = (nerf, of_grids.iter().find(|(_, n)| n.is_some())) {
+        let given = of_grids.iter().find(|(_, given)| *given).map(|(option, _)| *option);
+        if let (true, Some(option)) = (nerf, given.or(self.size_option())) {
             return Err(format!("{option}: for --method hash-grid alone").into());
         }
         self.nerf.check()
     }
 
-    /// Refuses fewer bytes than the networks take, and a limit for what has no tables.
-    pub(super) fn check_bytes(&self, trainer: &Trainer) -> Result<(), Failure> {
+    /// How large the model file is to be.
+    pub(super) fn size(&self) -> Size {
+        match (self.max_bytes, self.target_psnr) {
+            (Some(most), _) => Size::Bytes(most),
+            (_, Some(psnr)) => Size::HeldOut(psnr),
+            _ if self.auto => Size::Near,
+            _ => Size::Whole,
+        }
+    }
+
+    /// The option that says so.
+    fn size_option(&self) -> Option<&'static str> {
+        match self.size() {
+            Size::Whole => None,
+            Size::Bytes(_) => Some("--max-bytes"),
+            Size::HeldOut(_) => Some("--target-psnr"),
+            Size::Near => Some("--auto"),
+        }
+    }
+
+    /// Refuses fewer bytes than the networks take, and a size for what has no tables.
+    pub(super) fn check_size(&self, trainer: &Trainer) -> Result<(), Failure> {
+        let Some(option) = self.size_option() else { return Ok(()) };
+        if !matches!(trainer.config().field, FieldConfig::HashGrid(_)) {
+            return Err(format!("{option}: for --method hash-grid alone").into());
+        }
+        if let (Some(psnr), 0) = (self.target_psnr, trainer.n_to_hold_out()) {
+            return Err(format!(
+                "--target-psnr {psnr}: no photograph can be held out to measure it, expected at \
+                 least 32; give --auto or --max-bytes instead"
+            )
+            .into());
+        }
         let Some(most) = self.max_bytes else { return Ok(()) };
         let least = trainer.least_bytes();
-        if !matches!(trainer.config().field, FieldConfig::HashGrid(_)) {
-            return Err("--max-bytes: for --method hash-grid alone".into());
-        }
         if (most as usize) < least {
             return Err(format!(
                 "--max-bytes {most}: the networks alone take more, expected at least {least}; \

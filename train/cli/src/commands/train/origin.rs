@@ -16,8 +16,6 @@ pub(in crate::commands) struct Origin {
     pub(super) trained_on: TrainedOn,
     /// The format of the weights in the model file.
     pub(super) precision: Precision,
-    /// Bytes that the model file may take, if not all.
-    pub(super) max_bytes: Option<u32>,
 }
 
 impl Origin {
@@ -32,7 +30,6 @@ impl Origin {
             camera: dataset.views.first().map(|view| default_camera(&view.camera)),
             trained_on: TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor },
             precision,
-            max_bytes: None,
         }
     }
 

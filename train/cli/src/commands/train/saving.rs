@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use pocketnerf_formats::Precision;
 use pocketnerf_train::output;
-use pocketnerf_train::trainer::{Run, Trainer, checkpoint};
+use pocketnerf_train::trainer::{Run, Size, Trainer, checkpoint};
 
 use super::{Bar, Origin};
 use crate::commands::stop::Stop;
@@ -142,8 +142,8 @@ pub(super) struct Resume {
     pub(super) data: PathBuf,
     pub(super) out: PathBuf,
     pub(super) precision: Precision,
-    /// Bytes that the model may take, if not all.
-    pub(super) max_bytes: Option<u32>,
+    /// How large the model file is to be.
+    pub(super) size: Size,
     pub(super) reading: Reading,
     /// Views to train on, if not all.
     pub(super) views: Option<u32>,
@@ -158,8 +158,11 @@ impl fmt::Display for Resume {
         if let Some(views) = self.views {
             write!(f, " --views {views}")?;
         }
-        if let Some(most) = self.max_bytes {
-            write!(f, " --max-bytes {most}")?;
+        match self.size {
+            Size::Whole => {}
+            Size::Bytes(most) => write!(f, " --max-bytes {most}")?,
+            Size::HeldOut(psnr) => write!(f, " --target-psnr {psnr}")?,
+            Size::Near => write!(f, " --auto")?,
         }
         match self.precision {
             Precision::I8 => Ok(()),
@@ -199,7 +202,7 @@ mod tests {
             data: "it's".into(),
             out: "m.pnerf".into(),
             precision: Precision::F16,
-            max_bytes: Some(500_000),
+            size: Size::Bytes(500_000),
             reading: Reading { hold_every: 4, spherify: true },
             views: Some(9),
         };
