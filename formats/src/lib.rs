@@ -109,7 +109,9 @@ pub use metadata::MAX_METADATA_BYTES;
 pub use metadata::field::tensors;
 #[cfg(feature = "alloc")]
 pub use packed::unpacked;
-pub use packed::{PACKED_BLOCKS, PACKED_CELLS, PACKED_TABLE, is_packed, unpack_into, unpacked_len};
+pub use packed::{
+    PACKED_BLOCKS, PACKED_CELLS, PACKED_HALVES, PACKED_TABLE, is_packed, unpack_into, unpacked_len,
+};
 pub use reader::{ModelFile, open, open_verified};
 pub use tensor_name::{Role, TensorName};
 #[cfg(feature = "alloc")]

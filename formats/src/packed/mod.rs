@@ -3,6 +3,7 @@
 
 pub(crate) mod bits;
 pub(crate) mod cells;
+pub(crate) mod halves;
 pub(crate) mod tables;
 
 use crate::FormatError;
@@ -16,6 +17,9 @@ pub const PACKED_TABLE: u16 = 1;
 pub const PACKED_BLOCKS: u16 = 2;
 /// Encoding of OCC_FINE.
 pub const PACKED_CELLS: u16 = 3;
+
+/// Encoding of networks in half precision.
+pub const PACKED_HALVES: u16 = 4;
 
 /// A packed payload stands for at most so many times its bytes.
 const MOST_RATIO: u64 = 1 << 12;
@@ -46,7 +50,7 @@ pub fn is_packed(bytes: &[u8]) -> Result<bool, FormatError> {
 /// Whether sections of this encoding are unpacked here. Others, of newer programs, stay as they
 /// are: whoever opens the file decides whether it can do without them.
 const fn is_known(encoding: u16) -> bool {
-    matches!(encoding, PACKED_TABLE | PACKED_BLOCKS | PACKED_CELLS)
+    matches!(encoding, PACKED_TABLE | PACKED_BLOCKS | PACKED_CELLS | PACKED_HALVES)
 }
 
 /// Writes the ordinary file that a file, packed or not, stands for into the first
@@ -137,6 +141,7 @@ fn unpack_section(section: &Section<'_>, out: &mut [u8]) -> Result<(), FormatErr
         PACKED_TABLE => tables::unpack(section.bytes, out),
         PACKED_BLOCKS => cells::unpack_blocks(section.bytes, out),
         PACKED_CELLS => cells::unpack_bits(section.bytes, out),
+        PACKED_HALVES => halves::unpack(section.bytes, out),
         _ => {
             out.copy_from_slice(section.bytes);
             Some(())

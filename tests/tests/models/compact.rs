@@ -1,7 +1,9 @@
 //! Models in fewer bytes than packing alone gives.
 
 use pocketnerf_core::{Camera, SimdLevel};
-use pocketnerf_formats::{Precision, open, open_verified, pack, unpacked, write};
+use pocketnerf_formats::{
+    Container, PACKED_HALVES, Precision, kind, open, open_verified, pack, unpacked, write,
+};
 use pocketnerf_tests::tiny::{self, Tiny};
 use pocketnerf_train::compact::{CompactError, Compacted, smallest, to_bytes};
 use pocketnerf_train::picture::{Renderer, Settings};
@@ -41,9 +43,14 @@ fn as_many_bytes_as_asked_for_and_the_difference_that_is_said() {
     let own = pictures(&bytes, &cameras);
     let mut last = f64::INFINITY;
     for most in [90_000, 70_000, 55_000] {
-        let Compacted { bytes: small, steps, psnr, .. } =
+        let Compacted { bytes: small, steps, network_steps, psnr, .. } =
             to_bytes(&bytes, most, None, &cameras, &settings()).unwrap();
-        println!("{most}: {} bytes, {psnr:.2} dB, {steps:?}", small.len());
+        println!("{most}: {} bytes, {psnr:.2} dB, {steps:?} {network_steps:?}", small.len());
+        // Networks are rounded too, and packed so.
+        assert!(network_steps.iter().any(|step| *step > 1), "{network_steps:?}");
+        let sections = Container::open(&small).unwrap();
+        let mut matrices = sections.sections().filter(|s| s.id.kind == kind::NETWORK);
+        assert!(matrices.any(|matrix| matrix.encoding == PACKED_HALVES));
         assert!(small.len() <= most && small.len() as f64 >= 0.97 * most as f64);
         // What is said is what a program sees that opens the file.
         let found = pictures(&small, &cameras);

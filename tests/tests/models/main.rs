@@ -10,6 +10,7 @@ mod mutated;
 mod packed;
 mod packed_by_hand;
 mod query;
+mod rounded;
 mod specification;
 mod still_life;
 mod unknown;

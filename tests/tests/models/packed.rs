@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use crate::rounded;
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Probe, RenderOptions, SimdLevel, Tuning};
 use pocketnerf_formats::{
@@ -17,7 +18,7 @@ fn still_life() -> Vec<u8> {
     std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../embed-demo/still-life.pnerf")).unwrap()
 }
 
-fn tiny_files() -> [Vec<u8>; 5] {
+fn tiny_files() -> [Vec<u8>; 6] {
     let (tiny, trained) = (Tiny::new(), Tiny::trained());
     let written = |model, precision| write(model, &tiny::about(), precision).unwrap();
     [
@@ -26,6 +27,7 @@ fn tiny_files() -> [Vec<u8>; 5] {
         written(&tiny.hash_grid(), Precision::F16),
         written(&tiny.per_sample(), Precision::F32),
         written(&tiny.nerf(), Precision::F16),
+        rounded::networks(&written(&trained.hash_grid(), Precision::I8), 4096.0),
     ]
 }
 

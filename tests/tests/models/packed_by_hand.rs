@@ -2,18 +2,28 @@
 
 use std::collections::BTreeSet;
 
+use crate::rounded;
 use pocketnerf_formats::{Container, Precision, pack, unpacked, write};
 use pocketnerf_tests::tiny::{self, Tiny};
 
 use crate::golden::golden;
 
-/// Every encoding is in the golden file, which SPEC.md suffices to read.
+/// Every encoding is in the golden files, which SPEC.md suffices to read.
 #[test]
 fn by_hand_from_the_specification() {
     let plain = write(&Tiny::trained().hash_grid(), &tiny::about(), Precision::I8).unwrap();
     let packed = golden("hash-grid-i8-packed.pnerf", &pack(&plain).unwrap());
-    let ordinary = unpacked(&packed).unwrap();
-    let [packed, ordinary] = [&packed, &*ordinary].map(|bytes| Container::open(bytes).unwrap());
+    assert_eq!(unpacked_by_hand(&packed), [0, 1, 2, 3]);
+    // Networks of so few values gain by steps that leave few of them.
+    let plain = rounded::networks(&plain, 4096.0);
+    let packed = golden("hash-grid-rounded-packed.pnerf", &pack(&plain).unwrap());
+    assert_eq!(unpacked_by_hand(&packed), [0, 1, 2, 3, 4]);
+}
+
+/// Compares the sections of a packed file with what SPEC.md makes of them; gives the encodings.
+fn unpacked_by_hand(packed: &[u8]) -> Vec<u16> {
+    let ordinary = unpacked(packed).unwrap();
+    let [packed, ordinary] = [packed, &*ordinary].map(|bytes| Container::open(bytes).unwrap());
     let mut encodings = BTreeSet::new();
     for (section, expected) in packed.sections().zip(ordinary.sections()) {
         encodings.insert(section.encoding);
@@ -23,11 +33,30 @@ fn by_hand_from_the_specification() {
             1 => table_by_hand(section.bytes, n),
             2 => blocks_by_hand(section.bytes, n),
             3 => cells_by_hand(section.bytes, n),
+            4 => halves_by_hand(section.bytes, n),
             other => panic!("{other}"),
         };
         assert!(found == expected.bytes, "{}", section.id);
     }
-    assert_eq!(encodings.into_iter().collect::<Vec<_>>(), [0, 1, 2, 3]);
+    encodings.into_iter().collect()
+}
+
+/// Encoding 4.
+fn halves_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
+    let number = |at: usize| i16::from_le_bytes([payload[at], payload[at + 1]]);
+    let codes = 3 + 2 * number(1) as usize;
+    let mut large = (3..codes).step_by(2).map(number);
+    let mut out = Vec::new();
+    for code in table_by_hand(&payload[codes..], n / 2) {
+        let multiple = match code {
+            0 => large.next().unwrap(),
+            code => i16::from(code) - 128,
+        };
+        let value = f32::from(multiple) * f32::from(payload[0]).exp2();
+        out.extend(half::f16::from_f32(value).to_le_bytes());
+    }
+    assert_eq!(large.next(), None);
+    out
 }
 
 /// Encoding 1, as SPEC.md has it.

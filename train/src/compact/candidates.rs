@@ -1,68 +1,76 @@
-//! What the steps of each level do to pictures and to bytes.
+//! What the steps of each part do to pictures and to bytes.
 
-use pocketnerf_core::{Error, Model};
+use pocketnerf_formats::open;
 
+use super::CompactError;
+use super::parts::Parts;
 use super::pictures::Pictures;
-use super::tables::{levels, rate, rounded, with_table};
 
-/// Steps to choose from, in units of the stored values.
-const STEPS: [u8; 16] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 127];
+/// Steps of a table to choose from, in units of the stored values; the last leaves nothing but 0.
+const OF_TABLES: [u16; 17] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 127, 255];
+/// Steps of a matrix, of which the largest value is stored as 2^14 to 2^15.
+const OF_MATRICES: [u16; 10] = [1, 8, 16, 32, 64, 128, 256, 512, 1024, 2048];
 /// Steps of which pictures are rendered. Errors of the other steps are interpolated.
-pub(super) const LOOKED_AT: [u8; 5] = [4, 12, 32, 64, 127];
-/// A level is tried no further once pictures differ by more than this mean squared error, 20 dB.
+const LOOKED_AT: [&[u16]; 2] = [&[4, 12, 40, 127, 255], &[32, 128, 512]];
+/// How often a part is looked at, at most.
+pub(super) const LOOKS: usize = LOOKED_AT[0].len();
+/// A part is tried no further once pictures differ by more than this mean squared error, 20 dB.
 const WORST: f64 = 1e-2;
 /// Smaller differences are noise.
 const LEAST: f64 = 1e-12;
 
-/// What a step of a level does.
+/// What a step of a part does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidate {
     /// Units of a step.
-    pub(super) step: u8,
+    pub(super) step: u16,
     /// Mean squared difference of pictures.
     pub(super) error: f64,
     /// Bytes.
     pub(super) rate: f64,
 }
 
-/// The candidates of each level of a model with tables of eight bits, finer ones first; the steps
-/// that training knows are among them.
+/// The candidates of each part, finer ones first; the steps of levels that training knows are
+/// among them.
 pub(super) fn candidates(
-    model: &Model<'_>,
-    known: Option<&[u8]>,
+    parts: &Parts<'_>,
+    known: &[u16],
     pictures: &Pictures<'_>,
-) -> Result<Vec<Vec<Candidate>>, Error> {
+) -> Result<Vec<Vec<Candidate>>, CompactError> {
     // Eight bits instead of sixteen change pictures too.
-    let base = pictures.difference(model)?;
-    let known = |level| known.and_then(|known| known.get(level).copied());
-    let levels = 0..levels(model).len();
-    levels.map(|level| measure((model, base), (level, known(level)), pictures)).collect()
+    let base = pictures.difference(&parts.file.model)?;
+    let measured = |part| measure((parts, base), (part, known.get(part).copied()), pictures);
+    (0..parts.len()).map(measured).collect()
 }
 
-/// What each step of a level does, beside the `base` that pictures differ by anyway.
+/// What each step of a part does, beside the `base` that pictures differ by anyway.
 fn measure(
-    (model, base): (&Model<'_>, f64),
-    (level, known): (usize, Option<u8>),
+    (parts, base): (&Parts<'_>, f64),
+    (part, known): (usize, Option<u16>),
     pictures: &Pictures<'_>,
-) -> Result<Vec<Candidate>, Error> {
-    let table = levels(model)[level];
-    let mut looks = Vec::with_capacity(LOOKED_AT.len());
-    for step in LOOKED_AT {
-        let coarse = rounded(table.bytes(), step);
-        let error = pictures.difference(&with_table(model, level, &coarse)?)? - base;
-        looks.push((f64::from(step), error.max(LEAST)));
+) -> Result<Vec<Candidate>, CompactError> {
+    let (steps, looked_at) = match parts.is_table(part) {
+        true => (&OF_TABLES[..], LOOKED_AT[0]),
+        false => (&OF_MATRICES[..], LOOKED_AT[1]),
+    };
+    let mut looks = Vec::with_capacity(looked_at.len());
+    for step in looked_at {
+        let file = parts.with(part, *step)?;
+        let error = pictures.difference(&open(&file)?.model)? - base;
+        looks.push((f64::from(*step), error.max(LEAST)));
         if error > WORST {
             break;
         }
     }
-    let last = looks.last().map_or(1.0, |(step, _)| *step);
-    let mut steps: Vec<u8> = STEPS.into_iter().chain(known).collect();
+    let tried_to_the_end = looks.len() == looked_at.len();
+    let last = looks.last().filter(|_| !tried_to_the_end).map_or(f64::INFINITY, |look| look.0);
+    let mut steps: Vec<u16> = steps.iter().copied().chain(known).collect();
     steps.sort_unstable();
     steps.dedup();
-    let candidate = |step: u8| Candidate {
+    let candidate = |step: u16| Candidate {
         step,
         error: if step == 1 { 0.0 } else { between(&looks, f64::from(step)) },
-        rate: rate(&rounded(table.bytes(), step), table.cols()),
+        rate: parts.rate(part, step),
     };
     Ok(steps.into_iter().filter(|step| f64::from(*step) <= last).map(candidate).collect())
 }

@@ -6,33 +6,47 @@ use super::candidates::Candidate;
 pub(super) const HALVINGS: usize = 12;
 const SLOPES: [f64; 2] = [-60.0, 0.0];
 
-/// The number of a candidate for each level, which all `fits` says fit, and whose errors sum up
+/// The number of a candidate for each part, which all `fits` says fit, and whose errors sum up
 /// to little; `None` where even those of the smallest rates do not fit.
 ///
-/// Lagrange's multiplier: for each slope, error per byte, every level takes what is best at that
+/// Lagrange's multiplier: for each slope, error per byte, every part takes what is best at that
 /// slope; the smallest slope that fits is found by halving (Shoham and Gersho 1988). What is left
-/// goes to the levels that gain most by it. Rates may be estimates: `fits` knows. Where those
-/// that training has got used to fit, it `begins` with them.
+/// goes to the parts that gain most by it. Rates may be estimates: `fits` knows. Those that
+/// training knows are kept or refined, if they fit with any of the others.
 pub(super) fn choose<E>(
-    levels: &[Vec<Candidate>],
-    begins: Option<Vec<usize>>,
+    parts: &[Vec<Candidate>],
+    known: Vec<Option<usize>>,
     mut fits: impl FnMut(&[usize]) -> Result<bool, E>,
 ) -> Result<Option<Vec<usize>>, E> {
-    if let Some(mut chosen) = begins
-        && fits(&chosen)?
-    {
-        fill(levels, &mut chosen, fits)?;
-        return Ok(Some(chosen));
+    let mut found = fitting(parts, &known, &mut fits)?;
+    if found.is_none() && known.iter().any(Option::is_some) {
+        found = fitting(parts, &vec![None; parts.len()], &mut fits)?;
     }
+    if let Some(chosen) = &mut found {
+        fill(parts, chosen, fits)?;
+    }
+    Ok(found)
+}
+
+/// With the smallest slope that fits; those that are known stay.
+fn fitting<E>(
+    parts: &[Vec<Candidate>],
+    known: &[Option<usize>],
+    mut fits: impl FnMut(&[usize]) -> Result<bool, E>,
+) -> Result<Option<Vec<usize>>, E> {
+    let at = |slope| -> Vec<usize> {
+        let free = at(parts, slope);
+        free.iter().zip(known).map(|(free, known)| known.unwrap_or(*free)).collect()
+    };
     let [mut low, mut high] = SLOPES;
-    let mut chosen = at(levels, high);
+    let mut chosen = at(high);
     if !fits(&chosen)? {
         return Ok(None);
     }
     let mut refused = None;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
-        let tried = at(levels, middle);
+        let tried = at(middle);
         // Many slopes lead to the same choice.
         if tried == chosen || (refused.as_ref() != Some(&tried) && fits(&tried)?) {
             (high, chosen) = (middle, tried);
@@ -40,7 +54,6 @@ pub(super) fn choose<E>(
             (low, refused) = (middle, Some(tried));
         }
     }
-    fill(levels, &mut chosen, fits)?;
     Ok(Some(chosen))
 }
 
@@ -160,18 +173,21 @@ mod tests {
             level(&[(0.0, 100.0), (0.5, 50.0), (0.9, 20.0)]),
             level(&[(0.0, 100.0), (0.01, 50.0), (0.2, 20.0)]),
         ];
-        let begun = |begins: Option<Vec<usize>>, budget: f64| {
+        let begun = |known: Vec<Option<usize>>, budget: f64| {
             let rate = |chosen: &[usize]| -> f64 {
                 levels.iter().zip(chosen).map(|(level, i)| level[*i].rate).sum()
             };
-            choose(&levels, begins, |chosen| Ok::<_, ()>(rate(chosen) <= budget)).unwrap()
+            choose(&levels, known, |chosen| Ok::<_, ()>(rate(chosen) <= budget)).unwrap()
         };
-        let found = |budget| begun(None, budget);
+        let found = |budget| begun(vec![None; 2], budget);
         // What fits is only refined.
-        assert_eq!(begun(Some(vec![0, 2]), 120.0), Some(vec![0, 2]));
-        assert_eq!(begun(Some(vec![1, 1]), 130.0), Some(vec![1, 1]));
-        assert_eq!(begun(Some(vec![1, 1]), 199.0), Some(vec![0, 1]));
-        assert_eq!(begun(Some(vec![0, 0]), 150.0), Some(vec![0, 1]));
+        assert_eq!(begun(vec![Some(0), Some(2)], 120.0), Some(vec![0, 2]));
+        assert_eq!(begun(vec![Some(1), Some(1)], 130.0), Some(vec![1, 1]));
+        assert_eq!(begun(vec![Some(1), Some(1)], 199.0), Some(vec![0, 1]));
+        assert_eq!(begun(vec![Some(0), Some(0)], 150.0), Some(vec![0, 1]));
+        // The second is free.
+        assert_eq!(begun(vec![Some(1), None], 100.0), Some(vec![1, 1]));
+        assert_eq!(begun(vec![Some(1), None], 70.0), Some(vec![1, 2]));
         assert_eq!(found(200.0), Some(vec![0, 0]));
         assert_eq!(found(150.0), Some(vec![0, 1]));
         assert_eq!(found(120.0), Some(vec![0, 2]));

@@ -2,7 +2,7 @@
 
 use crate::field::rounding::DEAD_ZONE;
 use pocketnerf_core::field::HashGridField;
-use pocketnerf_core::{AnyField, Error, Layout, Model, TensorView};
+use pocketnerf_core::{AnyField, Model, TensorView};
 
 /// Entries that lie together.
 const BLOCK: usize = 8;
@@ -36,22 +36,6 @@ pub(super) fn rounded(table: &[u8], step: u8) -> Vec<u8> {
     table.iter().map(round).collect()
 }
 
-/// The model with another table for a level.
-pub(super) fn with_table<'a>(
-    model: &Model<'a>,
-    level: usize,
-    table: &'a [u8],
-) -> Result<Model<'a>, Error> {
-    let mut model = *model;
-    if let AnyField::HashGrid(field) = &mut model.field {
-        let old = field.grid.levels[level];
-        let layout = Layout::RowMajor;
-        field.grid.levels[level] =
-            TensorView::new(table, old.dtype(), old.shape(), old.scale_log2(), layout)?;
-    }
-    Ok(model)
-}
-
 /// Bytes that a packed table takes, about: the entropy of its values, where not a whole block is 0.
 pub(super) fn rate(table: &[u8], features: usize) -> f64 {
     let mut counts = [0u64; 256];
@@ -79,6 +63,7 @@ mod tests {
         assert_eq!(of(4), [0, 0, 0, 4, 124, 124, 0, 0, -4, -124]);
         assert_eq!(of(3), [0, 0, 3, 6, 126, 126, 0, -3, -6, -126]);
         assert_eq!(of(64), [0, 0, 0, 0, 64, 64, 0, 0, 0, -64]);
+        assert_eq!(of(255), [0; 10]);
     }
 
     #[test]

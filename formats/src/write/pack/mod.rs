@@ -2,6 +2,7 @@
 
 mod bits;
 mod cells;
+mod halves;
 mod tables;
 mod unused;
 
@@ -10,13 +11,13 @@ use alloc::vec::Vec;
 
 use super::{ContainerWriter, WriteError};
 use crate::container::{Container, RAW, kind};
-use crate::packed::{PACKED_BLOCKS, PACKED_CELLS, PACKED_TABLE};
+use crate::packed::{PACKED_BLOCKS, PACKED_CELLS, PACKED_HALVES, PACKED_TABLE};
 use crate::{ModelFile, reader};
 
 /// Bytes of a table's values that lie together, where nothing else is known.
 const BLOCK: u8 = 32;
 
-/// The same model in fewer bytes: tables and occupancy are packed, and entries of tables that no
+/// The same model in fewer bytes: tables, occupancy and rounded networks are packed, and entries of tables that no
 /// occupied cell reaches, which no picture and no answer depends on, become 0.
 /// [`unpack_into`](crate::unpack_into) gives an ordinary file that renders to the same bytes. A
 /// section that packing would not make smaller stays as it is.
@@ -41,6 +42,7 @@ pub fn pack(bytes: &[u8]) -> Result<Vec<u8>, WriteError> {
         let packed = match section.id.kind {
             kind::GRID => tables::pack(&payload, block_of(&file, section.id.index as usize))
                 .map(|packed| (PACKED_TABLE, packed)),
+            kind::NETWORK => halves::pack(&payload).map(|packed| (PACKED_HALVES, packed)),
             kind::OCC_COARSE => {
                 cells::pack_blocks(&payload, side(&file)).map(|packed| (PACKED_BLOCKS, packed))
             }

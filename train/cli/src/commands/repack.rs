@@ -68,12 +68,17 @@ impl Repack {
                 Ok(-10.0 * pictures.difference(model)?.log10() >= least)
             }),
         };
-        let Compacted { bytes: packed, steps, psnr, .. } = compacted.map_err(|e| refused(&e))?;
+        let Compacted { bytes: packed, steps, network_steps, psnr, .. } =
+            compacted.map_err(|e| refused(&e))?;
         let said = match psnr.is_finite() {
             true => format!(", {psnr:.1} dB to the original"),
             false => ", the same pictures".to_owned(),
         };
-        let facts = json!({ "steps": steps, "psnr_to_original": psnr });
+        let facts = json!({
+            "steps": steps,
+            "network_steps": network_steps,
+            "psnr_to_original": psnr,
+        });
         self.files.write(&bytes, &packed, (facts, &said), common)
     }
 

@@ -17,7 +17,7 @@ use crate::picture::Settings;
 use crate::trainer::held_out::HeldOut;
 use crate::trainer::{HeldOutPsnr, Trainer};
 
-/// What else a file holds beside networks in f16, at least, bytes.
+/// What else a file holds beside networks, at least, bytes.
 const REST: usize = 2048;
 /// Cells that become half as wide take so many times as many bytes more.
 const FINER: usize = 3;
@@ -72,11 +72,11 @@ impl Trainer {
         HeldOut::choose(&self.source, self.config.seed).len()
     }
 
-    /// Bytes of its networks: no model of this shape takes less.
+    /// Bytes of its networks at four bits a value: no model of this shape takes less.
     #[must_use]
     pub fn least_bytes(&self) -> usize {
         let layout = self.config.field.kind().layout();
-        REST + 2 * (layout.len() - layout.networks_start())
+        REST + (layout.len() - layout.networks_start()) / 2
     }
 
     /// Whether tables are rounded as coarsely as few bytes ask for.

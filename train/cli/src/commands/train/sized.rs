@@ -22,7 +22,7 @@ pub(super) fn sized(
     file: &[u8],
     bar: &mut Bar,
 ) -> Result<(Vec<u8>, Option<Sized>), Failure> {
-    let Compacted { bytes, steps, psnr, .. } = run.sized(trainer, file)?;
+    let Compacted { bytes, steps, network_steps, psnr, .. } = run.sized(trainer, file)?;
     let asked = match run.size() {
         Size::Whole => return Ok((bytes, None)),
         Size::Bytes(most) => format!("--max-bytes {most}"),
@@ -32,12 +32,13 @@ pub(super) fn sized(
     let model = unpacked(&bytes)?;
     let held_out = trainer.held_out_psnr(&open(&model)?.model)?;
     let psnr_of_views = held_out.map(|found| found.mean);
-    let list: Vec<String> = steps.iter().map(u8::to_string).collect();
+    let list = |steps: &[u16]| steps.iter().map(u16::to_string).collect::<Vec<_>>().join(", ");
     let mut said = match psnr.is_finite() {
         true => format!(
-            "tables are rounded to multiples of {} (coarse to fine levels), pictures differ by \
-             {psnr:.1} dB from those of unrounded tables",
-            list.join(", ")
+            "tables are rounded to multiples of {} (coarse to fine levels), networks to multiples \
+             of {}; pictures differ by {psnr:.1} dB from unrounded ones",
+            list(&steps),
+            list(&network_steps),
         ),
         false => "nothing had to be rounded".to_owned(),
     };
@@ -56,6 +57,7 @@ pub(super) fn sized(
     let facts = json!({
         "asked": asked,
         "steps": steps,
+        "network_steps": network_steps,
         "psnr_to_whole": psnr.is_finite().then_some(psnr),
     });
     Ok((bytes, Some(Sized { facts, held_out })))
