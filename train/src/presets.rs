@@ -71,10 +71,7 @@ impl TrainConfig {
     /// [`Trainer::pace`]: crate::trainer::Trainer::pace
     #[must_use]
     pub fn for_length(mut self, length: Length) -> Self {
-        let seconds = match length {
-            Length::Seconds(seconds) => seconds as f32,
-            Length::Steps(steps) => steps as f32 / 110.0,
-        };
+        let seconds = (length.about_steps() / 110.0) as f32;
         // Twice the samples for eight times the time, about.
         let finer = (seconds / 60.0).powf(0.35);
         self.samples_per_side = (350.0 * finer).clamp(350.0, 800.0).round();

@@ -12,8 +12,8 @@ const OF_TABLES: [u16; 17] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 6
 const OF_MATRICES: [u16; 10] = [1, 8, 16, 32, 64, 128, 256, 512, 1024, 2048];
 /// Steps of which pictures are rendered. Errors of the other steps are interpolated.
 const LOOKED_AT: [&[u16]; 2] = [&[4, 12, 40, 127, 255], &[32, 128, 512]];
-/// How often a part is looked at, at most.
-pub(super) const LOOKS: usize = LOOKED_AT[0].len();
+/// How often a table is looked at, and a matrix.
+pub(super) const LOOKS: [usize; 2] = [LOOKED_AT[0].len(), LOOKED_AT[1].len()];
 /// A part is tried no further once pictures differ by more than this mean squared error, 20 dB.
 const WORST: f64 = 1e-2;
 /// Smaller differences are noise.

@@ -18,7 +18,7 @@ use pocketnerf_core::{Camera, Error, Model};
 use pocketnerf_formats::{open, pack, unpacked};
 
 pub use error::CompactError;
-pub use pictures::{Pictures, VIEWS, small};
+pub use pictures::{Pictures, SIDE, VIEWS, small};
 
 use crate::picture::Settings;
 use choice::{choose, coarsest};
@@ -98,13 +98,14 @@ pub fn smallest(
     }
 }
 
-/// How often pictures of all views are rendered and a file is packed to find a size, at most,
-/// about, where a model has so many levels.
+/// How often pictures of all views are rendered and a file is packed to find a size, about, where
+/// a model has so many levels.
 pub(crate) const fn work(levels: usize) -> [usize; 2] {
     /// Large matrices of the networks.
     const MATRICES: usize = 4;
-    let tried = choice::HALVINGS + 2 * (levels + MATRICES);
-    [candidates::LOOKS * (levels + MATRICES) + tried, tried]
+    let [of_table, of_matrix] = candidates::LOOKS;
+    let tried = choice::HALVINGS + levels + MATRICES;
+    [of_table * levels + of_matrix * MATRICES + tried, tried]
 }
 
 /// With no step longer than a unit.

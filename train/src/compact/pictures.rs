@@ -7,16 +7,16 @@ use crate::picture::{Renderer, Settings};
 
 /// Views from which pictures are compared.
 pub const VIEWS: usize = 12;
-/// Their longer sides at most, pixels.
-const SIDE: u32 = 128;
+/// Their longer sides, pixels, where there is time for them.
+pub const SIDE: u32 = 128;
 
-/// Cameras from which pictures of such models are compared: so many small ones of these, evenly
-/// spread.
+/// Cameras from which pictures of such models are compared: a dozen of these, evenly spread, of at
+/// most so many pixels along their longer sides.
 #[must_use]
-pub fn small(mut cameras: Vec<Camera>, views: usize) -> Vec<Camera> {
-    thin(&mut cameras, views);
-    let side = |camera: &Camera| camera.width.max(camera.height);
-    cameras.iter().map(|camera| camera.downscaled(side(camera).div_ceil(SIDE))).collect()
+pub fn small(mut cameras: Vec<Camera>, side: u32) -> Vec<Camera> {
+    thin(&mut cameras, VIEWS);
+    let longer = |camera: &Camera| camera.width.max(camera.height);
+    cameras.iter().map(|camera| camera.downscaled(longer(camera).div_ceil(side))).collect()
 }
 
 /// A model's own pictures.

@@ -89,12 +89,12 @@ impl Repack {
             let own = file.about.camera.map(|camera| camera.camera());
             let fov_x = Circle::fov_x(own.as_ref());
             let circle = Circle::around(&file.model.space, own.as_ref(), compact::VIEWS, fov_x);
-            return Ok(compact::small(circle.cameras(), compact::VIEWS));
+            return Ok(compact::small(circle.cameras(), compact::SIDE));
         };
         let views = self.reading.read(data, Split::Train, 1)?.views;
         let scene = file.about.scene;
         let cameras = views.iter().map(|view| scene.camera_to_model(&view.camera));
-        Ok(compact::small(cameras.collect(), compact::VIEWS))
+        Ok(compact::small(cameras.collect(), compact::SIDE))
     }
 }
 

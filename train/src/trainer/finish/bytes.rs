@@ -32,8 +32,8 @@ impl Trainer {
     }
 
     /// The cameras and settings with which small models are compared.
-    pub(crate) fn compared(&self, views: usize) -> (Vec<Camera>, Settings) {
-        let cameras = compact::small(self.source.cameras().to_vec(), views);
+    pub(crate) fn compared(&self, side: u32) -> (Vec<Camera>, Settings) {
+        let cameras = compact::small(self.source.cameras().to_vec(), side);
         (cameras, Settings { simd: self.backend.simd(), ..Settings::default() })
     }
 
@@ -42,18 +42,18 @@ impl Trainer {
         &self,
         file: &[u8],
         most: u32,
-        views: usize,
+        side: u32,
     ) -> Result<Compacted, CompactError> {
-        let (cameras, settings) = self.compared(views);
+        let (cameras, settings) = self.compared(side);
         let lengths = self.coarse_lengths();
         compact::to_bytes(file, most as usize, lengths.as_deref(), &cameras, &settings)
     }
 
-    /// Seconds that finding a model's size takes, about, if pictures of so many views are
+    /// Seconds that finding a model's size takes, about, if pictures of this size are
     /// compared.
-    pub(crate) fn time_of_sizing(&self, views: usize) -> Result<f64, CompactError> {
+    pub(crate) fn time_of_sizing(&self, side: u32) -> Result<f64, CompactError> {
         let model = self.model();
-        let (cameras, settings) = self.compared(views);
+        let (cameras, settings) = self.compared(side);
         let clock = Instant::now();
         Pictures::of(&model, &cameras, &settings)?;
         let looked = clock.elapsed().as_secs_f64();
@@ -93,20 +93,20 @@ impl Trainer {
 
     /// From now on tables are rounded as a model of so many bytes asks for. Where none is that
     /// small, they stay as they are; the finished model tells.
-    pub(crate) fn fit_into(&mut self, most: u32, views: usize) {
+    pub(crate) fn fit_into(&mut self, most: u32, side: u32) {
         let n = self.config.field.kind().layout().tables().len();
-        let lengths = self.lengths(most, views).unwrap_or_else(|_| vec![0.0; n]);
+        let lengths = self.lengths(most, side).unwrap_or_else(|_| vec![0.0; n]);
         self.backend.round_coarsely(&lengths);
     }
 
     /// The lengths of the steps.
-    fn lengths(&self, most: u32, views: usize) -> Result<Vec<f32>, CompactError> {
+    fn lengths(&self, most: u32, side: u32) -> Result<Vec<f32>, CompactError> {
         let file = |model: &Model<'_>| write(model, &About::default(), Precision::I8);
         let model = self.model();
         let whole = file(&model)?;
         let without = pack(&file(&Model { occupancy: None, ..model })?)?.len();
         let cells = pack(&whole)?.len().saturating_sub(without);
         let most = most.saturating_sub(u32::try_from(FINER * cells).unwrap_or(u32::MAX));
-        Ok(self.in_bytes(&whole, most, views)?.lengths)
+        Ok(self.in_bytes(&whole, most, side)?.lengths)
     }
 }

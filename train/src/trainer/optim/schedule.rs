@@ -16,6 +16,17 @@ pub enum Length {
     Seconds(f64),
 }
 
+impl Length {
+    /// Its steps, on a machine that takes 110 a second.
+    #[must_use]
+    pub fn about_steps(self) -> f64 {
+        match self {
+            Self::Steps(steps) => steps.into(),
+            Self::Seconds(seconds) => 110.0 * seconds,
+        }
+    }
+}
+
 /// The steps over which learning rates fall and everything else that changes
 /// with time does: from `first` to before `end`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

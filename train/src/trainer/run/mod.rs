@@ -45,10 +45,10 @@ pub struct Run {
     finishing: Option<(FinishingBudget, f64)>,
     /// How large the model file is to be.
     size: Size,
-    /// Views from which pictures are compared to find its size.
-    views: usize,
-    /// Seconds that finding it takes, at the end.
-    sizing: f64,
+    /// Longer sides of the pictures that are compared to find its size.
+    side: u32,
+    /// Seconds that finding it takes, at the end, if that is known.
+    sizing: Option<f64>,
 }
 
 impl Run {
@@ -85,8 +85,8 @@ impl Run {
             by_clock,
             finishing: None,
             size: Size::Whole,
-            views: compact::VIEWS,
-            sizing: 0.0,
+            side: compact::SIDE,
+            sizing: None,
         }
     }
 
@@ -115,6 +115,7 @@ impl Run {
             self.hold_out(trainer);
         }
         self.plan_the_end(trainer);
+        self.plan_sizing(trainer);
         self.round_for_bytes(trainer);
         let (begun, steps) = self.fit_to_clock((trainer.steps(), trainer.config().settled()));
         let stats = trainer.step(&settings(trainer.config(), trainer.steps(), self.plan()));
@@ -200,7 +201,7 @@ impl Run {
             return None;
         };
         let budget = budget(seconds, self.finishing.map(|(_, seconds)| seconds));
-        let left = budget - self.before - self.sizing;
+        let left = budget - self.before - self.sizing.unwrap_or(0.0);
         Some(self.started + Duration::from_secs_f64(left.max(0.0)))
     }
 
@@ -239,9 +240,6 @@ impl Run {
                 true => trainer.rehearse().map_or(nothing, |costs| costs.budget(seconds)),
                 false => nothing,
             });
-            if self.size != Size::Whole {
-                self.plan_sizing(trainer, seconds);
-            }
             self.timed = None;
         }
     }

@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use super::Run;
 use crate::compact::{self, CompactError, Compacted};
-use crate::trainer::Trainer;
-use crate::trainer::optim::schedule::AVERAGED;
+use crate::trainer::optim::schedule::{AVERAGED, KNOWN};
+use crate::trainer::{Length, Trainer};
 
 /// Share of the time that finding the size of the model may take, ...
 const MOST_SIZING: f64 = 0.05;
-/// ... unless it takes longer with so many views.
-const FEWEST_VIEWS: usize = 3;
+/// ... unless it takes longer with pictures of so many pixels along their longer sides.
+const LEAST_SIDE: u32 = 24;
 
 /// How large a model file is to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,10 +51,10 @@ impl Run {
     /// # Errors
     /// As [`compact::to_bytes`] and [`compact::smallest`].
     pub fn sized(&self, trainer: &Trainer, file: &[u8]) -> Result<Compacted, CompactError> {
-        let (cameras, settings) = trainer.compared(self.views);
+        let (cameras, settings) = trainer.compared(self.side);
         match self.size {
             Size::Whole => compact::to_bytes(file, usize::MAX, None, &cameras, &settings),
-            Size::Bytes(most) => trainer.in_bytes(file, most, self.views),
+            Size::Bytes(most) => trainer.in_bytes(file, most, self.side),
             Size::HeldOut(least) => compact::smallest(file, &cameras, &settings, |model, _| {
                 Ok(trainer.held_out_psnr(model)?.is_some_and(|found| found.mean >= least))
             }),
@@ -75,23 +75,32 @@ impl Run {
         let is_late = self.plan().is_some_and(|plan| plan.progress(trainer.steps()) >= AVERAGED);
         if is_late && !trainer.is_coarse() {
             let clock = Instant::now();
-            trainer.fit_into(most, self.views);
-            self.sizing = clock.elapsed().as_secs_f64();
+            trainer.fit_into(most, self.side);
+            self.sizing = Some(clock.elapsed().as_secs_f64());
             self.timed = None;
         }
     }
 
-    /// Finding the size of the model takes a small part of the time: fewer views are compared
-    /// where they take long.
-    pub(super) fn plan_sizing(&mut self, trainer: &Trainer, seconds: f64) {
-        let most = MOST_SIZING * seconds;
-        let time = |views| trainer.time_of_sizing(views).unwrap_or(0.0);
-        let usual = time(self.views);
-        self.sizing = usual;
-        if usual > most {
-            let views = self.views as f64 * most / usual;
-            self.views = (views as usize).max(FEWEST_VIEWS);
-            self.sizing = time(self.views);
+    /// Finding the size of the model takes a small part of the time: smaller pictures are
+    /// compared where they take long.
+    pub(super) fn plan_sizing(&mut self, trainer: &Trainer) {
+        let (Length::Seconds(seconds), true, None) = (self.length, self.by_clock, self.sizing)
+        else {
+            return;
+        };
+        let is_known = self.plan.is_some_and(|plan| plan.progress(trainer.steps()) >= KNOWN);
+        if self.size == Size::Whole || !is_known {
+            return;
         }
+        let most = MOST_SIZING * seconds;
+        let time = |side| trainer.time_of_sizing(side).unwrap_or(0.0);
+        let mut found = time(self.side);
+        if found > most {
+            let side = f64::from(self.side) * (most / found).sqrt();
+            self.side = (side as u32).max(LEAST_SIDE);
+            found = time(self.side);
+        }
+        self.sizing = Some(found);
+        self.timed = None;
     }
 }

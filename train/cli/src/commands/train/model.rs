@@ -100,14 +100,19 @@ pub(super) struct ModelOptions {
     nerf: NerfOptions,
 }
 
-/// log2 of the entries per level that are worth so many bytes: twice as many in half the bits.
-fn entries_log2(bytes: u32) -> u32 {
-    /// Bytes an entry of one level from which on twice as many entries are better: lego, val
-    /// views, see docs/lab/packing.md.
+/// log2 of the entries per level that are worth so many bytes: twice as many in half the bits. The
+/// longer a run, the more bits an entry holds.
+fn entries_log2(bytes: u32, length: Length) -> u32 {
+    /// Bytes an entry of one level from which on twice as many entries are better, in a run of so
+    /// many steps: lego, val views, see docs/lab/packing.md.
     const BYTES: f64 = 5.3;
+    const STEPS: f64 = 4000.0;
+    /// The power of the steps with which they grow.
+    const GROWTH: f64 = 0.18;
     /// Fewer do not make a file much smaller: networks remain.
     const LEAST: f64 = 10.0;
-    (f64::from(bytes) / BYTES).log2().max(LEAST) as u32
+    let longer = (length.about_steps() / STEPS).max(1.0);
+    (f64::from(bytes) / (BYTES * longer.powf(GROWTH))).log2().max(LEAST) as u32
 }
 
 fn parse_width(text: &str) -> Result<u32, String> {
@@ -215,7 +220,8 @@ impl ModelOptions {
             config.field.hash_grid_mut()
         {
             let usual = grid.log2_hashmap_size;
-            let by_bytes = self.max_bytes.map_or(usual, |bytes| entries_log2(bytes).min(usual));
+            let by_bytes =
+                self.max_bytes.map_or(usual, |bytes| entries_log2(bytes, length).min(usual));
             grid.log2_hashmap_size = self.log2_hashmap_size.unwrap_or(by_bytes);
             if let Some(n) = self.n_levels {
                 let steps = (grid.n_levels - 1) as f32 / (n - 1) as f32;
@@ -301,7 +307,10 @@ mod tests {
 
     #[test]
     fn entries_follow_the_bytes() {
-        let found = [1_600_000, 700_000, 500_000, 350_000, 1_000].map(entries_log2);
+        let of = |bytes, steps| entries_log2(bytes, Length::Steps(steps));
+        let found = [1_600_000, 700_000, 500_000, 350_000, 1_000].map(|bytes| of(bytes, 4000));
         assert_eq!(found, [18, 17, 16, 16, 10]);
+        assert_eq!([of(500_000, 1), of(500_000, 38_000), of(1_100_000, 38_000)], [16, 15, 17]);
+        assert_eq!(entries_log2(500_000, Length::Seconds(300.0)), 15);
     }
 }
