@@ -1,5 +1,6 @@
 //! Cameras to render from: circles, single poses and camera paths.
 
+mod gap;
 mod path;
 mod spacing;
 mod subject;
@@ -11,6 +12,7 @@ use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera, Space};
 
+pub use gap::{GAP, widest_gap};
 pub use path::camera_path;
 pub use spacing::{WIDE, spacing};
 pub use subject::nearest_to_axes;

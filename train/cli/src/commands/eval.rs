@@ -79,7 +79,8 @@ impl Eval {
         }
         let antialias = self.antialiasing.of(&file.about);
         let first = dataset.views.first();
-        let size = first.and_then(|view| size_doubt(file.about.camera, &view.camera, antialias));
+        let first = first.map(|view| file.about.scene.camera_to_model(&view.camera));
+        let size = first.and_then(|camera| size_doubt(&file, &camera, antialias));
         if let Some(warning) = size {
             eprintln!("warning: {warning}");
             warnings.push(warning);

@@ -83,7 +83,7 @@ impl Render {
             "a picture".to_owned()
         })?;
         let first = cameras.first();
-        let doubt = first.and_then(|camera| size_doubt(file.about.camera, camera, antialias));
+        let doubt = first.and_then(|camera| size_doubt(&file, camera, antialias));
         if let (Some(doubt), false) = (&doubt, common.quiet) {
             eprintln!("warning: {doubt}");
         }

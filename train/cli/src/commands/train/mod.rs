@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use pocketnerf_core::Camera;
 use pocketnerf_formats::DefaultCamera;
-use pocketnerf_train::cameras::{WIDE, spacing};
+use pocketnerf_train::cameras::{GAP, WIDE, spacing, widest_gap};
 use pocketnerf_train::compact::CompactError;
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
@@ -163,12 +163,21 @@ impl Train {
     /// What is to be said of photographs and options before training.
     fn doubts(&self, dataset: &Dataset, is_cut_out: bool) -> Vec<String> {
         let mut doubts = Vec::new();
-        let cameras = dataset.views.iter().map(|view| &view.camera);
-        if let Some(angle) = spacing(cameras).filter(|angle| *angle > WIDE) {
+        let cameras = || dataset.views.iter().map(|view| &view.camera);
+        let gap = widest_gap(cameras());
+        if let Some(angle) = spacing(cameras()).filter(|angle| *angle > WIDE) {
             doubts.push(format!(
                 "{} photographs, {angle:.0} degrees from one to the next, expected at most {WIDE}: \
                  what lies between them is a guess; take more",
                 dataset.views.len()
+            ));
+        }
+        // Wherever they are far apart there are gaps.
+        else if gap > GAP {
+            doubts.push(format!(
+                "photographs leave a gap: from a direction between them none is nearer than \
+                 {gap:.0} degrees, expected at most {GAP}: what is seen from there is a guess; take \
+                 some there"
             ));
         }
         let pixels = dataset.views.iter().map(|view| view.rgba.len() / 4).sum();

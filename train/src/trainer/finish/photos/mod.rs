@@ -32,6 +32,9 @@ const ODD: f64 = 4.0;
 const FAR: f64 = 6.0;
 /// What is learnt as well as this, dB, is not wrong, however well the others are learnt.
 const WELL: f64 = 34.0;
+/// A photograph that was held out for most of a long run is odd if it is so many dB worse than
+/// usual: it had less time to be learnt.
+const HELD_ODD: f64 = 15.0;
 /// Cameras are wrong where photographs are shifted by this share of their width, root mean square.
 const SHIFT: f64 = 3e-3;
 /// Share of what photographs show that may lie outside the scene.
@@ -162,7 +165,10 @@ impl Finished<'_> {
             looks.extend(own);
         }
         let errors = self.trainer.errors_of_views(&held);
-        let (odd, usual) = odd(&errors);
+        let (mut odd, usual) = odd(&errors);
+        if *step >= LONG_ENOUGH {
+            odd.extend(self.trainer.odd_among(&held, usual));
+        }
         let usual_sharpness =
             [0, 1].map(|i| median(sharpness.iter().map(|(_, own)| own[i])).unwrap_or(0.0));
         let is_blurred = |own: [f64; 2]| (0..2).all(|i| own[i] < BLURRED * usual_sharpness[i]);
@@ -202,6 +208,14 @@ impl Trainer {
             true => self.returned.clone(),
             false => HeldOut::choose(&self.source, self.config.seed),
         }
+    }
+
+    /// Those of the views that were held out that are far worse than usual, with their PSNR.
+    fn odd_among(&self, held: &HeldOut, usual: f64) -> Vec<(usize, f64)> {
+        let errors = self.errors_of_views(&HeldOut::default()).into_iter().enumerate();
+        let held = errors.filter(|(view, error)| held.has(*view) && *error > 0.0);
+        let values = held.map(|(view, error)| (view, psnr(error)));
+        values.filter(|(_, found)| *found < (usual - HELD_ODD).min(WELL)).collect()
     }
 
     /// The mean squared error of what was drawn of each training view; NaN where little was, as of
