@@ -30,7 +30,7 @@ pub(super) const MODES: &[Mode] = &[
         name: "gap",
         what: "no photographs within this angle of a direction; only test views there",
         unit: "degrees",
-        strengths: &[20.0, 25.0, 35.0],
+        strengths: &[25.0, 30.0, 35.0],
         quick: 25.0,
         bar: Bar::Loss(2.0),
         cause: "Between its photographs a field shows colours that it never compared, and surfaces \
