@@ -24,7 +24,7 @@ pub enum Size {
     /// to the end.
     HeldOut(f64),
     /// As small as possible while pictures differ so little from those of the whole model that
-    /// these are hardly worse: by [`LOSS`] of its error on held-out views, or, where there are
+    /// these are hardly worse: by 2.33 % of its error on held-out views, or, where there are
     /// none, on training rays.
     Near,
 }
