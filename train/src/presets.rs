@@ -71,7 +71,7 @@ impl TrainConfig {
     /// [`Trainer::pace`]: crate::trainer::Trainer::pace
     #[must_use]
     pub fn for_length(mut self, length: Length) -> Self {
-        let seconds = (length.about_steps() / 110.0) as f32;
+        let seconds = (length.about_steps() / Length::PACE) as f32;
         // Twice the samples for eight times the time, about.
         let finer = (seconds / 60.0).powf(0.35);
         self.samples_per_side = (350.0 * finer).clamp(350.0, 800.0).round();

@@ -30,8 +30,8 @@ pub(crate) fn unpack(packed: &[u8], out: &mut [u8]) -> Option<()> {
     large.next().is_none().then_some(())
 }
 
-/// The bits of `multiple` times 2^`exponent` in half precision, cut off after eleven digits;
-/// `None` where it is too large.
+/// The bits of `multiple` times 2^`exponent` in half precision; `None` where it is too large, or
+/// has more than eleven digits.
 pub(crate) const fn half(multiple: i16, exponent: u8) -> Option<u16> {
     let magnitude = multiple.unsigned_abs() as u32;
     if magnitude == 0 {
@@ -39,7 +39,7 @@ pub(crate) const fn half(multiple: i16, exponent: u8) -> Option<u16> {
     }
     let top = magnitude.ilog2();
     let exponent = top + exponent as u32;
-    if exponent > 15 {
+    if exponent > 15 || top > magnitude.trailing_zeros() + 10 {
         return None;
     }
     let digits = if top > 10 { magnitude >> (top - 10) } else { magnitude << (10 - top) };

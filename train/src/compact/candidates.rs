@@ -67,9 +67,11 @@ fn measure(
     let mut steps: Vec<u16> = steps.iter().copied().chain(known).collect();
     steps.sort_unstable();
     steps.dedup();
+    // No byte is spent on a difference that is noise.
+    let error = |step| Some(between(&looks, step)).filter(|error| *error > LEAST).unwrap_or(0.0);
     let candidate = |step: u16| Candidate {
         step,
-        error: if step == 1 { 0.0 } else { between(&looks, f64::from(step)) },
+        error: if step == 1 { 0.0 } else { error(f64::from(step)) },
         rate: parts.rate(part, step),
     };
     Ok(steps.into_iter().filter(|step| f64::from(*step) <= last).map(candidate).collect())

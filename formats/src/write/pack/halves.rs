@@ -88,7 +88,10 @@ mod tests {
                 assert_eq!(half(multiple, exponent), expected, "{multiple} {exponent}");
             }
         }
-        assert_eq!(half(0x4008, 0), Some(f16::from_f32(16392.0).to_bits()));
+        // Eleven digits, and twelve.
+        assert_eq!(half(0x4010, 0), Some(f16::from_f32(16400.0).to_bits()));
+        assert_eq!(half(0x4008, 0), None);
+        assert_eq!(half(i16::MIN, 0), Some(f16::from_f32(-32768.0).to_bits()));
         let values = vec![0.0; 3];
         assert_eq!(pack(&bytes(&values)).map(|packed| packed[..3].to_vec()), Some(vec![0; 3]));
     }

@@ -17,8 +17,8 @@ use crate::{ModelFile, reader};
 /// Bytes of a table's values that lie together, where nothing else is known.
 const BLOCK: u8 = 32;
 
-/// The same model in fewer bytes: tables, occupancy and rounded networks are packed, and entries of tables that no
-/// occupied cell reaches, which no picture and no answer depends on, become 0.
+/// The same model in fewer bytes: tables, occupancy and rounded networks are packed, and entries
+/// of tables that no occupied cell reaches, which no picture and no answer depends on, become 0.
 /// [`unpack_into`](crate::unpack_into) gives an ordinary file that renders to the same bytes. A
 /// section that packing would not make smaller stays as it is.
 ///

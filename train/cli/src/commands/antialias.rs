@@ -3,7 +3,7 @@
 use clap::Args;
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Camera, Space};
-use pocketnerf_formats::{About, ModelFile};
+use pocketnerf_formats::{About, DefaultCamera, ModelFile};
 use pocketnerf_train::picture::Antialias;
 
 /// Rays a pixel, as they are asked for.
@@ -67,11 +67,17 @@ pub(super) fn size_doubt(
     camera: &Camera,
     antialias: Antialias,
 ) -> Option<String> {
-    doubt(file.about.camera?.camera(), camera, &file.model.space, antialias)
+    doubt(file.about.camera, camera, &file.model.space, antialias)
 }
 
-/// The same, of a model whose photographs are like this `own`.
-fn doubt(own: Camera, camera: &Camera, space: &Space, antialias: Antialias) -> Option<String> {
+/// The same, of a model whose photographs are like its `own` camera's.
+fn doubt(
+    own: Option<DefaultCamera>,
+    camera: &Camera,
+    space: &Space,
+    antialias: Antialias,
+) -> Option<String> {
+    let own = own?.camera();
     let near = nearness(&own, camera, space);
     if near > LESS {
         return Some(format!(
@@ -125,7 +131,7 @@ fn nearness(own: &Camera, camera: &Camera, space: &Space) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pocketnerf_formats::{DefaultCamera, Provenance};
+    use pocketnerf_formats::Provenance;
 
     const OWN: DefaultCamera =
         DefaultCamera { camera_to_world: [0.0; 16], fov_x: 0.7, width: 800, height: 800 };
@@ -134,9 +140,11 @@ mod tests {
     fn pictures_of_other_pixels_are_said() {
         let at = |width: u32| Camera::from_fov_x(width, width, 0.7, OWN.camera_to_world);
         let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
-        let said = |width: u32, rays| doubt(OWN.camera(), &at(width), &space, rays);
+        let said = |width: u32, rays| doubt(Some(OWN), &at(width), &space, rays);
         let off = Antialias::Off;
         assert_eq!((said(800, off), said(600, off), said(1060, off)), (None, None, None));
+        assert!(said(1100, off).unwrap().contains("1.4 times as little"));
+        assert_eq!(doubt(None, &at(100), &space, off), None);
         let jagged = said(200, off).unwrap();
         assert!(jagged.contains("4.0 times as much") && jagged.ends_with("4x4 rays a pixel"));
         assert!(said(1600, off).unwrap().contains("2.0 times as little"));
@@ -159,7 +167,8 @@ mod tests {
         let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
         let said = |own: f32, distance: f32| {
             let like = Antialias::Like(OWN.camera().focal[0]);
-            doubt(at(own), &at(distance), &space, like)
+            let own = DefaultCamera { camera_to_world: at(own).camera_to_world, ..OWN };
+            doubt(Some(own), &at(distance), &space, like)
         };
         assert_eq!((said(4.0, 4.0), said(4.0, 3.0), said(4.0, 16.0)), (None, None, None));
         assert!(said(4.0, 2.0).unwrap().starts_with("the camera is 2.0 times as near"));

@@ -18,8 +18,11 @@ fn said(options: &str, about: &str) -> Vec<String> {
 #[test]
 fn learning_rates_at_which_runs_stop_converging_are_said() {
     assert_eq!(said("--learning-rate 2", "--learning-rate"), [""; 0]);
-    let found = said("--learning-rate 4", "--learning-rate");
-    assert!(found.len() == 1 && found[0].contains("4: runs may not converge"), "{found:?}");
+    for times in ["4", "8"] {
+        let found = said(&format!("--learning-rate {times}"), "--learning-rate");
+        let expected = format!("{times}: runs may not converge");
+        assert!(found.len() == 1 && found[0].contains(&expected), "{found:?}");
+    }
 }
 
 #[test]

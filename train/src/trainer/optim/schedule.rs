@@ -17,12 +17,15 @@ pub enum Length {
 }
 
 impl Length {
+    /// Steps a second of the machine that settings are chosen for.
+    pub(crate) const PACE: f64 = 110.0;
+
     /// Its steps, on a machine that takes 110 a second.
     #[must_use]
     pub fn about_steps(self) -> f64 {
         match self {
             Self::Steps(steps) => steps.into(),
-            Self::Seconds(seconds) => 110.0 * seconds,
+            Self::Seconds(seconds) => Self::PACE * seconds,
         }
     }
 }

@@ -179,11 +179,16 @@ impl ModelOptions {
             return Err(format!("{option}: for --method hash-grid alone").into());
         }
         if let (Some(psnr), 0) = (self.target_psnr, trainer.n_to_hold_out()) {
-            return Err(format!(
-                "--target-psnr {psnr}: no photograph can be held out to measure it, expected at \
-                 least 32; give --auto or --max-bytes instead"
-            )
-            .into());
+            let why = match trainer.steps() {
+                0 => "no photograph can be held out to measure it, expected at least 32",
+                _ => {
+                    "the run holds no view out any more to measure it, expected one that was begun \
+                      with --target-psnr"
+                }
+            };
+            return Err(
+                format!("--target-psnr {psnr}: {why}; give --auto or --max-bytes instead").into()
+            );
         }
         let Some(most) = self.max_bytes else { return Ok(()) };
         let least = trainer.least_bytes();

@@ -33,10 +33,14 @@ pub(super) fn sized(
     let held_out = trainer.held_out_psnr(&open(&model)?.model)?;
     let psnr_of_views = held_out.map(|found| found.mean);
     let list = |steps: &[u16]| steps.iter().map(u16::to_string).collect::<Vec<_>>().join(", ");
-    let mut said = match psnr.is_finite() {
+    let pictures = match psnr.is_finite() {
+        true => format!("differ by {psnr:.1} dB from unrounded ones"),
+        false => "are the same".to_owned(),
+    };
+    let mut said = match steps.iter().chain(&network_steps).any(|step| *step > 1) {
         true => format!(
             "tables are rounded to multiples of {} (coarse to fine levels), networks to multiples \
-             of {}; pictures differ by {psnr:.1} dB from unrounded ones",
+             of {}; pictures {pictures}",
             list(&steps),
             list(&network_steps),
         ),
