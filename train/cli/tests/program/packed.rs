@@ -169,7 +169,7 @@ fn as_few_bytes_as_the_views_allow_that_were_held_out() {
     assert!(a > b - 0.15, "{a} {b}");
 
     // A run that learnt from all views has none to be measured by.
-    let resume = "train builtin --resume whole.ckpt.pnerf --views 32 --out x.pnerf";
+    let resume = "train builtin --resume whole.ckpt.pnerf --views 32 --out x.pnerf --quiet";
     let line = place.line(&format!("{resume} --target-psnr 20"));
     assert!(line.contains("--target-psnr 20: the run holds no view out any more"), "{line}");
 }
