@@ -88,7 +88,10 @@ pub(super) fn unpack(mut packed: &[u8], out: &mut [u8]) -> Option<()> {
     packed = &packed[2 * lengths.len()..];
     for (chunk, length) in out.chunks_mut(CHUNK).zip(lengths) {
         let (own, rest) = packed.split_at_checked(u16::from_le_bytes(*length).into())?;
-        unpack_chunk(own, &frequencies, block, chunk)?;
+        match own.is_empty() {
+            true => chunk.fill(0),
+            false => unpack_chunk(own, &frequencies, block, chunk)?,
+        }
         packed = rest;
     }
     packed.is_empty().then_some(())

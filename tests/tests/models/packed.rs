@@ -14,7 +14,7 @@ use pocketnerf_tests::damage::mutate;
 use pocketnerf_tests::tiny::{self, Tiny};
 use pocketnerf_train::random::Random;
 
-fn still_life() -> Vec<u8> {
+pub(crate) fn still_life() -> Vec<u8> {
     std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../embed-demo/still-life.pnerf")).unwrap()
 }
 

@@ -3,10 +3,13 @@
 use std::collections::BTreeSet;
 
 use crate::rounded;
-use pocketnerf_formats::{Container, Precision, pack, unpacked, write};
+use pocketnerf_formats::{
+    Container, ContainerWriter, Precision, Section, kind, pack, unpacked, write,
+};
 use pocketnerf_tests::tiny::{self, Tiny};
 
 use crate::golden::golden;
+use crate::packed::still_life;
 
 /// Every encoding is in the golden files, which SPEC.md suffices to read.
 #[test]
@@ -18,6 +21,29 @@ fn by_hand_from_the_specification() {
     let plain = rounded::networks(&plain, 4096.0);
     let packed = golden("hash-grid-rounded-packed.pnerf", &pack(&plain).unwrap());
     assert_eq!(unpacked_by_hand(&packed), [0, 1, 2, 3, 4]);
+}
+
+#[test]
+fn chunks_of_zeros_take_two_bytes() {
+    let file = still_life();
+    let (mut writer, mut chunks) = (ContainerWriter::new(), Vec::new());
+    for section in Container::open(&file).unwrap().sections() {
+        let mut payload = section.bytes.to_vec();
+        if section.id.kind == kind::GRID && payload.len() > 3 * 8192 {
+            let zeros = if chunks.is_empty() { 0..payload.len() } else { 8192..3 * 8192 };
+            payload[zeros].fill(0);
+            chunks.push(payload.len().div_ceil(8192));
+        }
+        writer.add(section.id, section.version, section.is_critical(), payload);
+    }
+    assert!(chunks.len() > 1);
+    let packed = pack(&writer.finish().unwrap()).unwrap();
+    unpacked_by_hand(&packed);
+    // A table of them has its block, the range of its bytes, and the frequency of one of them.
+    let packed = Container::open(&packed).unwrap();
+    let is_table = |section: &Section<'_>| section.id.kind == kind::GRID;
+    let least = packed.sections().filter(is_table).map(|section| section.bytes.len()).min();
+    assert_eq!(least, Some(1 + 2 + 2 + 2 * chunks[0]));
 }
 
 /// Compares the sections of a packed file with what SPEC.md makes of them; gives the encodings.
@@ -79,6 +105,10 @@ fn table_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
     let mut out = Vec::new();
     for (i, length) in lengths.into_iter().enumerate() {
         let (end, size) = (at + length, (n - 8192 * i).min(8192));
+        if length == 0 {
+            out.extend(vec![0; size]);
+            continue;
+        }
         let blocks = size.div_ceil(block);
         let flags = if payload[at] == 0 { 0 } else { blocks.div_ceil(8) };
         let is_empty = |b: usize| flags > 0 && payload[at + 1 + b / 8] >> (b % 8) & 1 == 1;

@@ -2,9 +2,9 @@
 
 use pocketnerf_formats::open;
 
-use super::CompactError;
 use super::parts::Parts;
 use super::pictures::Pictures;
+use super::{CompactError, MOST_WORK};
 
 /// Steps of a table to choose from, in units of the stored values; the last leaves nothing but 0.
 const OF_TABLES: [u16; 17] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 127, 255];
@@ -38,7 +38,7 @@ pub(super) fn candidates(
     pictures: &Pictures<'_>,
 ) -> Result<Vec<Vec<Candidate>>, CompactError> {
     // Eight bits instead of sixteen change pictures too.
-    let base = pictures.difference(&parts.file.model)?;
+    let base = pictures.difference(&parts.file.model)?.error;
     let measured = |part| measure((parts, base), (part, known.get(part).copied()), pictures);
     (0..parts.len()).map(measured).collect()
 }
@@ -56,9 +56,11 @@ fn measure(
     let mut looks = Vec::with_capacity(looked_at.len());
     for step in looked_at {
         let file = parts.with(part, *step)?;
-        let error = pictures.difference(&open(&file)?.model)? - base;
+        let found = pictures.difference(&open(&file)?.model)?;
+        // What renders more slowly is as bad as what looks worst.
+        let error = if found.work > MOST_WORK { WORST } else { found.error - base };
         looks.push((f64::from(*step), error.max(LEAST)));
-        if error > WORST {
+        if error >= WORST {
             break;
         }
     }

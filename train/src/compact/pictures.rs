@@ -21,11 +21,28 @@ pub fn small(mut cameras: Vec<Camera>, side: u32) -> Vec<Camera> {
 
 /// A model's own pictures.
 #[derive(Debug)]
-pub struct Pictures<'c> {
+pub(crate) struct Pictures<'c> {
     cameras: &'c [Camera],
     settings: Settings,
+    own: Rendered,
+}
+
+/// Pictures of a model.
+#[derive(Debug)]
+struct Rendered {
     /// Colours over the model's background, picture after picture.
-    own: Vec<Vec<f32>>,
+    colors: Vec<Vec<f32>>,
+    /// Samples that they took.
+    samples: u64,
+}
+
+/// How another model's pictures differ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Difference {
+    /// Mean squared difference of their colours.
+    pub(crate) error: f64,
+    /// How many times as many samples they take.
+    pub(crate) work: f64,
 }
 
 impl<'c> Pictures<'c> {
@@ -39,26 +56,29 @@ impl<'c> Pictures<'c> {
         Ok(Self { cameras, settings, own })
     }
 
-    /// Mean squared difference of another model's pictures.
+    /// How those of another model differ.
     ///
     /// # Errors
     /// Whatever rendering reports.
-    pub fn difference(&self, model: &Model<'_>) -> Result<f64, Error> {
+    pub(crate) fn difference(&self, model: &Model<'_>) -> Result<Difference, Error> {
+        let other = rendered(model, self.cameras, &self.settings)?;
         let (mut sum, mut n) = (0.0, 0);
-        for (picture, own) in rendered(model, self.cameras, &self.settings)?.iter().zip(&self.own) {
+        for (picture, own) in other.colors.iter().zip(&self.own.colors) {
             n += own.len();
             sum += picture.iter().zip(own).map(|(a, b)| f64::from((a - b).powi(2))).sum::<f64>();
         }
-        Ok(sum / n.max(1) as f64)
+        let work = other.samples as f64 / self.own.samples.max(1) as f64;
+        Ok(Difference { error: sum / n.max(1) as f64, work })
     }
 }
 
-fn rendered(
-    model: &Model<'_>,
-    cameras: &[Camera],
-    settings: &Settings,
-) -> Result<Vec<Vec<f32>>, Error> {
+fn rendered(model: &Model<'_>, cameras: &[Camera], settings: &Settings) -> Result<Rendered, Error> {
     let mut renderer = Renderer::new(model, settings);
-    let over = |camera| Ok(renderer.render(camera)?.over(model.display.background));
-    cameras.iter().map(over).collect()
+    let mut all = Rendered { colors: Vec::with_capacity(cameras.len()), samples: 0 };
+    for camera in cameras {
+        let picture = renderer.render(camera)?;
+        all.colors.push(picture.over(model.display.background));
+        all.samples += picture.stats.samples;
+    }
+    Ok(all)
 }

@@ -5,8 +5,9 @@ use pocketnerf_formats::{ModelFile, Precision, open, pack, unpacked, write};
 
 use super::candidates::{Candidate, candidates};
 use super::parts::Parts;
+use super::pictures::Pictures;
 use super::tables::levels;
-use super::{CompactError, Compacted, Pictures};
+use super::{CompactError, Compacted};
 use crate::picture::Settings;
 
 /// A model as it is.
@@ -99,7 +100,7 @@ impl<'w> Search<'w> {
         let (bytes, mut steps) = (self.packed(chosen)?, self.steps(chosen));
         let smaller = unpacked(&bytes)?;
         let model = open(&smaller)?.model;
-        let psnr = -10.0 * self.whole.pictures.difference(&model)?.log10();
+        let psnr = -10.0 * self.whole.pictures.difference(&model)?.error.log10();
         let network_steps = steps.split_off(levels(&model).len());
         let lengths = lengths_of(&model, &steps);
         Ok(Compacted { bytes, steps, network_steps, lengths, psnr })

@@ -6,6 +6,8 @@ use pocketnerf_core::{AnyField, Model, TensorView};
 
 /// Entries that lie together.
 const BLOCK: usize = 8;
+/// Values that are packed together.
+const CHUNK: usize = 8192;
 
 fn grid<'f, 'a>(model: &'f Model<'a>) -> Option<&'f HashGridField<'a>> {
     match &model.field {
@@ -46,8 +48,12 @@ pub(super) fn rate(table: &[u8], features: usize) -> f64 {
     let all = counts.iter().sum::<u64>().max(1) as f64;
     let used = counts.iter().filter(|count| **count > 0);
     let bits: f64 = used.clone().map(|n| *n as f64 * (all / *n as f64).log2()).sum();
-    // Frequencies, and what every chunk of 8192 values has beside them.
-    bits / 8.0 + 1.5 * used.count() as f64 + 43.0 * (table.len() / 8192) as f64
+    // Frequencies, and what every chunk has beside them, unless it is empty as a whole.
+    let chunks = table.chunks(CHUNK).map(|chunk| match chunk.iter().all(|value| *value == 0) {
+        true => 2.0,
+        false => 43.0,
+    });
+    bits / 8.0 + 1.5 * used.count() as f64 + chunks.sum::<f64>()
 }
 
 #[cfg(test)]
@@ -71,7 +77,10 @@ mod tests {
         // Half zeros, half ones, no empty block: a bit a value.
         let table: Vec<u8> = (0..8192u32).map(|i| (i % 2) as u8).collect();
         assert!((rate(&table, 4) - (1024.0 + 3.0 + 43.0)).abs() < 1e-9);
-        // Empty blocks take nothing but their flags.
-        assert_eq!(rate(&[0; 8192], 4), 43.0);
+        // Empty chunks take nothing but their length, empty blocks nothing but their flags.
+        assert_eq!(rate(&[0; 8192], 4), 2.0);
+        let mut table = vec![0; 8192];
+        table[..32].fill(1);
+        assert_eq!(rate(&table, 4), 1.5 + 43.0);
     }
 }

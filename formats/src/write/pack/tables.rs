@@ -32,7 +32,9 @@ pub(super) fn pack(values: &[u8], block: u8) -> Option<Vec<u8>> {
     }
     let directory = packed.len();
     packed.resize(directory + 2 * values.len().div_ceil(CHUNK), 0);
-    for (number, chunk) in values.chunks(CHUNK).enumerate() {
+    let chunks = values.chunks(CHUNK).enumerate();
+    // One that is empty as a whole takes no bytes.
+    for (number, chunk) in chunks.filter(|(_, chunk)| !is_empty(chunk)) {
         let begun = packed.len();
         let blocks = || chunk.chunks(block_bytes);
         let some_empty = blocks().any(is_empty);

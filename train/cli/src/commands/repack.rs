@@ -64,8 +64,8 @@ impl Repack {
         let least = self.target_psnr.unwrap_or(f64::INFINITY);
         let compacted = match self.max_bytes {
             Some(most) => compact::to_bytes(&bytes, most as usize, None, &cameras, &settings),
-            None => compact::smallest(&bytes, &cameras, &settings, |model, pictures| {
-                Ok(-10.0 * pictures.difference(model)?.log10() >= least)
+            None => compact::smallest(&bytes, &cameras, &settings, |_, error| {
+                Ok(-10.0 * error.log10() >= least)
             }),
         };
         let Compacted { bytes: packed, steps, network_steps, psnr, .. } =

@@ -1,4 +1,10 @@
-//! `pocketnerf train`: options that do not fit are said before training.
+//! `pocketnerf train`: options that do not fit are said before training, and photographs that do
+//! not agree after it.
+
+use glam::Vec3;
+use pocketnerf_train::builtin;
+use pocketnerf_train::dataset::{self, Split, View};
+use pocketnerf_train::random::{Random, normal};
 
 use crate::place::Place;
 
@@ -37,4 +43,88 @@ fn a_box_that_does_not_fit_is_said_before_training() {
     assert_eq!(said(box_found, BOX), [""; 0], "{box_found}");
     let large = said("--aabb=-3,-3,-3,3,3,3", BOX);
     assert!(large.len() == 1 && large[0].starts_with("the scene fills "), "{large:?}");
+}
+
+/// What is said of the still life's photographs after these are done to.
+fn said_of(steps: u32, spoil: impl FnOnce(&mut Vec<View>)) -> Vec<String> {
+    let place = Place::new();
+    let mut photos = builtin::dataset(Split::Train, 4).views;
+    spoil(&mut photos);
+    std::fs::create_dir(place.path("spoilt")).unwrap();
+    dataset::write(&place.path("spoilt"), Split::Train, &photos).unwrap();
+    let train = format!("train spoilt --json --quiet --out x.pnerf --seed 0 --steps {steps}");
+    let result = place.ok(&train);
+    let warnings = result["warnings"].as_array().unwrap().iter();
+    warnings.map(|line| line.as_str().unwrap().to_owned()).collect()
+}
+
+/// Every `nth` photograph.
+fn each(photos: &mut [View], nth: usize, first: usize, mut spoil: impl FnMut(&mut View)) {
+    photos.iter_mut().skip(first).step_by(nth).for_each(|view| spoil(view));
+}
+
+#[test]
+fn gaps_between_photographs_are_said_before_training() {
+    let towards = Vec3::new(0.8, -0.6, 0.6).normalize();
+    let found = said_of(1, |photos| {
+        photos.retain(|view| {
+            let from = Vec3::from(view.camera.position()).normalize();
+            from.angle_between(towards).to_degrees() > 40.0
+        });
+    });
+    assert!(found[0].starts_with("photographs leave a gap"), "{found:?}");
+}
+
+#[test]
+fn blurred_and_noisy_photographs_are_named() {
+    let mut random = Random::new(7, [0; 3]);
+    let found = said_of(1200, |photos| {
+        each(photos, 8, 1, |view| {
+            for pixel in view.rgba.as_chunks_mut::<4>().0.iter_mut().filter(|pixel| pixel[3] > 0) {
+                for value in &mut pixel[..3] {
+                    *value = (f32::from(*value) + 30.0 * normal(&mut random)).round() as u8;
+                }
+            }
+        });
+        each(photos, 8, 5, |view| {
+            let (width, before) = (view.camera.width as usize, view.rgba.clone());
+            for i in width + 1..before.len() / 4 - width - 1 {
+                let around = (0..9).map(|k| i + k / 3 * width + k % 3 - width - 1);
+                for c in 0..4 {
+                    let sum: u32 = around.clone().map(|j| u32::from(before[4 * j + c])).sum();
+                    view.rgba[4 * i + c] = (sum / 9) as u8;
+                }
+            }
+        });
+    });
+    let [noisy, blurred] = &found[..] else { panic!("{found:?}") };
+    assert!(noisy.starts_with("train/001.png and ") && noisy.contains(": noise of "), "{noisy}");
+    assert!(
+        blurred.starts_with("train/005.png and ") && blurred.contains(": blurred"),
+        "{blurred}"
+    );
+}
+
+#[test]
+fn inexact_poses_and_focal_lengths_are_said() {
+    let mut random = Random::new(8, [0; 3]);
+    let found = said_of(1200, |photos| {
+        for view in photos {
+            // A fifth of a pixel of these along both sides: the principal point moves as poses do.
+            let by = [0, 1].map(|_| 0.2 * normal(&mut random));
+            let m = &mut view.camera.camera_to_world;
+            let [right, up] = [[m[0], m[4], m[8]], [m[1], m[5], m[9]]];
+            let distance = 4.0 / view.camera.focal[0];
+            for i in 0..3 {
+                m[4 * i + 3] += distance * (by[0] * right[i] + by[1] * up[i]);
+            }
+        }
+    });
+    assert!(found.len() == 1 && found[0].starts_with("photographs are shifted by"), "{found:?}");
+    for (times, expected) in [(1.1, "too long"), (0.9, "too short")] {
+        let found = said_of(1200, |photos| {
+            each(photos, 1, 0, |view| view.camera.focal = view.camera.focal.map(|f| times * f));
+        });
+        assert!(found.len() == 1 && found[0].contains(expected), "{times}: {found:?}");
+    }
 }

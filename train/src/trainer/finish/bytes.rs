@@ -11,7 +11,8 @@ use std::time::Instant;
 use pocketnerf_core::{Camera, Error, Model};
 use pocketnerf_formats::{About, Precision, pack, write};
 
-use crate::compact::{self, CompactError, Compacted, Pictures};
+use crate::compact::pictures::Pictures;
+use crate::compact::{self, CompactError, Compacted};
 use crate::field::rounding::EightBits;
 use crate::picture::Settings;
 use crate::trainer::held_out::HeldOut;

@@ -52,16 +52,12 @@ impl Trainer {
             self.look_again(finer, budget);
         }
         let grid = finer.as_ref().filter(|finer| self.is_worth(finer, &known)).unwrap_or(&known);
-        let cells = pruning::needed(
-            grid,
-            &self.model(),
-            &self.calibration_tiles(few),
-            self.backend.simd(),
-        )?;
+        let (model, tiles, simd) = (self.model(), self.calibration_tiles(few), self.backend.simd());
+        let cells = pruning::needed(grid, &model, &tiles, simd)?;
+        let cells = pruning::smoother(cells, &model, &tiles, simd)?;
         let cells = if self.hides_much() { self.seen_cells(cells)? } else { cells };
-        let model = Model { occupancy: Some(cells.view()), ..self.model() };
-        let tolerance =
-            tolerance::find(&model, &self.calibration_tiles(some), self.backend.simd())?;
+        let model = Model { occupancy: Some(cells.view()), ..model };
+        let tolerance = tolerance::find(&model, &self.calibration_tiles(some), simd)?;
         Ok(Finished { trainer: self, cells, tolerance })
     }
 

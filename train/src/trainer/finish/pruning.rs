@@ -1,5 +1,5 @@
-//! Occupancy pruning: cells that hold so little that pictures do without them, found on
-//! tiles of the training views.
+//! Occupancy pruning: cells that hold so little that pictures do without them, and cells that are
+//! unlike their neighbours and need not be, found on tiles of the training views.
 //!
 //! Training must sample cells that are nearly empty, to learn what is in them. Once
 //! it is over, most of them only cost time; but where a scene is thin, as glass and
@@ -15,10 +15,15 @@ use crate::trainer::occupancy::density_grid::DensityGrid;
 /// training. Beyond the last, views that are not tried lose more than those that are
 /// (docs/performance.md).
 const LADDER: [f32; 9] = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0];
-/// Grids that pictures are made with at most: all cells, then halving the ladder.
-pub(crate) const MOST_RENDERED: usize = 5;
-/// Loss that is borne, dB of the training views' PSNR.
+/// Of the 27 cells around and at one, how many are occupied where it becomes empty, at most, and
+/// where it becomes occupied, at least.
+const SMOOTHER: [[u8; 2]; 4] = [[3, 22], [5, 20], [7, 18], [9, 16]];
+/// Grids that pictures are made with at most: all cells, then halving the ladder, twice.
+pub(crate) const MOST_RENDERED: usize = 5 + 3;
+/// Loss that is borne, dB of the training views' PSNR: of cells that are left out, ...
 const LOSS: f64 = 0.03;
+/// ... and of those that become like their neighbours.
+const SMOOTHING_LOSS: f64 = 0.01;
 
 /// Calibration tiles, each rendered several times.
 pub(crate) const TILES: usize = 24;
@@ -31,29 +36,64 @@ pub(crate) fn needed(
     tiles: &CalibrationTiles<'_>,
     simd: SimdLevel,
 ) -> Result<Packed, Error> {
-    let error = |cells: &Packed| -> Result<f64, Error> {
-        let model = Model { occupancy: Some(cells.view()), ..*model };
+    let pictures = Pictures { model, tiles, simd };
+    let fewer = |threshold: &f32| grid.above(model.sampling.step, *threshold);
+    pictures.last(&LADDER, fewer, grid.occupied().clone(), LOSS)
+}
+
+/// Cells that are more like their neighbours: fewer bytes, packed.
+pub(crate) fn smoother(
+    cells: Packed,
+    model: &Model<'_>,
+    tiles: &CalibrationTiles<'_>,
+    simd: SimdLevel,
+) -> Result<Packed, Error> {
+    let pictures = Pictures { model, tiles, simd };
+    let smoother = |[lone, full]: &[u8; 2]| cells.smoothed(*lone, *full);
+    pictures.last(&SMOOTHER, smoother, cells.clone(), SMOOTHING_LOSS)
+}
+
+/// By which cells are judged.
+struct Pictures<'a> {
+    /// Without cells.
+    model: &'a Model<'a>,
+    tiles: &'a CalibrationTiles<'a>,
+    simd: SimdLevel,
+}
+
+impl Pictures<'_> {
+    /// Of the cells that the rungs of a ladder make, those of the last with which no more than a
+    /// `loss` is lost, dB: the further up, the more. Halving finds it.
+    fn last<T>(
+        &self,
+        mut ladder: &[T],
+        made: impl Fn(&T) -> Packed,
+        mut best: Packed,
+        loss: f64,
+    ) -> Result<Packed, Error> {
+        let bearable = self.error(&best)? * 10.0f64.powf(loss / 10.0);
+        while !ladder.is_empty() {
+            let (below, rest) = ladder.split_at(ladder.len() / 2);
+            let tried = made(&rest[0]);
+            if self.error(&tried)? <= bearable {
+                (best, ladder) = (tried, &rest[1..]);
+            } else {
+                ladder = below;
+            }
+        }
+        Ok(best)
+    }
+
+    /// Sum of squared errors of the tiles.
+    fn error(&self, cells: &Packed) -> Result<f64, Error> {
+        let model = Model { occupancy: Some(cells.view()), ..*self.model };
         let options = RenderOptions {
             detail: model.detail(1.0),
-            ..RenderOptions::new(&model, simd, Tuning::FAST)
+            ..RenderOptions::new(&model, self.simd, Tuning::FAST)
         };
-        let errors = tiles.render(&model, &options, |tile| Ok(tile.squared_error(&tile.rgba)))?;
-        Ok(errors.iter().sum())
-    };
-    let mut best = grid.occupied().clone();
-    let bearable = error(&best)? * 10.0f64.powf(LOSS / 10.0);
-    // The more is left out, the more is lost: halving finds the last that is borne.
-    let mut ladder = &LADDER[..];
-    while !ladder.is_empty() {
-        let (below, rest) = ladder.split_at(ladder.len() / 2);
-        let fewer = grid.above(model.sampling.step, rest[0]);
-        if error(&fewer)? <= bearable {
-            (best, ladder) = (fewer, &rest[1..]);
-        } else {
-            ladder = below;
-        }
+        let errors = self.tiles.render(&model, &options, |tile| Ok(tile.squared_error(&tile.rgba)));
+        Ok(errors?.iter().sum())
     }
-    Ok(best)
 }
 
 #[cfg(test)]

@@ -62,9 +62,7 @@ impl Run {
                 let reached = self.held_out_psnr().map(|found| found.mean);
                 let psnr = reached.unwrap_or_else(|| self.summary(trainer).train_psnr);
                 let most = LOSS * 10f64.powf(-0.1 * psnr);
-                compact::smallest(file, &cameras, &settings, |model, pictures| {
-                    Ok(pictures.difference(model)? <= most)
-                })
+                compact::smallest(file, &cameras, &settings, |_, error| Ok(error <= most))
             }
         }
     }

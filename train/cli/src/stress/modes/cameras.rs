@@ -103,7 +103,7 @@ pub(super) const MODES: &[Mode] = &[
         name: "focal-length",
         what: "a focal length that is wrong by so much",
         unit: "%",
-        strengths: &[-3.0, -1.0, 1.0, 3.0, 10.0],
+        strengths: &[-10.0, -3.0, -1.0, 1.0, 3.0, 10.0],
         quick: 3.0,
         bar: Bar::Loss(1.0),
         cause: "No point of space is where all photographs see it.",
