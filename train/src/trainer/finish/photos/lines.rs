@@ -42,15 +42,17 @@ impl Disagreement {
                 self.usual_noise
             ));
         }
-        if let Some(view) = self.blurred.first() {
+        // What is shifted looks blurred here and there.
+        let blurred = if self.shift > 0.0 { &[][..] } else { &self.blurred };
+        if let Some(view) = blurred.first() {
             lines.push(format!(
                 "{}{}: blurred beside the other photographs; leave them out",
                 name(*view),
-                others(self.blurred.len())
+                others(blurred.len())
             ));
         }
         // Their errors are said.
-        let said = |view| self.blurred.contains(&view) || self.noisy.iter().any(|n| n.0 == view);
+        let said = |view| blurred.contains(&view) || self.noisy.iter().any(|n| n.0 == view);
         let odd: Vec<_> = self.odd.iter().filter(|(view, _)| !said(*view)).collect();
         if let Some((view, psnr)) = odd.first() {
             lines.push(format!(
@@ -106,14 +108,18 @@ mod tests {
         assert!(found[2].starts_with("train/3.png and 1 more: 12.0 dB, expected about 30.0"));
         // Nor again, where it is said why.
         let blurred = vec![2, 4];
-        let found =
-            lines(Disagreement { blurred, noisy: vec![(3, 22.4)], outside: 0.0, cut: 0.0, ..all });
+        let noisy = vec![(3, 22.4)];
+        let all = Disagreement { blurred, noisy, outside: 0.0, cut: 0.0, ..all };
+        let found = lines(Disagreement { shift: 0.0, ..all.clone() });
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(
             found[0].starts_with("train/3.png: noise of 22 of 255, expected about 2"),
             "{found:?}"
         );
         assert!(found[1].starts_with("train/2.png and 1 more: blurred"), "{found:?}");
+        let found = lines(Disagreement { noisy: Vec::new(), ..all });
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].starts_with("train/3.png and 1 more: 12.0 dB"), "{found:?}");
         let found = lines(Disagreement { shift: 0.432, magnification: -0.009, ..none });
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found[0].starts_with("photographs are shifted by 0.43 pixels"), "{found:?}");
