@@ -78,7 +78,7 @@ fn gaps_between_photographs_are_said_before_training() {
 #[test]
 fn blurred_and_noisy_photographs_are_named() {
     let mut random = Random::new(7, [0; 3]);
-    let found = said_of(1200, |photos| {
+    let found = said_of(700, |photos| {
         each(photos, 8, 1, |view| {
             for pixel in view.rgba.as_chunks_mut::<4>().0.iter_mut().filter(|pixel| pixel[3] > 0) {
                 for value in &mut pixel[..3] {
@@ -108,7 +108,7 @@ fn blurred_and_noisy_photographs_are_named() {
 #[test]
 fn inexact_poses_and_focal_lengths_are_said() {
     let mut random = Random::new(8, [0; 3]);
-    let found = said_of(1200, |photos| {
+    let found = said_of(700, |photos| {
         for view in photos {
             // A fifth of a pixel of these along both sides: the principal point moves as poses do.
             let by = [0, 1].map(|_| 0.2 * normal(&mut random));
@@ -122,7 +122,7 @@ fn inexact_poses_and_focal_lengths_are_said() {
     });
     assert!(found.len() == 1 && found[0].starts_with("photographs are shifted by"), "{found:?}");
     for (times, expected) in [(1.1, "too long"), (0.9, "too short")] {
-        let found = said_of(1200, |photos| {
+        let found = said_of(700, |photos| {
             each(photos, 1, 0, |view| view.camera.focal = view.camera.focal.map(|f| times * f));
         });
         assert!(found.len() == 1 && found[0].contains(expected), "{times}: {found:?}");
