@@ -17,9 +17,9 @@ use crate::trainer::occupancy::density_grid::DensityGrid;
 const LADDER: [f32; 9] = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0];
 /// Of the 27 cells around and at one, how many are occupied where it becomes empty, at most, and
 /// where it becomes occupied, at least.
-const SMOOTHER: [[u8; 2]; 4] = [[3, 22], [5, 20], [7, 18], [9, 16]];
+const SMOOTHER: [[u8; 2]; 5] = [[3, 22], [5, 20], [7, 18], [9, 16], [12, 15]];
 /// Grids that pictures are made with at most: all cells, then halving the ladder, twice.
-pub(crate) const MOST_RENDERED: usize = 5 + 3;
+pub(crate) const MOST_RENDERED: usize = 5 + 4;
 /// Loss that is borne, dB of the training views' PSNR: of cells that are left out, ...
 const LOSS: f64 = 0.03;
 /// ... and of those that become like their neighbours.
