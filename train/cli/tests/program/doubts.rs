@@ -59,8 +59,8 @@ fn said_of(steps: u32, spoil: impl FnOnce(&mut Vec<View>)) -> Vec<String> {
 }
 
 /// Every `nth` photograph.
-fn each(photos: &mut [View], nth: usize, first: usize, mut spoil: impl FnMut(&mut View)) {
-    photos.iter_mut().skip(first).step_by(nth).for_each(|view| spoil(view));
+fn each(photos: &mut [View], nth: usize, first: usize, spoil: impl FnMut(&mut View)) {
+    photos.iter_mut().skip(first).step_by(nth).for_each(spoil);
 }
 
 #[test]
