@@ -54,7 +54,7 @@ impl Trainer {
         let grid = finer.as_ref().filter(|finer| self.is_worth(finer, &known)).unwrap_or(&known);
         let (model, tiles, simd) = (self.model(), self.calibration_tiles(few), self.backend.simd());
         let cells = pruning::needed(grid, &model, &tiles, simd)?;
-        let cells = pruning::smoother(cells, &model, &tiles, simd)?;
+        let cells = pruning::smoother(cells, known.occupied(), &model, &tiles, simd)?;
         let cells = if self.hides_much() { self.seen_cells(cells)? } else { cells };
         let model = Model { occupancy: Some(cells.view()), ..model };
         let tolerance = tolerance::find(&model, &self.calibration_tiles(some), simd)?;

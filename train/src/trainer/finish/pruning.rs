@@ -23,7 +23,7 @@ pub(crate) const MOST_RENDERED: usize = 5 + 4;
 /// Loss that is borne, dB of the training views' PSNR: of cells that are left out, ...
 const LOSS: f64 = 0.03;
 /// ... and of those that become like their neighbours.
-const SMOOTHING_LOSS: f64 = 0.01;
+const SMOOTHING_LOSS: f64 = 0.002;
 
 /// Calibration tiles, each rendered several times.
 pub(crate) const TILES: usize = 24;
@@ -41,15 +41,22 @@ pub(crate) fn needed(
     pictures.last(&LADDER, fewer, grid.occupied().clone(), LOSS)
 }
 
-/// Cells that are more like their neighbours: fewer bytes, packed.
+/// Cells that are more like their neighbours: fewer bytes, packed. Only those become occupied
+/// that training samples, whose cells are `known`: it never looked at others.
 pub(crate) fn smoother(
     cells: Packed,
+    known: &Packed,
     model: &Model<'_>,
     tiles: &CalibrationTiles<'_>,
     simd: SimdLevel,
 ) -> Result<Packed, Error> {
     let pictures = Pictures { model, tiles, simd };
-    let smoother = |[lone, full]: &[u8; 2]| cells.smoothed(*lone, *full);
+    let wider = cells.view().resolution() / known.view().resolution();
+    let is_known = |cell: [u32; 3]| {
+        let [x, y, z] = cell.map(|c| c / wider);
+        known.view().cell(x, y, z)
+    };
+    let smoother = |[lone, full]: &[u8; 2]| cells.smoothed(*lone, *full).only(is_known);
     pictures.last(&SMOOTHER, smoother, cells.clone(), SMOOTHING_LOSS)
 }
 
