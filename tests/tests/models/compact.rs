@@ -91,6 +91,23 @@ fn as_few_bytes_as_a_difference_of_pictures_allows() {
     assert!(whole.bytes == pack(&bytes).unwrap() && whole.psnr == f64::INFINITY);
 }
 
+/// However bad pictures may be: where density becomes less, light passes further.
+#[test]
+fn a_smaller_model_takes_at_most_twice_as_many_samples() {
+    let bytes = still_life();
+    let cameras = cameras(&bytes);
+    let samples = |bytes: &[u8]| -> u64 {
+        let bytes = unpacked(bytes).unwrap();
+        let file = open_verified(&bytes).unwrap();
+        let mut renderer = Renderer::new(&file.model, &Settings { quality: 1.0, ..settings() });
+        cameras.iter().map(|camera| renderer.render(camera).unwrap().stats.samples).sum()
+    };
+    let small = smallest(&bytes, &cameras, &settings(), |_, _| Ok(true)).unwrap();
+    let work = samples(&small.bytes) as f64 / samples(&bytes) as f64;
+    println!("{} bytes, {:.2} dB, {work:.2} times as many", small.bytes.len(), small.psnr);
+    assert!(small.psnr < 20.0 && work <= 2.0, "{work}");
+}
+
 #[test]
 fn what_fits_is_packed_alone_and_what_cannot_fit_is_refused() {
     let bytes = still_life();

@@ -35,6 +35,8 @@ pub(crate) struct CalibrationTile<'t> {
     pub(crate) tile: Tile,
     /// Premultiplied.
     pub(crate) rgba: Vec<f32>,
+    /// Samples that it took.
+    pub(crate) samples: u64,
 }
 
 impl CalibrationTiles<'_> {
@@ -49,7 +51,8 @@ impl CalibrationTiles<'_> {
         Pool::default().map((0..self.tiles).collect(), scratch, |scratch, number| {
             let mut rendered = self.tile(number, model.display.background);
             let CalibrationTile { camera, lens, tile, rgba, .. } = &mut rendered;
-            render_through(model, (camera, lens), *tile, options, scratch, rgba, None)?;
+            let stats = render_through(model, (camera, lens), *tile, options, scratch, rgba, None)?;
+            rendered.samples = stats.samples;
             look(&rendered)
         })
     }
@@ -66,7 +69,16 @@ impl CalibrationTiles<'_> {
         let (x, y) = (corner(x, width, camera.width), corner(y, height, camera.height));
         let tile = Tile { x, y, width, height };
         let rgba = vec![0.0; 4 * tile.pixels()];
-        CalibrationTile { source: self.source, view, camera, lens, background, tile, rgba }
+        CalibrationTile {
+            source: self.source,
+            view,
+            camera,
+            lens,
+            background,
+            tile,
+            rgba,
+            samples: 0,
+        }
     }
 }
 

@@ -5,7 +5,8 @@ use std::borrow::Cow;
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Display, Error, Model};
 
-use super::{color_jumps, pruning, tolerance};
+use super::pruning::{Judged, Pruning};
+use super::{color_jumps, photos, pruning, tolerance};
 use crate::trainer::Trainer;
 use crate::trainer::finish::budget::FinishingBudget;
 use crate::trainer::finish::calibration_tiles::CalibrationTiles;
@@ -26,6 +27,8 @@ pub struct Finished<'t> {
     pub(super) trainer: &'t Trainer,
     cells: Packed,
     tolerance: f32,
+    /// Views whose photographs are compared with the model's pictures.
+    pub(super) views: usize,
 }
 
 impl Trainer {
@@ -40,7 +43,7 @@ impl Trainer {
     pub fn finished(&self, budget: FinishingBudget) -> Result<Finished<'_>, Error> {
         if budget == FinishingBudget::NONE {
             let (cells, tolerance) = (self.grid.occupied().clone(), Display::TOLERANCE);
-            return Ok(Finished { trainer: self, cells, tolerance });
+            return Ok(Finished { trainer: self, cells, tolerance, views: 0 });
         }
         let [few, some] = [pruning::TILES, tolerance::TILES].map(|all| budget.tiles(all));
         let mut known = self.seen_once();
@@ -53,12 +56,13 @@ impl Trainer {
         }
         let grid = finer.as_ref().filter(|finer| self.is_worth(finer, &known)).unwrap_or(&known);
         let (model, tiles, simd) = (self.model(), self.calibration_tiles(few), self.backend.simd());
-        let cells = pruning::needed(grid, &model, &tiles, simd)?;
-        let cells = pruning::smoother(cells, known.occupied(), &model, &tiles, simd)?;
+        let pruning = Pruning { model: &model, tiles: &tiles, simd };
+        let Judged { cells, .. } = pruning.smoother(pruning.needed(grid)?, known.occupied())?;
         let cells = if self.hides_much() { self.seen_cells(cells)? } else { cells };
         let model = Model { occupancy: Some(cells.view()), ..model };
         let tolerance = tolerance::find(&model, &self.calibration_tiles(some), simd)?;
-        Ok(Finished { trainer: self, cells, tolerance })
+        let views = budget.tiles(photos::VIEWS);
+        Ok(Finished { trainer: self, cells, tolerance, views })
     }
 
     /// Tiles of the training views to calibrate on.

@@ -10,6 +10,7 @@ use pocketnerf_core::{Error, Model, RenderOptions, SimdLevel, Tuning};
 use crate::trainer::finish::calibration_tiles::CalibrationTiles;
 use crate::trainer::occupancy::cells::Packed;
 use crate::trainer::occupancy::density_grid::DensityGrid;
+use crate::trainer::occupancy::smoothing::Neighbours;
 
 /// Optical thickness of a step up to which a cell counts as empty, times that of
 /// training. Beyond the last, views that are not tried lose more than those that are
@@ -18,71 +19,75 @@ const LADDER: [f32; 9] = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0];
 /// Of the 27 cells around and at one, how many are occupied where it becomes empty, at most, and
 /// where it becomes occupied, at least.
 const SMOOTHER: [[u8; 2]; 5] = [[3, 22], [5, 20], [7, 18], [9, 16], [12, 15]];
-/// Grids that pictures are made with at most: all cells, then halving the ladder, twice.
-pub(crate) const MOST_RENDERED: usize = 5 + 4;
+/// Grids that pictures are made with at most: all cells, then halving both ladders.
+pub(crate) const MOST_RENDERED: usize = 1 + 4 + 3;
 /// Loss that is borne, dB of the training views' PSNR: of cells that are left out, ...
 const LOSS: f64 = 0.03;
 /// ... and of those that become like their neighbours.
 const SMOOTHING_LOSS: f64 = 0.002;
+/// Pictures of these may take so many times as many samples: cells that become occupied are sampled.
+const LONGER: f64 = 1.02;
 
 /// Calibration tiles, each rendered several times.
 pub(crate) const TILES: usize = 24;
 
-/// The cells of a model's `grid` that pictures of the training views need. `model` is
-/// without them.
-pub(crate) fn needed(
-    grid: &DensityGrid,
-    model: &Model<'_>,
-    tiles: &CalibrationTiles<'_>,
-    simd: SimdLevel,
-) -> Result<Packed, Error> {
-    let pictures = Pictures { model, tiles, simd };
-    let fewer = |threshold: &f32| grid.above(model.sampling.step, *threshold);
-    pictures.last(&LADDER, fewer, grid.occupied().clone(), LOSS)
-}
-
-/// Cells that are more like their neighbours: fewer bytes, packed. Only those become occupied
-/// that training samples, whose cells are `known`: it never looked at others.
-pub(crate) fn smoother(
-    cells: Packed,
-    known: &Packed,
-    model: &Model<'_>,
-    tiles: &CalibrationTiles<'_>,
-    simd: SimdLevel,
-) -> Result<Packed, Error> {
-    let pictures = Pictures { model, tiles, simd };
-    let wider = cells.view().resolution() / known.view().resolution();
-    let is_known = |cell: [u32; 3]| {
-        let [x, y, z] = cell.map(|c| c / wider);
-        known.view().cell(x, y, z)
-    };
-    let smoother = |[lone, full]: &[u8; 2]| cells.smoothed(*lone, *full).only(is_known);
-    pictures.last(&SMOOTHER, smoother, cells.clone(), SMOOTHING_LOSS)
-}
-
-/// By which cells are judged.
-struct Pictures<'a> {
+/// Finds the cells that pictures need.
+pub(crate) struct Pruning<'a> {
     /// Without cells.
-    model: &'a Model<'a>,
-    tiles: &'a CalibrationTiles<'a>,
-    simd: SimdLevel,
+    pub(crate) model: &'a Model<'a>,
+    pub(crate) tiles: &'a CalibrationTiles<'a>,
+    pub(crate) simd: SimdLevel,
 }
 
-impl Pictures<'_> {
-    /// Of the cells that the rungs of a ladder make, those of the last with which no more than a
-    /// `loss` is lost, dB: the further up, the more. Halving finds it.
+/// Cells, and what the tiles are with them.
+pub(crate) struct Judged {
+    pub(crate) cells: Packed,
+    /// Sum of squared errors.
+    error: f64,
+    /// Samples that they take.
+    samples: u64,
+}
+
+impl Pruning<'_> {
+    /// The cells of a `grid` that pictures of the training views need.
+    pub(crate) fn needed(&self, grid: &DensityGrid) -> Result<Judged, Error> {
+        let all = self.judged(grid.occupied().clone())?;
+        let most = all.error * ratio(LOSS);
+        let fewer = |threshold: &f32| grid.above(self.model.sampling.step, *threshold);
+        self.last(&LADDER, fewer, all, |tried| tried.error <= most)
+    }
+
+    /// The same, more like their neighbours: fewer bytes, packed. Only those become occupied that
+    /// training samples, whose cells are `known`: it never looked at others.
+    pub(crate) fn smoother(&self, needed: Judged, known: &Packed) -> Result<Judged, Error> {
+        let wider = needed.cells.view().resolution() / known.view().resolution();
+        let is_known = |cell: [u32; 3]| {
+            let [x, y, z] = cell.map(|c| c / wider);
+            known.view().cell(x, y, z)
+        };
+        let cells = needed.cells.clone();
+        let near = Neighbours::of(&cells);
+        let smoother = |[lone, full]: &[u8; 2]| near.smoothed(*lone, *full, is_known);
+        let most = needed.error * ratio(SMOOTHING_LOSS);
+        let most_samples = (needed.samples as f64 * LONGER) as u64;
+        self.last(&SMOOTHER, smoother, needed, |tried| {
+            tried.error <= most && tried.samples <= most_samples
+        })
+    }
+
+    /// Of the cells that the rungs of a ladder make, those of the last that are good, or the `best`
+    /// so far: the further up, the worse. Halving finds it.
     fn last<T>(
         &self,
         mut ladder: &[T],
         made: impl Fn(&T) -> Packed,
-        mut best: Packed,
-        loss: f64,
-    ) -> Result<Packed, Error> {
-        let bearable = self.error(&best)? * 10.0f64.powf(loss / 10.0);
+        mut best: Judged,
+        is_good: impl Fn(&Judged) -> bool,
+    ) -> Result<Judged, Error> {
         while !ladder.is_empty() {
             let (below, rest) = ladder.split_at(ladder.len() / 2);
-            let tried = made(&rest[0]);
-            if self.error(&tried)? <= bearable {
+            let tried = self.judged(made(&rest[0]))?;
+            if is_good(&tried) {
                 (best, ladder) = (tried, &rest[1..]);
             } else {
                 ladder = below;
@@ -91,16 +96,24 @@ impl Pictures<'_> {
         Ok(best)
     }
 
-    /// Sum of squared errors of the tiles.
-    fn error(&self, cells: &Packed) -> Result<f64, Error> {
+    fn judged(&self, cells: Packed) -> Result<Judged, Error> {
         let model = Model { occupancy: Some(cells.view()), ..*self.model };
         let options = RenderOptions {
             detail: model.detail(1.0),
             ..RenderOptions::new(&model, self.simd, Tuning::FAST)
         };
-        let errors = self.tiles.render(&model, &options, |tile| Ok(tile.squared_error(&tile.rgba)));
-        Ok(errors?.iter().sum())
+        let tiles = self
+            .tiles
+            .render(&model, &options, |tile| Ok((tile.squared_error(&tile.rgba), tile.samples)))?;
+        let error = tiles.iter().map(|(error, _)| error).sum();
+        let samples = tiles.iter().map(|(_, samples)| samples).sum();
+        Ok(Judged { cells, error, samples })
     }
+}
+
+/// Of two errors of which one is so many dB worse.
+fn ratio(loss: f64) -> f64 {
+    10.0f64.powf(0.1 * loss)
 }
 
 #[cfg(test)]
@@ -129,14 +142,15 @@ mod tests {
         let (model, tiles) = (trainer.model(), trainer.calibration_tiles(TILES));
         // This scene needs them all, so short a time after the start. Were they so many
         // times as dense, the highest thresholds would be little above the usual one.
-        let same = needed(&all, &model, &tiles, simd).unwrap();
+        let pruning = Pruning { model: &model, tiles: &tiles, simd };
+        let same = pruning.needed(&all).unwrap().cells;
         assert_eq!(same.view().fraction(), all.view().fraction());
         let (density, updates) = all.state();
         let denser: Vec<f32> = density.iter().map(|density| density * 9.0).collect();
         let (coarse, fine) = (all.view().coarse_bytes(), all.view().fine_bytes());
         let mut some = all.clone();
         assert!(some.restore(&denser, updates, coarse, fine));
-        let some = needed(&some, &model, &tiles, simd).unwrap();
+        let some = pruning.needed(&some).unwrap().cells;
         let share = some.view().fraction() / all.view().fraction();
         assert!((0.8..0.99).contains(&share), "{share}");
         let n = all.view().resolution();

@@ -2,4 +2,4 @@
 
 pub(crate) mod cells;
 pub(crate) mod density_grid;
-mod smoothing;
+pub(crate) mod smoothing;

@@ -1,27 +1,51 @@
 //! Cells that are alike: fewer bytes, packed, for as good a picture.
 
+use pocketnerf_core::occupancy::BLOCK;
 use rayon::prelude::*;
 
 use super::cells::Packed;
 
-impl Packed {
-    /// The same but for cells of which at most `lone` of the 27 around and at them are occupied,
-    /// which become empty, and those of which at least `full` are, which become occupied.
-    pub(crate) fn smoothed(&self, lone: u8, full: u8) -> Self {
-        let view = self.view();
+/// How many of the 27 cells around and at each one are occupied.
+pub(crate) struct Neighbours<'c> {
+    cells: &'c Packed,
+    counts: Vec<u8>,
+}
+
+impl<'c> Neighbours<'c> {
+    pub(crate) fn of(cells: &'c Packed) -> Self {
+        let view = cells.view();
         let n = view.resolution() as usize;
-        let cell = |i: usize| [i % n, i / n % n, i / (n * n)].map(|c| c as u32);
-        let occupied = |i| {
-            let [x, y, z] = cell(i);
-            u8::from(view.cell(x, y, z))
-        };
-        let own: Vec<u8> = (0..n * n * n).into_par_iter().map(occupied).collect();
-        let mut around = own.clone();
-        for stride in [1, n, n * n] {
-            around = sums_of_three(&around, stride, n);
+        let mut counts = vec![0; n * n * n];
+        let blocks = view.resolution() / BLOCK;
+        for block in 0..blocks * blocks * blocks {
+            let corner = [block % blocks, block / blocks % blocks, block / (blocks * blocks)];
+            let Some(bytes) = view.block(corner[0], corner[1], corner[2]) else { continue };
+            let [x, y, z] = corner.map(|c| (c * BLOCK) as usize);
+            for (i, bits) in bytes.iter().enumerate() {
+                let row = x + n * (y + i % 8 + n * (z + i / 8));
+                for (bit, cell) in counts[row..][..8].iter_mut().enumerate() {
+                    *cell = bits >> bit & 1;
+                }
+            }
         }
-        let is_left = |i: &usize| around[*i] >= full || (own[*i] == 1 && around[*i] > lone);
-        Self::of(n as u32, (0..n * n * n).filter(is_left).map(|i| i as u32))
+        for stride in [1, n, n * n] {
+            counts = sums_of_three(&counts, stride, n);
+        }
+        Self { cells, counts }
+    }
+
+    /// The cells but for those that have at most `lone`, which become empty, and with those that have
+    /// at least `full` and, by their numbers along the axes, are `known`.
+    pub(crate) fn smoothed(&self, lone: u8, full: u8, known: impl Fn([u32; 3]) -> bool) -> Packed {
+        let view = self.cells.view();
+        let n = view.resolution();
+        let is_left = |&(cell, count): &(u32, u8)| {
+            let at = [cell % n, cell / n % n, cell / (n * n)];
+            let [x, y, z] = at;
+            count > lone && (view.cell(x, y, z) || (count >= full && known(at)))
+        };
+        let counts = (0..n * n * n).zip(self.counts.iter().copied());
+        Packed::of(n, counts.filter(is_left).map(|(cell, _)| cell))
     }
 }
 
@@ -53,13 +77,15 @@ mod tests {
         let cube = (0..4u32.pow(3)).map(|i| [i % 4, i / 4 % 4, i / 16]).filter(|c| *c != [2; 3]);
         let others = [[9, 9, 9], [10, 10, 10]];
         let cells = Packed::of(N, cube.chain(others).map(number));
+        let near = Neighbours::of(&cells);
         let is_there = |cells: &Packed, [x, y, z]: [u32; 3]| cells.view().cell(x, y, z);
-        let same = cells.smoothed(0, 28);
+        let same = near.smoothed(0, 28, |_| true);
         assert_eq!(same.view().fraction(), cells.view().fraction());
-        let filled = cells.smoothed(1, 26);
+        let filled = near.smoothed(1, 26, |_| true);
         assert!(is_there(&filled, [2; 3]) && is_there(&filled, [9; 3]));
+        assert!(!is_there(&near.smoothed(1, 26, |cell| cell != [2; 3]), [2; 3]));
         // Its corner at the grid's has eight of 27, those with an edge on two faces of the grid 12.
-        let smooth = cells.smoothed(8, 18);
+        let smooth = near.smoothed(8, 18, |_| true);
         assert!(is_there(&smooth, [2; 3]) && !is_there(&smooth, [9; 3]));
         assert!(!is_there(&smooth, [0; 3]) && is_there(&smooth, [1, 0, 0]));
         // Nothing wraps around.

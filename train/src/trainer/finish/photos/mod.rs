@@ -19,6 +19,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use pocketnerf_core::Error;
+use rayon::prelude::*;
 
 use super::Finished;
 use crate::picture::{Renderer, Settings};
@@ -28,8 +29,12 @@ use crate::trainer::run::LONG_ENOUGH;
 use compare::{Pair, Products};
 use odd::{odd, psnr};
 
-/// Views that are looked at in any case, at most.
-const VIEWS: usize = 32;
+/// Views that are looked at in any case, where there is time.
+pub(super) const VIEWS: usize = 32;
+/// What the parts of a view take, in calibration tiles of the largest size.
+pub(super) const TILES: usize = 2;
+/// Of fewer, nothing is known of what is usual.
+const FEWEST: usize = 8;
 /// Of smaller pictures a part of a pixel is much.
 const LEAST: u32 = 64;
 /// A photograph that is blurred or has noise is also worse than usual by so many dB: by more, fog has
@@ -82,7 +87,7 @@ impl Finished<'_> {
         }
         let views = self.views(&held, &odd);
         let looks = self.looks(&views)?;
-        let noise: Vec<_> = views.iter().map(|view| sharpness::noise(source, *view)).collect();
+        let noise: Vec<_> = views.par_iter().map(|view| sharpness::noise(source, *view)).collect();
         let (noisy, usual_noise) = sharpness::noisy(&noise);
         let is_worse = |view: usize| WORSE.contains(&(usual - psnr(errors[view].mean)));
         let those = |flags: Vec<bool>| {
@@ -106,11 +111,12 @@ impl Finished<'_> {
     /// spread. Views that were held out had less time to be learnt.
     fn views(&self, held: &HeldOut, odd: &[(usize, f64)]) -> Vec<usize> {
         let cameras = self.trainer.source.cameras();
-        let n = cameras.len();
-        let spread = (0..n.min(VIEWS)).map(|i| i * n / n.min(VIEWS));
+        let (n, some) = (cameras.len(), cameras.len().min(self.views));
+        let spread = (0..some).map(|i| i * n / some);
         let all: BTreeSet<usize> = spread.chain(odd.iter().map(|(view, _)| *view)).collect();
         let is_looked_at = |view: &usize| !held.has(*view) && cameras[*view].width >= LEAST;
-        all.into_iter().filter(is_looked_at).collect()
+        let views: Vec<usize> = all.into_iter().filter(is_looked_at).collect();
+        if views.len() < FEWEST { Vec::new() } else { views }
     }
 
     /// What parts of views look like beside the model's pictures, where these show something.
@@ -119,11 +125,10 @@ impl Finished<'_> {
         let model = self.model();
         let settings =
             Settings { simd: backend.simd(), quality: 1.0, depth: true, ..Settings::default() };
-        let mut renderer = Renderer::new(&model, &settings);
-        let mut looks = Vec::with_capacity(views.len());
-        for &view in views {
+        let looks = |&view: &usize| {
             // As it looks, or light alone: over black, what is transparent says nothing.
             let behind = source.behind(view).unwrap_or([0.0; 3]);
+            let mut renderer = Renderer::new(&model, &settings);
             let mut own = Vec::new();
             for patch in patches::patches(&source.cameras()[view]) {
                 let (camera, _) = &patch;
@@ -137,8 +142,8 @@ impl Finished<'_> {
                 };
                 own.extend(pair.products());
             }
-            looks.push(own);
-        }
-        Ok(looks)
+            Ok(own)
+        };
+        views.par_iter().map(looks).collect()
     }
 }
