@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::dataset::Dataset;
 use crate::metrics::{Metrics, Scores, composite_on, depth_error, quantile, quantize_all};
-use crate::picture::{self, Antialias, Renderer};
+use crate::picture::{self, Antialias, Device, Renderer};
 
 /// One view's result.
 #[derive(Clone, Debug, Serialize)]
@@ -73,6 +73,9 @@ pub struct Evaluation {
     pub samples_per_hit_ray: f64,
     /// Threads that rendered.
     pub threads: usize,
+    /// Why the CPU has rendered what another device was to.
+    #[serde(skip)]
+    pub fallback: Option<String>,
 }
 
 /// Renders every view over an sRGB `background` and compares by `metrics`; `each` receives
@@ -90,13 +93,29 @@ pub fn evaluate(
     background: [f32; 3],
     settings: &picture::Settings,
     metrics: &Metrics,
+    each: impl FnMut(usize, &[u8], &[u8]),
+) -> Result<Evaluation, Error> {
+    evaluate_on(&Device::Cpu, model, dataset, background, settings, metrics, each)
+}
+
+/// As [`evaluate`], with pictures that are rendered on `device`.
+///
+/// # Errors
+/// Whatever rendering reports.
+pub fn evaluate_on(
+    device: &Device,
+    model: &Model<'_>,
+    dataset: &Dataset,
+    background: [f32; 3],
+    settings: &picture::Settings,
+    metrics: &Metrics,
     mut each: impl FnMut(usize, &[u8], &[u8]),
 ) -> Result<Evaluation, Error> {
     let (mut times, mut per_view, mut rays) = (Vec::new(), Vec::new(), 0);
     let mut stats = RenderStats::default();
     let behind = model.display.color_space.from_srgb(background);
     let display = Display { background: behind, ..model.display };
-    let mut renderer = Renderer::new(model, settings);
+    let mut renderer = Renderer::on(device, model, settings);
     let antialias = settings.antialias;
     let rays_of = |camera: &Camera| u64::from(antialias.rays(camera)).pow(2);
     let one_ray = Antialias::Off;
@@ -162,6 +181,7 @@ pub fn evaluate(
         samples_per_ray: stats.samples as f64 / (rays as f64).max(1.0),
         samples_per_hit_ray: stats.samples as f64 / (stats.hits as f64).max(1.0),
         threads: rayon::current_num_threads(),
+        fallback: renderer.fallback().map(str::to_owned),
     })
 }
 

@@ -2,6 +2,7 @@
 //! field, every stored type, every shading, at every SIMD level of this machine.
 
 mod agreement;
+mod gpu;
 mod hierarchical;
 mod hostile;
 mod invariants;

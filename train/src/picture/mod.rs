@@ -1,7 +1,10 @@
 //! Whole pictures of a model, and their files.
 
 mod antialias;
+mod device;
 pub mod image_file;
+#[cfg(feature = "gpu")]
+mod on_gpu;
 mod progressive;
 mod renderer;
 
@@ -9,6 +12,7 @@ use pocketnerf_core::render::{RenderStats, Tiles};
 use pocketnerf_core::{Camera, Display, Error, Model, RenderOptions, SimdLevel, Tuning, pixel};
 
 pub use antialias::Antialias;
+pub use device::Device;
 pub use progressive::Progressive;
 pub use renderer::Renderer;
 

@@ -3,7 +3,9 @@
 use pocketnerf_core::render::{RenderStats, Tiles, average_tile};
 use pocketnerf_core::{Camera, Error, Model, RenderOptions, Tile};
 
-use super::{Antialias, Picture, Settings};
+#[cfg(feature = "gpu")]
+use super::on_gpu::OnGpu;
+use super::{Antialias, Device, Picture, Settings};
 use crate::lens::{Lens, render_through};
 use crate::pool::Pool;
 
@@ -16,6 +18,9 @@ pub struct Renderer<'m> {
     depth: bool,
     workers: Pool<Worker>,
     picture: Picture,
+    #[cfg(feature = "gpu")]
+    gpu: Option<OnGpu>,
+    fallback: Option<String>,
 }
 
 impl<'m> Renderer<'m> {
@@ -29,8 +34,40 @@ impl<'m> Renderer<'m> {
     /// With any options, and with `depth` where wanted; one ray a pixel.
     #[must_use]
     pub fn with_options(model: &'m Model<'m>, options: RenderOptions, depth: bool) -> Self {
-        let (workers, picture) = (Pool::default(), Picture::default());
-        Self { model, options, antialias: Antialias::Off, depth, workers, picture }
+        Self {
+            model,
+            options,
+            antialias: Antialias::Off,
+            depth,
+            workers: Pool::default(),
+            picture: Picture::default(),
+            #[cfg(feature = "gpu")]
+            gpu: None,
+            fallback: None,
+        }
+    }
+
+    /// To render `model` on `device`, or on the CPU where that is impossible:
+    /// [`fallback`](Self::fallback) says so.
+    #[must_use]
+    pub fn on(device: &Device, model: &'m Model<'m>, settings: &Settings) -> Self {
+        #[cfg_attr(not(feature = "gpu"), allow(unused_mut, reason = "a GPU may be added"))]
+        let mut renderer = Self::new(model, settings);
+        match device {
+            Device::Cpu => {}
+            #[cfg(feature = "gpu")]
+            Device::Gpu(gpu) => match OnGpu::new(gpu, model, &renderer.options) {
+                Ok(gpu) => renderer.gpu = Some(gpu),
+                Err(why) => renderer.fallback = Some(why.to_string()),
+            },
+        }
+        renderer
+    }
+
+    /// Why the CPU has rendered what another device was to; `None` where that did it.
+    #[must_use]
+    pub fn fallback(&self) -> Option<&str> {
+        self.fallback.as_deref()
     }
 
     /// Renders the picture that `camera` takes, on all threads of the current pool.
@@ -47,25 +84,39 @@ impl<'m> Renderer<'m> {
     /// # Errors
     /// Whatever [`render_tile`](pocketnerf_core::render_tile) reports.
     pub fn render_through(&mut self, camera: &Camera, lens: &Lens) -> Result<&Picture, Error> {
-        let Self { model, options, antialias, depth, workers, picture } = self;
         let (width, height) = (camera.width, camera.height);
-        let n = antialias.rays(camera);
-        let fine = camera.finer(n);
+        let n = self.antialias.rays(camera);
         let pixels = width as usize * height as usize;
+        let picture = &mut self.picture;
         picture.rgba.resize(pixels * 4, 0.0);
-        picture.depth.resize(if *depth { pixels } else { 0 }, 0.0);
+        picture.depth.resize(if self.depth { pixels } else { 0 }, 0.0);
+        (picture.width, picture.height) = (width, height);
+        #[cfg(feature = "gpu")]
+        if let Some(gpu) = &mut self.gpu {
+            match gpu.render(camera, lens, n, picture) {
+                Ok(()) => return Ok(&self.picture),
+                Err(pocketnerf_gpu::Error::Model(error)) => return Err(error),
+                Err(why) => (self.gpu, self.fallback) = (None, Some(why.to_string())),
+            }
+        }
+        self.picture.stats = self.render_tiles(camera, lens, n)?;
+        Ok(&self.picture)
+    }
+
+    /// The picture in tiles, on the CPU.
+    fn render_tiles(&mut self, camera: &Camera, lens: &Lens, n: u32) -> Result<RenderStats, Error> {
+        let Self { model, options, depth, workers, picture, .. } = self;
+        let (fine, width, height) = (camera.finer(n), camera.width, camera.height);
         let tiles = Tiles::supersampled(width, height, n);
         let parts = parts(tiles, camera, &mut picture.rgba, &mut picture.depth);
         let worker = || Worker::new(options, *depth);
         let stats = workers.map(parts, worker, |worker, part| {
             worker.render(model, (&fine, lens), n, options, part)
         })?;
-        let stats = stats.into_iter().fold(RenderStats::default(), |mut a, b| {
+        Ok(stats.into_iter().fold(RenderStats::default(), |mut a, b| {
             a += b;
             a
-        });
-        (picture.width, picture.height, picture.stats) = (width, height, stats);
-        Ok(picture)
+        }))
     }
 
     /// The last picture.

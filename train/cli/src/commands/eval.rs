@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{ModelFile, PixelOrigin};
 use pocketnerf_train::dataset::{Dataset, Split, poses};
-use pocketnerf_train::evaluate::{Evaluation, evaluate, worst};
+use pocketnerf_train::evaluate::{Evaluation, evaluate_on, worst};
 use pocketnerf_train::metrics::{Lpips, Metrics};
 use pocketnerf_train::output::write_atomic;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::picture::image_file;
 
 use super::antialias::{Antialiasing, size_doubt};
+use super::device::{self, DeviceOption};
 use super::parse::{parse_color, parse_pixel_origin};
 use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
@@ -60,6 +61,8 @@ pub(super) struct Eval {
     #[command(flatten)]
     antialiasing: Antialiasing,
     #[command(flatten)]
+    device: DeviceOption,
+    #[command(flatten)]
     rendering: Rendering,
 }
 
@@ -100,8 +103,9 @@ impl Eval {
             antialias,
             ..self.rendering.settings(file.about.quality)
         };
+        let (on, no_device) = self.device.open();
         let result =
-            evaluate(&file.model, &dataset, background, &settings, &metrics, |i, a, b| {
+            evaluate_on(&on, &file.model, &dataset, background, &settings, &metrics, |i, a, b| {
                 let Some(folder) = &folder else { return };
                 let path = folder.join(format!("{i:03}.png"));
                 let difference = image_file::difference(a, b, 4);
@@ -113,6 +117,11 @@ impl Eval {
             })?;
         if let Some(failure) = failure {
             return Err(failure.into());
+        }
+        let fallback = result.fallback.as_deref();
+        if let Some(warning) = no_device.or(fallback.map(device::on_cpu)) {
+            eprintln!("warning: {warning}");
+            warnings.push(warning);
         }
         if let Some(folder) = &folder {
             for (i, view) in worst(&result.per_view).into_iter().take(WORST).enumerate() {
@@ -128,6 +137,7 @@ impl Eval {
             value["bytes"] = bytes.stored().len().into();
             value["method"] = file.model.field.kind().into();
             value["split"] = self.split.name().into();
+            value["device"] = device::name(&on, fallback).into();
             value["warnings"] = warnings.into();
             value["lpips_network"] = metrics.lpips.as_ref().map(Lpips::network).into();
             print_line(value);

@@ -5,6 +5,7 @@ mod bench;
 mod chart;
 mod convert;
 mod demo;
+mod device;
 mod eval;
 mod info;
 mod memory;

@@ -8,10 +8,11 @@ use pocketnerf_core::{Camera, Display, Model};
 use pocketnerf_formats::ModelFile;
 use pocketnerf_train::cameras::{self, Circle};
 use pocketnerf_train::output;
-use pocketnerf_train::picture::{self, Antialias, Picture, Progressive, image_file};
+use pocketnerf_train::picture::{self, Antialias, Device, Picture, Progressive, image_file};
 use serde_json::json;
 
 use super::antialias::{Antialiasing, size_doubt};
+use super::device::{self, DeviceOption};
 use super::parse::parse_color;
 use super::rendering::{Rendering, Sampling};
 use super::{Common, Failure, make_folder, memory, open_to_render, print_json, read_model};
@@ -57,6 +58,8 @@ pub(super) struct Render {
     #[command(flatten)]
     antialiasing: Antialiasing,
     #[command(flatten)]
+    device: DeviceOption,
+    #[command(flatten)]
     rendering: Rendering,
 }
 
@@ -84,10 +87,17 @@ impl Render {
         })?;
         let first = cameras.first();
         let doubt = first.and_then(|camera| size_doubt(&file, camera, antialias));
-        if let (Some(doubt), false) = (&doubt, common.quiet) {
-            eprintln!("warning: {doubt}");
-        }
-        let mut renderer = picture::Renderer::new(&file.model, &settings);
+        let mut warnings = Vec::new();
+        let mut warn = |warning: Option<String>| {
+            if let (Some(warning), false) = (&warning, common.quiet) {
+                eprintln!("warning: {warning}");
+            }
+            warnings.extend(warning);
+        };
+        warn(doubt);
+        let (on, no_device) = self.device.open();
+        warn(no_device);
+        let mut renderer = picture::Renderer::on(&on, &file.model, &settings);
         let mut refined;
         let mut seconds = 0.0;
         for (i, camera) in cameras.iter().enumerate() {
@@ -113,6 +123,12 @@ impl Render {
                 image_file::write_depth(&path, size.0, size.1, &rendered.depth, per_step)?;
             }
         }
+        let refined = self.deadline_ms.map(|_| "--deadline-ms is for the CPU");
+        let fallback = renderer.fallback().or(refined);
+        let device = device::name(&on, fallback);
+        if !matches!(on, Device::Cpu) {
+            warn(fallback.map(device::on_cpu));
+        }
         if common.json {
             let n = cameras.len();
             let object = json!({
@@ -125,9 +141,10 @@ impl Render {
                 "rays_per_pixel": first.map(|camera| antialias.rays(camera).pow(2)),
                 "seconds_per_frame": seconds / n.max(1) as f64,
                 "threads": rayon::current_num_threads(),
+                "device": device,
                 "out": self.out.display().to_string(),
             });
-            print_json(object, doubt.as_slice());
+            print_json(object, &warnings);
         } else if !common.quiet {
             let pictures = if cameras.len() == 1 { "picture" } else { "pictures" };
             common.say(&format!("{}: {} {pictures}", self.out.display(), cameras.len()));

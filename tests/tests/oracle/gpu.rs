@@ -1,0 +1,189 @@
+//! Pictures by the GPU against the CPU's own: every kind of field, stored type, shading,
+//! space and sampling. What does as if it were a GPU is good enough.
+
+use std::sync::OnceLock;
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use pocketnerf_core::field::Shading;
+use pocketnerf_core::march::{Hierarchical, Reach};
+use pocketnerf_core::render::{Detail, SamplingMode};
+use pocketnerf_core::{AnyField, Camera, Model, RenderOptions, SimdLevel, Tuning};
+use pocketnerf_gpu::{Gpu, Renderer, Software, pack::Packed, shader};
+
+use crate::models::{Encoding, Recipe, camera, in_ndc};
+use crate::picture::{tile, whole};
+
+/// How like they have to be, dB.
+const LEAST: f64 = 50.0;
+
+/// What every GPU can that wgpu reaches by Vulkan, Metal, DirectX 12 or WebGPU: two half
+/// precision numbers in a word.
+const CAPABILITIES: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+
+/// The GPU, if there is one; without one where tools are required, the tests fail.
+fn gpu() -> Option<&'static Gpu> {
+    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
+    let open = || match Gpu::open(Software::Allowed) {
+        Ok(gpu) => Some(gpu),
+        Err(why) => {
+            assert!(std::env::var_os("POCKETNERF_REQUIRE_TOOLS").is_none(), "{why}");
+            println!("{why}: install mesa-vulkan-drivers; nothing is tested");
+            None
+        }
+    };
+    GPU.get_or_init(open).as_ref()
+}
+
+fn finest(model: &Model<'_>) -> RenderOptions {
+    RenderOptions {
+        detail: Detail::FINEST,
+        ..RenderOptions::new(model, SimdLevel::detect(), Tuning::FAST)
+    }
+}
+
+/// PSNR of colours and opacities, dB, and of the pixels that hold back half of the light the
+/// share whose depth differs by more than half a percent.
+fn likeness(gpu: &Gpu, model: &Model<'_>, camera: &Camera, options: &RenderOptions) -> (f64, f64) {
+    let mut renderer = Renderer::new(gpu, model, options).unwrap();
+    let found = renderer.render(camera).unwrap();
+    let expected = tile(model, camera, whole(camera), options);
+    assert!(found.hits > 0 && found.samples >= found.hits);
+    let (mut dense, mut far_off) = (0, 0);
+    let pixels = found.rgba.as_chunks::<4>().0.iter().zip(found.depth.iter().zip(&expected.depth));
+    for (_, (found, expected)) in pixels.filter(|(rgba, _)| rgba[3] > 0.5) {
+        dense += 1;
+        far_off += usize::from((found - expected).abs() > 5e-3 * expected);
+    }
+    let squares = found.rgba.iter().zip(expected.rgba.as_flattened());
+    let squares: f64 = squares.map(|(a, b)| f64::from(a - b).powi(2)).sum();
+    let psnr = -10.0 * (squares / found.rgba.len() as f64).log10();
+    (psnr, f64::from(far_off as u32) / f64::from(dense.max(1)))
+}
+
+/// Asserts that they are alike.
+fn assert_alike(gpu: &Gpu, name: &str, model: &Model<'_>, size: [u32; 2], options: &RenderOptions) {
+    let (psnr, far_off) = likeness(gpu, model, &camera(size[0], size[1]), options);
+    assert!(psnr >= LEAST, "{name}: {psnr:.1} dB");
+    assert!(far_off <= 0.05, "{name}: {far_off:.3} of the depths differ");
+}
+
+/// A model, and whether it is in normalised device coordinates.
+fn build(recipe: Recipe, ndc: bool) -> (String, Model<'static>) {
+    let model = recipe.build();
+    (format!("{recipe:?}, NDC: {ndc}"), if ndc { in_ndc(model) } else { model })
+}
+
+/// Compiling a program takes a CPU seconds: of each kind of grid one with colours of samples and
+/// one with colours of rays, every stored type, with and without cells, every third in
+/// normalised device coordinates.
+fn some_grids() -> impl Iterator<Item = (String, Model<'static>)> {
+    let grids: Vec<Recipe> =
+        Recipe::all().filter(|recipe| !matches!(recipe.encoding, Encoding::Nerf(_))).collect();
+    let n_encodings = grids.len() / 12;
+    let one =
+        move |i: usize| grids[12 * (i / 2) + [[0, 7, 9, 8], [6, 3, 11, 10]][i % 2][i / 2 % 4]];
+    (0..2 * n_encodings).map(move |i| build(one(i), i % 3 == 2))
+}
+
+/// Of every kind of vanilla NeRF one.
+fn some_nerfs() -> impl Iterator<Item = (String, Model<'static>)> {
+    Recipe::nerfs().skip(1).step_by(2).enumerate().map(|(i, recipe)| build(recipe, i % 3 == 2))
+}
+
+fn hierarchically(model: &Model<'_>, reach: Reach, n_fine: u32) -> RenderOptions {
+    let hierarchical = Hierarchical { n_coarse: 24, n_fine, reach };
+    finest(model).with_sampling(SamplingMode::Hierarchical(hierarchical))
+}
+
+/// Naga's own compilers take each program, which asks for no optional feature of a GPU.
+#[test]
+fn every_program_is_valid_everywhere() {
+    let mut n = 0;
+    for (i, recipe) in Recipe::all().enumerate() {
+        for ndc in [false, true] {
+            let (name, model) = build(recipe, ndc);
+            let packed = Packed::new(&model).unwrap();
+            let reach = [Reach::Clipped, Reach::Distance, Reach::Depth][i % 3];
+            for options in [finest(&model), hierarchically(&model, reach, [40, 0][i % 2])] {
+                let source = shader::source(&model, &packed, &options);
+                let module = naga::front::wgsl::parse_str(&source)
+                    .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+                let mut validator = Validator::new(ValidationFlags::all(), CAPABILITIES);
+                validator.validate(&module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+                n += 1;
+            }
+        }
+    }
+    assert!(n > 300, "{n}");
+}
+
+#[test]
+fn grids_look_as_on_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    for (name, model) in some_grids() {
+        assert_alike(gpu, &name, &model, [40, 30], &finest(&model));
+    }
+}
+
+#[test]
+fn nerfs_and_hierarchical_samples_look_as_on_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    for (name, model) in some_nerfs() {
+        assert_alike(gpu, &name, &model, [40, 30], &finest(&model));
+    }
+    let grid = build(Recipe::PLAIN, false);
+    let deferred = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, true);
+    let nerfs = some_nerfs().filter(|(name, _)| name.contains("coarse: true"));
+    let samplings = [(Reach::Clipped, 40), (Reach::Depth, 0), (Reach::Distance, 32)];
+    let mut n = 0;
+    for (i, (name, model)) in [grid, deferred].into_iter().chain(nerfs).enumerate() {
+        let (reach, n_fine) = samplings[i % 3];
+        let options = hierarchically(&model, reach, n_fine);
+        assert_alike(gpu, &format!("{name} {reach:?} {n_fine}"), &model, [24, 18], &options);
+        n += 1;
+    }
+    assert!(n > 2, "{n}");
+}
+
+/// A picture is the same however it comes about: again, of rays that are given, in parts.
+#[test]
+fn the_same_pictures_from_rays_and_again() {
+    let Some(gpu) = gpu() else { return };
+    let (_, mut model) = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, false);
+    // Of a denser mist, so that rays end.
+    if let AnyField::HashGrid(field) = &mut model.field {
+        field.decoder.log_density_bias += 4.0;
+    }
+    let mut renderer = Renderer::new(gpu, &model, &finest(&model)).unwrap();
+    // More pixels than are asked for at a time at first.
+    let camera = camera(93, 85);
+    let first = renderer.render(&camera).unwrap().clone();
+    assert_eq!(renderer.render(&camera).unwrap(), &first);
+    let ray = |i: u32| camera.ray((i % 93) as f32 + 0.5, (i / 93) as f32 + 0.5);
+    let rays: Vec<_> = (0..93 * 85).map(ray).collect();
+    let given = renderer.render_rays(&rays, 93, camera.axis()).unwrap();
+    assert_eq!((given.width, given.height), (93, 85));
+    // Directions are normalised elsewhere.
+    let most = first.rgba.iter().zip(&given.rgba).map(|(a, b)| (a - b).abs());
+    let far_off = most.filter(|difference| *difference > 1e-4).count();
+    assert!(far_off < given.rgba.len() / 200, "{far_off}");
+    assert!(first.depth.contains(&f32::INFINITY) && first.hits < 93 * 85);
+    // Less detail, as the CPU has it without interpolated pixels.
+    let coarse = Detail { min_transmittance: 0.02, coarse_step_below: 0.3, ..Detail::FINEST };
+    let options = RenderOptions { detail: coarse, ..finest(&model) };
+    let (psnr, _) = likeness(gpu, &model, &camera, &options);
+    assert!(psnr >= 40.0, "{psnr:.1} dB");
+    let fewer = Renderer::new(gpu, &model, &options).unwrap().render(&camera).unwrap().samples;
+    assert!(fewer < first.samples * 9 / 10, "{fewer} of {}", first.samples);
+}
+
+/// A small file cannot ask for hours of work.
+#[test]
+fn more_samples_than_are_allowed_are_refused() {
+    let Some(gpu) = gpu() else { return };
+    let (_, mut model) = build(Recipe { occupancy: None, ..Recipe::PLAIN }, false);
+    model.sampling.step = 1e-4;
+    let options = RenderOptions { max_samples_per_pixel: 50, ..finest(&model) };
+    let refused = Renderer::new(gpu, &model, &options).unwrap_err().to_string();
+    assert!(refused.contains("more than the"), "{refused}");
+}

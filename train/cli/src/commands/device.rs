@@ -1,0 +1,68 @@
+//! What a command renders on.
+
+use clap::Args;
+use pocketnerf_train::picture::Device;
+
+/// What a command renders on: with the cargo feature `gpu`, an option.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Rendering")]
+pub(super) struct DeviceOption {
+    /// What renders: cpu, or gpu; where no GPU works, the CPU does
+    ///
+    /// A GPU renders every pixel: --quality says when rays end and how long their last steps
+    /// are, and no pixel is interpolated.
+    #[cfg(feature = "gpu")]
+    #[arg(long, value_enum, value_name = "DEVICE", default_value_t)]
+    device: Kind,
+}
+
+#[cfg(feature = "gpu")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum Kind {
+    #[default]
+    Cpu,
+    Gpu,
+}
+
+/// Lets what does as if it were a GPU count as one: for tests.
+#[cfg(feature = "gpu")]
+const SOFTWARE: &str = "POCKETNERF_SOFTWARE_GPU";
+
+impl DeviceOption {
+    /// Opens the device; or says why it is the CPU after all.
+    #[cfg(feature = "gpu")]
+    pub(super) fn open(self) -> (Device, Option<String>) {
+        use pocketnerf_gpu::{Gpu, Software};
+
+        if self.device == Kind::Cpu {
+            return (Device::Cpu, None);
+        }
+        let software = match std::env::var_os(SOFTWARE) {
+            Some(_) => Software::Allowed,
+            None => Software::Refused,
+        };
+        match Gpu::open(software) {
+            Ok(gpu) => (Device::Gpu(gpu), None),
+            Err(why) => (Device::Cpu, Some(on_cpu(&why.to_string()))),
+        }
+    }
+
+    /// The CPU.
+    #[cfg(not(feature = "gpu"))]
+    pub(super) fn open(self) -> (Device, Option<String>) {
+        (Device::Cpu, None)
+    }
+}
+
+/// What to say where a GPU does not render.
+pub(super) fn on_cpu(why: &str) -> String {
+    format!("{why}: pictures are rendered on the CPU")
+}
+
+/// The device's name in JSON: where there was a `fallback`, the CPU's.
+pub(super) const fn name(device: &Device, fallback: Option<&str>) -> &'static str {
+    match (device, fallback) {
+        (Device::Cpu, _) | (_, Some(_)) => "cpu",
+        _ => "gpu",
+    }
+}

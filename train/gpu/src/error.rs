@@ -1,0 +1,42 @@
+//! Why a GPU does not render.
+
+/// Why a GPU does not render. Every one of these is a reason to render on the CPU instead.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// There is none.
+    #[error("no GPU was found")]
+    NoAdapter,
+    /// There are only programs that do as if they were one.
+    #[error("no GPU was found but {0}, which computes on the CPU")]
+    Software(String),
+    /// It cannot be opened.
+    #[error("the GPU {name} cannot be opened: {reason}")]
+    Open {
+        /// What it is called.
+        name: String,
+        /// What its driver says.
+        reason: String,
+    },
+    /// A model or a picture needs more memory at a time than it gives.
+    #[error("{what} of {bytes} bytes are too many for the GPU, expected at most {most}")]
+    TooLarge {
+        /// What is too large.
+        what: &'static str,
+        /// How large it is.
+        bytes: u64,
+        /// What there is room for.
+        most: u64,
+    },
+    /// The model cannot be rendered anywhere.
+    #[error(transparent)]
+    Model(#[from] pocketnerf_core::Error),
+    /// The device stopped working, or refused to.
+    #[error("the GPU failed: {0}")]
+    Device(String),
+    /// Its pictures are not those of the CPU.
+    #[error(
+        "the GPU miscomputes: a picture of its own differs by {0:.1} dB, expected at least {1} dB"
+    )]
+    Miscomputes(f32, f32),
+}

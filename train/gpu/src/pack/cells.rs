@@ -1,0 +1,81 @@
+//! Occupied cells, and how far it is to them.
+
+use pocketnerf_core::Occupancy;
+use pocketnerf_core::occupancy::BLOCK;
+
+/// Marks a block without occupied cells.
+const EMPTY: u32 = 1 << 31;
+/// Words of a block's bits, one a cell.
+const WORDS: usize = 16;
+
+/// See [`Packed::occupancy`](super::Packed::occupancy); empty where everything is occupied.
+pub(super) fn pack(occupancy: Option<&Occupancy<'_>>) -> Vec<u32> {
+    let Some(occupancy) = occupancy else { return Vec::new() };
+    let n = occupancy.resolution() / BLOCK;
+    let (mut blocks, mut cells) = (Vec::new(), Vec::new());
+    for number in 0..n * n * n {
+        let [x, y, z] = [number % n, number / n % n, number / (n * n)];
+        match occupancy.block(x, y, z) {
+            Some(bits) => {
+                blocks.push((cells.len() / WORDS) as u32);
+                let (words, _) = bits.as_chunks::<4>();
+                cells.extend(words.iter().map(|bytes| u32::from_le_bytes(*bytes)));
+            }
+            None => blocks.push(EMPTY | BLOCK),
+        }
+    }
+    grow(&mut blocks, n);
+    blocks.extend(cells);
+    blocks
+}
+
+/// Notes of each empty block the side of the largest empty cube that it is a part of. Cubes
+/// have 2, 4, 8 and so on blocks along a side, and begin at multiples of it.
+fn grow(blocks: &mut [u32], n: u32) {
+    let at = |[x, y, z]: [u32; 3]| (x + n * (y + n * z)) as usize;
+    let mut side = 2;
+    while side <= n {
+        let along = || (0..n / side).map(move |i| i * side);
+        for corner in along().flat_map(|z| along().map(move |y| [y, z])) {
+            for x in along() {
+                let [y, z] = corner;
+                let cube = (0..side * side * side)
+                    .map(|i| at([x + i % side, y + i / side % side, z + i / (side * side)]));
+                // Those that are as large as they can be so far.
+                let half = EMPTY | (BLOCK * side / 2);
+                if cube.clone().all(|block| blocks[block] == half) {
+                    cube.for_each(|block| blocks[block] = EMPTY | (BLOCK * side));
+                }
+            }
+        }
+        side *= 2;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_and_what_is_around_it_by_hand() {
+        // 6^3 blocks, of which block (5, 0, 0) has one cell, (2, 3, 1) within it.
+        let mut coarse = vec![0; 2 * 216];
+        coarse[10] = 1;
+        let mut fine = [0; 64];
+        fine[3 + 8] = 1 << 2;
+        let occupancy = Occupancy::new(48, 1, &coarse, &fine).unwrap();
+        let packed = pack(Some(&occupancy));
+        assert_eq!(packed.len(), 216 + 16);
+        let at = |x: usize, y: usize, z: usize| packed[x + 6 * (y + 6 * z)];
+        assert_eq!(at(5, 0, 0), 0);
+        // Its neighbours in a cube of 2^3 blocks are alone; cubes of 4^3 blocks fit once.
+        assert_eq!((at(4, 0, 0), at(5, 1, 1)), (EMPTY | 8, EMPTY | 8));
+        assert_eq!((at(4, 2, 0), at(5, 5, 5)), (EMPTY | 16, EMPTY | 16));
+        assert_eq!((at(0, 0, 0), at(3, 3, 3), at(3, 4, 3)), (EMPTY | 32, EMPTY | 32, EMPTY | 16));
+        // Bit x + 8 y + 64 z = 2 + 24 + 64 = 90: word 2, bit 26.
+        let mut bits = [0; 16];
+        bits[2] = 1 << 26;
+        assert_eq!(packed[216..], bits);
+        assert_eq!(pack(None), [0; 0]);
+    }
+}

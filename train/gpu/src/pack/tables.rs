@@ -1,0 +1,43 @@
+//! The tables of a hash grid, in whole words.
+
+use pocketnerf_core::DType;
+use pocketnerf_core::encoding::{HashGrid, hash_grid::Level};
+
+/// A level's table in the buffer of tables.
+#[derive(Debug)]
+pub(crate) struct PackedLevel {
+    pub(crate) level: Level,
+    /// The number of its first value.
+    pub(crate) first: usize,
+    /// What its values are multiplied by.
+    pub(crate) factor: f32,
+}
+
+/// Appends the tables, which have one type, to `words`.
+pub(super) fn pack(grid: &HashGrid<'_>, words: &mut Vec<u32>) -> Vec<PackedLevel> {
+    let n_levels = grid.config.n_levels as usize;
+    let mut levels = Vec::new();
+    for (l, table) in grid.levels.iter().enumerate().take(n_levels) {
+        let per_word = size_of::<u32>() / table.dtype().size();
+        let first = words.len() * per_word;
+        let (whole, rest) = table.bytes().as_chunks::<4>();
+        words.extend(whole.iter().map(|bytes| u32::from_le_bytes(*bytes)));
+        if !rest.is_empty() {
+            let mut last = [0; 4];
+            last[..rest.len()].copy_from_slice(rest);
+            words.push(u32::from_le_bytes(last));
+        }
+        levels.push(PackedLevel { level: grid.config.level(l), first, factor: table.scale() });
+    }
+    levels
+}
+
+/// The file of the shader that reads such tables.
+pub(crate) const fn reader(dtype: DType) -> Option<&'static str> {
+    match dtype {
+        DType::F32 => Some(include_str!("../shader/wgsl/stored_f32.wgsl")),
+        DType::F16 => Some(include_str!("../shader/wgsl/stored_f16.wgsl")),
+        DType::I8 => Some(include_str!("../shader/wgsl/stored_i8.wgsl")),
+        _ => None,
+    }
+}

@@ -1,0 +1,162 @@
+//! Pictures of a model.
+
+use std::time::Instant;
+
+use pocketnerf_core::render::Detail;
+use pocketnerf_core::{Camera, Model, Ray, RenderOptions};
+
+use crate::bands::Bands;
+use crate::program::{Band, Frame, Program};
+use crate::{Error, Gpu, Picture, self_test};
+
+/// Renders pictures of a model one after another, in memory that it keeps.
+#[derive(Debug)]
+pub struct Renderer {
+    program: Program,
+    band: Option<Band>,
+    bands: Bands,
+    detail: Detail,
+    min_transmittance: f32,
+    max_samples_per_pixel: u32,
+    picture: Picture,
+}
+
+/// Where rays come from.
+#[derive(Clone, Copy, Debug)]
+enum Source<'s> {
+    Camera(&'s Camera),
+    /// A ray a pixel, and where the camera that they are of looks.
+    Rays(&'s [Ray], [f32; 3]),
+}
+
+impl Renderer {
+    /// Takes `model` into the GPU's memory, compiles the program that renders it, and compares
+    /// a small picture of it with the CPU's.
+    ///
+    /// Of the `options`, `simd`, `limits`, `tuning` and the tolerances of interpolation do not
+    /// matter for pictures: every pixel is rendered.
+    ///
+    /// # Errors
+    /// Any [`Error`].
+    pub fn new(gpu: &Gpu, model: &Model<'_>, options: &RenderOptions) -> Result<Self, Error> {
+        let program = Program::new(gpu, model, options)?;
+        let mut renderer = Self {
+            bands: Bands::new(program.most_pixels()),
+            program,
+            band: None,
+            detail: Detail::FINEST,
+            min_transmittance: model.sampling.min_transmittance,
+            max_samples_per_pixel: options.max_samples_per_pixel,
+            picture: Picture::default(),
+        };
+        self_test::compare(&mut renderer, model, options)?;
+        renderer.detail = options.detail;
+        Ok(renderer)
+    }
+
+    /// Renders the picture that `camera` takes.
+    ///
+    /// # Errors
+    /// [`Error::Device`] or [`Error::TooLarge`]; [`Error::Model`] where the field would have to
+    /// be asked too often along a ray.
+    pub fn render(&mut self, camera: &Camera) -> Result<&Picture, Error> {
+        self.render_from(camera.width, camera.height, Source::Camera(camera))
+    }
+
+    /// Renders a picture of one ray a pixel, `width` in a row, of a camera that looks along
+    /// the unit vector `axis`. What does not fill a row is left out.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn render_rays(
+        &mut self,
+        rays: &[Ray],
+        width: u32,
+        axis: [f32; 3],
+    ) -> Result<&Picture, Error> {
+        let height = rays.len() as u32 / width.max(1);
+        self.render_from(width, height, Source::Rays(rays, axis))
+    }
+
+    fn render_from(
+        &mut self,
+        width: u32,
+        height: u32,
+        source: Source<'_>,
+    ) -> Result<&Picture, Error> {
+        let n = width as usize * height as usize;
+        let picture = &mut self.picture;
+        picture.rgba.resize(4 * n, 0.0);
+        picture.depth.resize(n, 0.0);
+        (picture.width, picture.height) = (width, height);
+        (picture.samples, picture.hits) = (0, 0);
+        let mut row = 0;
+        while row < height && width > 0 {
+            let rows = self.bands.rows(width, height - row);
+            let begun = Instant::now();
+            self.render_rows(source, width, [row, rows])?;
+            self.bands.took(rows * width, begun.elapsed());
+            row += rows;
+        }
+        Ok(&self.picture)
+    }
+
+    fn render_rows(
+        &mut self,
+        source: Source<'_>,
+        width: u32,
+        [first_row, rows]: [u32; 2],
+    ) -> Result<(), Error> {
+        let n = width as usize * rows as usize;
+        let first = width as usize * first_row as usize;
+        let rays = match source {
+            Source::Rays(rays, _) => &rays[first..first + n],
+            Source::Camera(_) => &[],
+        };
+        let (pixels, has_rays) = (n as u64, !rays.is_empty());
+        let frame = self.frame(source, [width, first_row, rows]);
+        let band = match self.band.take().filter(|band| band.fits(pixels, has_rays)) {
+            Some(band) => band,
+            None => self.program.band(pixels, has_rays)?,
+        };
+        let picture = &mut self.picture;
+        let most = self.program.run(&band, &frame, rays, |colors, distances| {
+            let rgba = &mut picture.rgba[4 * first..][..4 * n];
+            bytemuck::cast_slice_mut(rgba).copy_from_slice(colors);
+            let depths = &mut picture.depth[first..][..n];
+            let mut most = 0;
+            for (to, [a, b, c, d, samples @ ..]) in depths.iter_mut().zip(distances) {
+                let depth = f32::from_le_bytes([*a, *b, *c, *d]);
+                *to = if depth < 0.0 { f32::INFINITY } else { depth };
+                let samples = u32::from_le_bytes(*samples);
+                picture.samples += u64::from(samples);
+                picture.hits += u64::from(samples > 0);
+                most = most.max(samples);
+            }
+            most
+        })?;
+        self.band = Some(band);
+        if most > self.max_samples_per_pixel {
+            let allowed = u64::from(self.max_samples_per_pixel);
+            return Err(pocketnerf_core::Error::TooManySamples { allowed }.into());
+        }
+        Ok(())
+    }
+
+    fn frame(&self, source: Source<'_>, [width, first_row, rows]: [u32; 3]) -> Frame {
+        let min_transmittance = self.min_transmittance.max(self.detail.min_transmittance);
+        let coarse_step_below = self.detail.coarse_step_below;
+        let rows = Frame { width, first_row, rows, once: [1; 4], ..Frame::default() };
+        let band = Frame { min_transmittance, coarse_step_below, ..rows };
+        let axis = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
+        match source {
+            Source::Rays(_, along) => Frame { axis: axis(along), has_rays: 1, ..band },
+            Source::Camera(camera) => {
+                let m = &camera.camera_to_world;
+                let pose = [0, 1, 2, 3].map(|c| [m[c], m[4 + c], m[8 + c], 0.0]);
+                let Camera { focal, center, .. } = *camera;
+                Frame { pose, focal, center, axis: axis(camera.axis()), ..band }
+            }
+        }
+    }
+}

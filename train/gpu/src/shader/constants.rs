@@ -1,0 +1,59 @@
+//! Constants of a program.
+
+use super::network::write_line;
+
+/// Lines that declare constants.
+#[derive(Debug, Default)]
+pub(super) struct Constants(String);
+
+impl Constants {
+    pub(super) fn text(&self) -> &str {
+        &self.0
+    }
+
+    fn add(&mut self, name: &str, value: &str) {
+        write_line(&mut self.0, &format!("const {name} = {value};"));
+    }
+
+    pub(super) fn whole(&mut self, name: &str, value: u32) {
+        self.add(name, &format!("{value}u"));
+    }
+
+    pub(super) fn flag(&mut self, name: &str, value: bool) {
+        self.add(name, &value.to_string());
+    }
+
+    pub(super) fn number(&mut self, name: &str, value: f32) {
+        self.add(name, &number(value));
+    }
+
+    pub(super) fn pair(&mut self, name: &str, [x, y]: [f32; 2]) {
+        self.add(name, &format!("vec2f({}, {})", number(x), number(y)));
+    }
+
+    pub(super) fn point(&mut self, name: &str, [x, y, z]: [f32; 3]) {
+        self.add(name, &format!("vec3f({}, {}, {})", number(x), number(y), number(z)));
+    }
+}
+
+/// A finite number: the shortest that is read back as the same.
+pub(super) fn number(value: f32) -> String {
+    format!("{value:?}f")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constants_as_they_are_declared() {
+        let mut constants = Constants::default();
+        constants.whole("N", 3);
+        constants.number("SMALL", -1e-7);
+        constants.number("THIRD", 1.0 / 3.0);
+        constants.point("AT", [0.0, 1.0, 2.5]);
+        let expected = "const N = 3u;\nconst SMALL = -1e-7f;\nconst THIRD = 0.33333334f;\n\
+                        const AT = vec3f(0.0f, 1.0f, 2.5f);\n";
+        assert_eq!(constants.text(), expected);
+    }
+}

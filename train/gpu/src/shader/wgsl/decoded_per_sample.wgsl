@@ -1,0 +1,23 @@
+// Every sample has a colour; rays accumulate these.
+
+alias Channels = array<vec4f, 1>;
+
+struct Point {
+    sigma: f32,
+    channels: Channels,
+}
+
+fn evaluate(u: vec3f, direction: vec3f) -> Point {
+    var encoded = encode(u);
+    let output = density_network(&encoded);
+    var features: array<vec4f, N_FEATURE_QUADS>;
+    for (var f = 0u; f < N_FEATURE_QUADS; f++) {
+        features[f] = output[f];
+    }
+    let color = decoded_color(&features, direction);
+    return Point(decoded_sigma(output[N_FEATURE_QUADS].x), Channels(vec4f(color, 0.0f)));
+}
+
+fn ray_color(mean: Channels, direction: vec3f) -> vec3f {
+    return mean[0].xyz;
+}
