@@ -1,13 +1,18 @@
-//! Renders radiance fields on GPUs, through wgpu: the pictures of `pocketnerf-core` at the
-//! same quality, every pixel of them, in a fraction of the time.
+//! Renders radiance fields on GPUs, through wgpu: the pictures of `pocketnerf-core`, every pixel
+//! of them.
 //!
 //! A [`Gpu`] is opened once. A [`Renderer`] holds a model in the GPU's memory and has a
 //! program compiled for it: [`pack`] lays the model out in buffers, [`shader`] writes the
 //! program (WGSL) around its constants. It needs no optional feature of a GPU.
 //!
+//! # Features
+//! * `wgpu` (default): runs the program. Without it, only `pack` and `shader` are there, for
+//!   hosts that have a GPU's interface of their own, as web pages do.
+//!
 //! # Example
-//! ```
-//! use pocketnerf_core::{Camera, RenderOptions, SimdLevel, Tuning};
+#![cfg_attr(feature = "wgpu", doc = "```")]
+#![cfg_attr(not(feature = "wgpu"), doc = "```ignore")]
+//! use pocketnerf_core::{RenderOptions, SimdLevel, Tuning};
 //! use pocketnerf_gpu::{Gpu, Renderer, Software};
 //!
 //! # let bytes = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"),
@@ -30,17 +35,10 @@
 
 #![forbid(unsafe_code)]
 
-mod adapter;
-mod bands;
-mod error;
 pub mod pack;
-mod picture;
-mod program;
-mod renderer;
-mod self_test;
+#[cfg(feature = "wgpu")]
+mod render;
 pub mod shader;
 
-pub use adapter::{Gpu, Software, adapters};
-pub use error::Error;
-pub use picture::Picture;
-pub use renderer::Renderer;
+#[cfg(feature = "wgpu")]
+pub use render::{Error, Gpu, Picture, Renderer, Software, adapters};

@@ -5,9 +5,9 @@ use std::time::Instant;
 use pocketnerf_core::render::Detail;
 use pocketnerf_core::{Camera, Model, Ray, RenderOptions};
 
-use crate::bands::Bands;
-use crate::program::{Band, Frame, Program};
-use crate::{Error, Gpu, Picture, self_test};
+use super::bands::Bands;
+use super::program::{Band, Frame, Program};
+use super::{Error, Gpu, Picture, self_test};
 
 /// Renders pictures of a model one after another, in memory that it keeps.
 #[derive(Debug)]

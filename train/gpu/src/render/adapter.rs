@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use wgpu::{Adapter, DeviceType, Instance, InstanceDescriptor};
 
-use crate::Error;
+use super::Error;
 
 /// Whether a program that does as if it were a GPU counts as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,8 +19,8 @@ pub enum Software {
 /// An open GPU.
 #[derive(Clone, Debug)]
 pub struct Gpu {
-    pub(crate) device: wgpu::Device,
-    pub(crate) queue: wgpu::Queue,
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
     name: String,
     fault: Fault,
 }
@@ -103,18 +103,18 @@ impl Gpu {
     }
 
     /// Whether all that was asked of it so far has been done.
-    pub(crate) fn check(&self) -> Result<(), Error> {
+    pub(super) fn check(&self) -> Result<(), Error> {
         self.fault.get().map_or(Ok(()), |what| Err(Error::Device(one_line(&what))))
     }
 
     /// Bytes of a buffer at most.
-    pub(crate) fn most_bytes(&self) -> u64 {
+    pub(super) fn most_bytes(&self) -> u64 {
         let limits = self.device.limits();
         limits.max_buffer_size.min(limits.max_storage_buffer_binding_size)
     }
 
     /// A buffer for the shader to read.
-    pub(crate) fn upload(&self, what: &'static str, bytes: &[u8]) -> Result<wgpu::Buffer, Error> {
+    pub(super) fn upload(&self, what: &'static str, bytes: &[u8]) -> Result<wgpu::Buffer, Error> {
         // Buffers are never empty.
         let size = (bytes.len() as u64).next_multiple_of(4).max(16);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
@@ -126,7 +126,7 @@ impl Gpu {
     }
 
     /// A buffer of so many bytes.
-    pub(crate) fn buffer(
+    pub(super) fn buffer(
         &self,
         what: &'static str,
         size: u64,

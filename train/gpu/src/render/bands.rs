@@ -9,26 +9,26 @@ const ROWS: u32 = 8;
 
 /// Pixels that a GPU is asked for at a time: as many as it renders in a moment.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bands {
+pub(super) struct Bands {
     pixels: u32,
     most: u32,
 }
 
 impl Bands {
     /// Nothing is known yet; never more than `most` pixels.
-    pub(crate) fn new(most: u32) -> Self {
+    pub(super) fn new(most: u32) -> Self {
         Self { pixels: (1 << 12).min(most), most }
     }
 
     /// Whole rows of the next band of a picture of this width, `left` of which are left.
-    pub(crate) fn rows(&self, width: u32, left: u32) -> u32 {
+    pub(super) fn rows(&self, width: u32, left: u32) -> u32 {
         let rows = (self.pixels / width.max(1)).max(1).next_multiple_of(ROWS);
         // Not one row more than there is memory for.
         rows.min(left).min((self.most / width.max(1)).max(1))
     }
 
     /// Takes note of how long a band took.
-    pub(crate) fn took(&mut self, pixels: u32, time: Duration) {
+    pub(super) fn took(&mut self, pixels: u32, time: Duration) {
         let times = MOST_TIME.as_secs_f64() / time.as_secs_f64().max(1e-6);
         // Halfway, because pixels differ; and no more than four times as much at once.
         let next = f64::from(pixels) * (0.5 + 0.5 * times).clamp(0.1, 4.0);

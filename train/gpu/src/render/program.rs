@@ -6,29 +6,30 @@ use std::time::Duration;
 use bytemuck::{Pod, Zeroable};
 use pocketnerf_core::{Model, Ray, RenderOptions};
 
+use super::{Error, Gpu};
 use crate::pack::Packed;
-use crate::{Error, Gpu, shader};
+use crate::shader;
 
 /// What a shader is to know of a band of a picture: `Frame` in `ray.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(crate) struct Frame {
+pub(super) struct Frame {
     /// Right, up and back of the camera, and its position.
-    pub(crate) pose: [[f32; 4]; 4],
-    pub(crate) focal: [f32; 2],
-    pub(crate) center: [f32; 2],
+    pub(super) pose: [[f32; 4]; 4],
+    pub(super) focal: [f32; 2],
+    pub(super) center: [f32; 2],
     /// Where the camera looks.
-    pub(crate) axis: [f32; 4],
-    pub(crate) min_transmittance: f32,
-    pub(crate) coarse_step_below: f32,
-    pub(crate) rest: [f32; 2],
-    pub(crate) width: u32,
-    pub(crate) first_row: u32,
-    pub(crate) rows: u32,
+    pub(super) axis: [f32; 4],
+    pub(super) min_transmittance: f32,
+    pub(super) coarse_step_below: f32,
+    pub(super) rest: [f32; 2],
+    pub(super) width: u32,
+    pub(super) first_row: u32,
+    pub(super) rows: u32,
     /// Whether rays are given: the camera does not matter then.
-    pub(crate) has_rays: u32,
+    pub(super) has_rays: u32,
     /// 1: see `times` there.
-    pub(crate) once: [u32; 4],
+    pub(super) once: [u32; 4],
 }
 
 /// Bytes of a pixel: its colour, then its depth and samples.
@@ -40,7 +41,7 @@ const RAY: u64 = size_of::<Ray>() as u64;
 const PATIENCE: Duration = Duration::from_secs(60);
 
 #[derive(Debug)]
-pub(crate) struct Program {
+pub(super) struct Program {
     gpu: Gpu,
     pipeline: wgpu::ComputePipeline,
     frame: wgpu::Buffer,
@@ -50,7 +51,7 @@ pub(crate) struct Program {
 
 /// Room for what goes in and out.
 #[derive(Debug)]
-pub(crate) struct Band {
+pub(super) struct Band {
     pixels: u64,
     has_rays: bool,
     rays: wgpu::Buffer,
@@ -63,14 +64,14 @@ pub(crate) struct Band {
 
 impl Band {
     /// Whether so many pixels fit.
-    pub(crate) const fn fits(&self, pixels: u64, has_rays: bool) -> bool {
+    pub(super) const fn fits(&self, pixels: u64, has_rays: bool) -> bool {
         self.pixels >= pixels && (self.has_rays || !has_rays)
     }
 }
 
 impl Program {
     /// Takes `model` into the GPU's memory and compiles what renders it.
-    pub(crate) fn new(
+    pub(super) fn new(
         gpu: &Gpu,
         model: &Model<'_>,
         options: &RenderOptions,
@@ -89,12 +90,12 @@ impl Program {
     }
 
     /// Pixels at a time at most, as buffers go.
-    pub(crate) fn most_pixels(&self) -> u32 {
+    pub(super) fn most_pixels(&self) -> u32 {
         (self.gpu.most_bytes() / (COLOR + DISTANCE)).min(1 << 22) as u32
     }
 
     /// Room for so many pixels.
-    pub(crate) fn band(&self, pixels: u64, has_rays: bool) -> Result<Band, Error> {
+    pub(super) fn band(&self, pixels: u64, has_rays: bool) -> Result<Band, Error> {
         use wgpu::BufferUsages as Usage;
         let gpu = &self.gpu;
         let out = Usage::STORAGE | Usage::COPY_SRC;
@@ -121,7 +122,7 @@ impl Program {
 
     /// Renders the pixels of `frame`, whose `rays` are given or none, and hands over their
     /// colours and, of each, depth and samples.
-    pub(crate) fn run<T>(
+    pub(super) fn run<T>(
         &self,
         band: &Band,
         frame: &Frame,

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use pocketnerf_core::render::Detail;
 use pocketnerf_core::{Camera, Model, RenderOptions, Space, Tile, render_tile};
 
-use crate::{Error, Renderer};
+use super::{Error, Renderer};
 
 /// Pixels along a side of the picture.
 const SIDE: u32 = 8;
@@ -14,7 +14,7 @@ const SIDE: u32 = 8;
 const LEAST: f32 = 40.0;
 
 /// Compares them from the first place from which anything is seen.
-pub(crate) fn compare(
+pub(super) fn compare(
     renderer: &mut Renderer,
     model: &Model<'_>,
     options: &RenderOptions,
