@@ -7,7 +7,7 @@
 //!
 //! # Features
 //! * `wgpu` (default): runs the program. Without it, only `pack` and `shader` are there, for
-//!   hosts that have a GPU's interface of their own, as web pages do.
+//!   hosts that have a GPU's interface of their own, as web pages do; no standard library.
 //!
 //! # Example
 #![cfg_attr(feature = "wgpu", doc = "```")]
@@ -33,7 +33,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![cfg_attr(not(feature = "wgpu"), no_std)]
 #![forbid(unsafe_code)]
+
+extern crate alloc;
 
 pub mod pack;
 #[cfg(feature = "wgpu")]

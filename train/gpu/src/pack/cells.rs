@@ -1,5 +1,7 @@
 //! Occupied cells, and how far it is to them.
 
+use alloc::vec::Vec;
+
 use pocketnerf_core::Occupancy;
 use pocketnerf_core::occupancy::BLOCK;
 

@@ -1,5 +1,7 @@
 //! Fourier features, in whole quads.
 
+use alloc::vec::Vec;
+
 use pocketnerf_core::encoding::{Fourier, Waves};
 
 use super::layer::{QUAD, Weights, padded};

@@ -1,5 +1,7 @@
 //! Dense layers, four columns at a time.
 
+use alloc::vec::Vec;
+
 use pocketnerf_core::network::{Dense, Mlp};
 
 /// Numbers that a shader computes with at a time.

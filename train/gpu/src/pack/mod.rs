@@ -5,6 +5,9 @@ mod fourier;
 mod layer;
 mod tables;
 
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
 use pocketnerf_core::AnyField;
 use pocketnerf_core::encoding::spherical_harmonics;
 use pocketnerf_core::field::{Activation, HashGridField, NerfField, NerfNetwork, Shading};

@@ -1,5 +1,7 @@
 //! The tables of a hash grid, in whole words.
 
+use alloc::vec::Vec;
+
 use pocketnerf_core::DType;
 use pocketnerf_core::encoding::{HashGrid, hash_grid::Level};
 

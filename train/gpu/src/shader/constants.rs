@@ -1,5 +1,8 @@
 //! Constants of a program.
 
+use alloc::format;
+use alloc::string::{String, ToString};
+
 use super::network::write_line;
 
 /// Lines that declare constants.
@@ -36,9 +39,16 @@ impl Constants {
     }
 }
 
-/// A finite number: the shortest that is read back as the same.
+/// A finite number, to the bit: in hexadecimal digits, so that no decimal ones are needed.
 pub(super) fn number(value: f32) -> String {
-    format!("{value:?}f")
+    let (bits, sign) = (value.to_bits(), if value.is_sign_negative() { "-" } else { "" });
+    // 23 bits of fraction are six digits and one bit less.
+    let (exponent, digits) = (bits >> 23 & 0xff, (bits & 0x7f_ffff) << 1);
+    match exponent {
+        // Zero, and what is too small for a GPU to tell from it.
+        0 => format!("{sign}0.0f"),
+        _ => format!("{sign}0x1.{digits:06x}p{}f", exponent as i32 - 127),
+    }
 }
 
 #[cfg(test)]
@@ -52,8 +62,8 @@ mod tests {
         constants.number("SMALL", -1e-7);
         constants.number("THIRD", 1.0 / 3.0);
         constants.point("AT", [0.0, 1.0, 2.5]);
-        let expected = "const N = 3u;\nconst SMALL = -1e-7f;\nconst THIRD = 0.33333334f;\n\
-                        const AT = vec3f(0.0f, 1.0f, 2.5f);\n";
+        let expected = "const N = 3u;\nconst SMALL = -0x1.ad7f2ap-24f;\nconst THIRD = 0x1.555556p-2f;\n\
+                        const AT = vec3f(0.0f, 0x1.000000p0f, 0x1.400000p1f);\n";
         assert_eq!(constants.text(), expected);
     }
 }

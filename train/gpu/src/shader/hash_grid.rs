@@ -1,5 +1,9 @@
 //! The hash grid and its networks.
 
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
 use pocketnerf_core::field::MAX_SIGMA;
 
 use super::constants::{Constants, number};

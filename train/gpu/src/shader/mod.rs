@@ -11,6 +11,9 @@ mod hash_grid;
 mod network;
 mod vanilla;
 
+use alloc::string::String;
+use alloc::vec;
+
 use pocketnerf_core::march::{Hierarchical, MAX_STEPS, Reach};
 use pocketnerf_core::render::SamplingMode;
 use pocketnerf_core::{Model, RenderOptions, Space};

@@ -1,6 +1,9 @@
 //! Dense layers in WGSL.
 
-use std::fmt::Write;
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+use core::fmt::Write;
 
 use crate::pack::Layer;
 

@@ -1,5 +1,11 @@
 //! The networks of a vanilla NeRF.
 
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+
 use pocketnerf_core::field::{Activation, MAX_SIGMA};
 
 use super::constants::Constants;
