@@ -28,6 +28,8 @@ pub(super) struct Listing {
     pub(super) bounds: Option<[f32; 2]>,
     /// The scene's box, smallest and largest corner.
     pub(super) aabb: Option<[[f32; 3]; 2]>,
+    /// The box around what opaque images show, where points of the scene are known.
+    pub(super) reach: Option<[[f32; 3]; 2]>,
     /// Colour behind opaque images.
     pub(super) background: Option<[f32; 3]>,
     /// Whether rays suit normalised device coordinates.
@@ -79,6 +81,7 @@ impl Listing {
             factor: None,
             bounds: None,
             aabb: None,
+            reach: None,
             background: None,
             forward_facing: false,
             notes: Vec::new(),

@@ -19,6 +19,10 @@ pub(super) enum SpaceKind {
     Ndc,
 }
 
+/// Nothing is nearer to a camera than this share of the nearest depth that a dataset knows: fog
+/// before a camera would explain its photograph as well as the scene does.
+const NEAREST: f32 = 0.5;
+
 /// Whether photographs are evened out.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Exposure {
@@ -56,8 +60,8 @@ pub(super) struct SceneOptions {
     /// silhouettes and a small field]
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     pub(super) aabb: Option<[[f32; 3]; 2]>,
-    /// Ignore what is nearer to a camera, scene units [default: 0]; with --space ndc what is
-    /// nearer to the plane z = 0 [default: 1]
+    /// Ignore what is nearer to a camera, scene units [default: half the nearest depth where the
+    /// dataset says it, else 0]; with --space ndc what is nearer to the plane z = 0 [default: 1]
     #[arg(long, value_name = "N")]
     pub(super) near: Option<f32>,
     /// Ignore what is farther from a camera, scene units [default: no limit]
@@ -93,7 +97,8 @@ impl SceneOptions {
         config.aabb = self.aabb;
         config.ndc = self.ndc(dataset)?;
         if config.ndc.is_none() {
-            config.near = self.near.unwrap_or(config.near);
+            let known = dataset.bounds.map(|[near, _]| NEAREST * near);
+            config.near = self.near.or(known).unwrap_or(config.near);
             config.far = self.far;
         }
         // Images with alpha are on white in the original NeRF.
