@@ -138,13 +138,22 @@ fn decode(folder: &Path, name: &str, frame: &Frame, factor: u32) -> Result<Decod
         Some(Mask { path, black_counts }) => {
             let path = folder.join(path);
             let mask = images::decode(&path)?;
-            same_size(&path, &mask)?;
+            let is_larger = |a: usize, b: usize| {
+                // A mask of the image before that was made smaller.
+                let [long, short] = [mask.size[a], mask.size[b]].map(u64::from);
+                let [of_long, of_short] = [size[a], size[b]].map(u64::from);
+                long > of_long && (long * of_short).abs_diff(short * of_long) <= long.max(short)
+            };
+            if !is_larger(0, 1) {
+                same_size(&path, &mask)?;
+            }
             let counts = |[r, g, b, _]: &[u8; 4]| {
                 let is_black = (r | g | b) == 0;
                 if is_black == *black_counts { 255 } else { 0 }
             };
-            let mask: Vec<u8> = mask.rgba.as_chunks().0.iter().map(counts).collect();
-            Some(images::downscaled_mask(size, &mask, factor))
+            let counts: Vec<u8> = mask.rgba.as_chunks().0.iter().map(counts).collect();
+            let smaller = size.map(|side| side / factor.max(1));
+            Some(images::downscaled_mask(mask.size, &counts, smaller))
         }
     };
     Ok(Decoded { size, image: image.downscaled(factor)?, mask })

@@ -65,8 +65,7 @@ pub(super) fn is_model(folder: &Path) -> bool {
 /// How many images a model says it has.
 pub(super) fn count_images(folder: &Path) -> Result<usize, DatasetError> {
     let form = form(folder).unwrap_or(Form::Binary);
-    let count = |file: &File<'_>| text::image_lines(file).map(Iterator::count);
-    parse(form, folder, "images", binary::announced, count).map(|(count, _)| count)
+    parse(form, folder, "images", binary::announced, text::listed).map(|(count, _)| count)
 }
 
 fn form(folder: &Path) -> Option<Form> {
@@ -118,8 +117,8 @@ fn parse<T>(
     form: Form,
     folder: &Path,
     name: &str,
-    binary: impl FnOnce(&File<'_>) -> Result<T, DatasetError>,
-    text: impl FnOnce(&File<'_>) -> Result<T, DatasetError>,
+    binary: fn(&File<'_>) -> Result<T, DatasetError>,
+    text: fn(&File<'_>) -> Result<T, DatasetError>,
 ) -> Result<(T, PathBuf), DatasetError> {
     let path = form.path(folder, name);
     let bytes = read(&path)?;

@@ -27,6 +27,11 @@ pub(super) fn images(file: &File<'_>) -> Result<Vec<Image>, DatasetError> {
     image_lines(file)?.map(Line::image).collect()
 }
 
+/// How many images a file lists.
+pub(super) fn listed(file: &File<'_>) -> Result<usize, DatasetError> {
+    image_lines(file).map(Iterator::count)
+}
+
 pub(super) fn points(file: &File<'_>) -> Result<Vec<Point>, DatasetError> {
     let lines = lines(file)?.filter(|line| !line.rest.is_empty());
     lines.filter_map(|line| line.point().transpose()).collect()
@@ -34,9 +39,7 @@ pub(super) fn points(file: &File<'_>) -> Result<Vec<Point>, DatasetError> {
 
 /// The lines that name images. Each is followed by one of the points in it, which may be
 /// empty, and which some editors then drop.
-pub(super) fn image_lines<'f>(
-    file: &'f File<'f>,
-) -> Result<impl Iterator<Item = Line<'f>>, DatasetError> {
+fn image_lines<'f>(file: &'f File<'f>) -> Result<impl Iterator<Item = Line<'f>>, DatasetError> {
     let mut lines = lines(file)?.peekable();
     Ok(std::iter::from_fn(move || {
         let line = lines.find(|line| !line.rest.is_empty())?;
