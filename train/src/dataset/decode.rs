@@ -135,16 +135,10 @@ fn decode(folder: &Path, name: &str, frame: &Frame, factor: u32) -> Result<Decod
     }
     let mask = match &frame.mask {
         None => None,
-        Some(Mask { path, black_counts }) => {
+        Some(Mask { path, black_counts, may_be_larger }) => {
             let path = folder.join(path);
             let mask = images::decode(&path)?;
-            let is_larger = |a: usize, b: usize| {
-                // A mask of the image before that was made smaller.
-                let [long, short] = [mask.size[a], mask.size[b]].map(u64::from);
-                let [of_long, of_short] = [size[a], size[b]].map(u64::from);
-                long > of_long && (long * of_short).abs_diff(short * of_long) <= long.max(short)
-            };
-            if !is_larger(0, 1) {
+            if !(*may_be_larger && is_larger(mask.size, size)) {
                 same_size(&path, &mask)?;
             }
             let counts = |[r, g, b, _]: &[u8; 4]| {
@@ -157,6 +151,12 @@ fn decode(folder: &Path, name: &str, frame: &Frame, factor: u32) -> Result<Decod
         }
     };
     Ok(Decoded { size, image: image.downscaled(factor)?, mask })
+}
+
+/// Whether one size is a larger one of the same shape; a side may be rounded by a pixel.
+fn is_larger(size: [u32; 2], than: [u32; 2]) -> bool {
+    let ([w, h], [x, y]) = (size.map(u64::from), than.map(u64::from));
+    w > x && h > y && (w * y).abs_diff(h * x) <= w.max(h)
 }
 
 /// The mask without pixels at which the lens shows nothing.

@@ -60,6 +60,8 @@ pub(super) struct Mask {
     pub(super) path: String,
     /// Whether black pixels are those that count, or the others.
     pub(super) black_counts: bool,
+    /// Whether it may be as large as the image was before that was made smaller.
+    pub(super) may_be_larger: bool,
 }
 
 impl Listing {

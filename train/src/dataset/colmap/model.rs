@@ -162,10 +162,10 @@ impl Image {
         to_camera: (DQuat, DVec3),
     ) -> Result<Self, DatasetError> {
         let (rotation, translation) = to_camera;
-        let wrong = |what| Err(file.wrong(format!("the image {}: {what}", escape(name))));
         if name.is_empty() {
-            return wrong("no name, expected a file's".to_owned());
+            return Err(file.wrong("an image has no name, expected that of its file".to_owned()));
         }
+        let wrong = |what| Err(file.wrong(format!("the image {}: {what}", escape(name))));
         let length = rotation.length();
         if !(1e-3..1e3).contains(&length) {
             return wrong(format!("a rotation of length {length}, expected 1"));

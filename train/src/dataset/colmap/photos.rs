@@ -38,7 +38,7 @@ pub(super) fn mask(capture: &Path, folder: &str, name: &str) -> Option<Mask> {
     let names = [format!("{name}.png"), format!("{}.png", stem(name))];
     let mut paths = folders.iter().flat_map(|folder| names.iter().map(|name| inside(folder, name)));
     let path = paths.find(|path| capture.join(path).is_file())?;
-    Some(Mask { path, black_counts: false })
+    Some(Mask { path, black_counts: false, may_be_larger: true })
 }
 
 /// What to say of photographs that the model does not have.
