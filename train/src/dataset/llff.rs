@@ -88,8 +88,7 @@ pub(super) fn list(
             shared: true,
         };
         // The pose follows when the world has been turned.
-        let (pose, lens) = ([0.0; 16], Lens::Pinhole);
-        frames.push(Frame { path, pose, intrinsics, lens, mask: None, alpha: None });
+        frames.push(Frame::new(path, [0.0; 16], intrinsics, Lens::Pinhole));
     }
     world.recentre();
     let looks_around = world.looks_around();

@@ -63,7 +63,7 @@ pub(super) fn read(
             let path = relative_path(&path);
             Mask { path, black_counts: false, may_be_larger: false }
         });
-        let frame_ = Frame { path, pose, intrinsics, lens, mask, alpha: None };
+        let frame_ = Frame { mask, ..Frame::new(path, pose, intrinsics, lens) };
         frames.push((frame_, frame.sharpness));
     }
     frames.sort_by(|(a, _), (b, _)| natural::compare(&a.path, &b.path));

@@ -53,11 +53,12 @@ fn word(value: &impl ValueEnum) -> String {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Scene")]
 pub(super) struct SceneOptions {
-    /// Coordinates of the scene [default: ndc for forward-facing LLFF captures, else box]
+    /// Coordinates of the scene [default: ndc for forward-facing captures of LLFF and COLMAP,
+    /// else box]
     #[arg(long, value_enum, value_name = "KIND")]
     pub(super) space: Option<SpaceKind>,
-    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1 [default: the dataset's own, or found from cameras,
-    /// silhouettes and a small field]
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1 [default: the dataset's own, or found from points,
+    /// cameras, silhouettes and a small field]
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     pub(super) aabb: Option<[[f32; 3]; 2]>,
     /// Ignore what is nearer to a camera, scene units [default: half the nearest depth where the
