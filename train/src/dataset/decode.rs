@@ -61,8 +61,7 @@ pub(super) fn views(
         if mask.as_ref().is_some_and(|mask| mask.iter().all(|counts| *counts == 0)) {
             return Err(DatasetError::NothingCounts { image: folder.join(name) });
         }
-        let (lens, shows) = (frame.lens, frame.shows.clone());
-        views.push(View { lens, mask, shows, ..View::new(name, camera, image.rgba) });
+        views.push(View { lens: frame.lens, mask, ..View::new(name, camera, image.rgba) });
     }
     let count = unreadable.len();
     let mut unreadable = unreadable.into_iter();

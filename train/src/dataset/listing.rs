@@ -47,8 +47,6 @@ pub(super) struct Frame {
     pub(super) pose: [f32; 16],
     pub(super) intrinsics: Intrinsics,
     pub(super) lens: Lens,
-    /// Points of the scene that it is known to show.
-    pub(super) shows: Vec<[f32; 3]>,
     /// Which pixels count.
     pub(super) mask: Option<Mask>,
     /// Another image whose red channel is this one's alpha.
@@ -58,7 +56,7 @@ pub(super) struct Frame {
 impl Frame {
     /// A frame of which nothing else is known.
     pub(super) fn new(path: String, pose: [f32; 16], intrinsics: Intrinsics, lens: Lens) -> Self {
-        Self { path, pose, intrinsics, lens, shows: Vec::new(), mask: None, alpha: None }
+        Self { path, pose, intrinsics, lens, mask: None, alpha: None }
     }
 }
 

@@ -42,21 +42,20 @@ pub(super) fn list(
     let (at, several) = place::largest(folder, place::models(folder))?;
     let model = read_model(&folder.join(&at))?;
     let file = model.file.clone();
-    let mut scene = Scene::new(&model);
+    let scene = Scene::new(&model);
     let first = relative_path(&model.images[0].name);
     let photos = photos::folder(folder, options.downscale_factor, &first)?;
     let mut notes: Vec<String> = several.into_iter().chain(photos.notes).collect();
     notes.push(scene.note);
     let frame = |(image, pose): (&Image, &[f64; 16])| -> Result<Frame, DatasetError> {
         let (name, camera) = (relative_path(&image.name), &model.cameras[&image.camera]);
-        let shows = scene.shown.remove(&image.id).unwrap_or_default();
         let pose = pose::from_list(pose).map_err(|problem| DatasetError::Colmap {
             file: file.clone(),
             problem: format!("the image {}: {problem}", escape(&image.name)),
         })?;
         let path = photos::path(folder, &photos.folder, &name);
         let mask = photos::mask(folder, &photos.folder, &name);
-        Ok(Frame { shows, mask, ..Frame::new(path, pose, camera.intrinsics, camera.lens) })
+        Ok(Frame { mask, ..Frame::new(path, pose, camera.intrinsics, camera.lens) })
     };
     let frames = model.images.iter().zip(&scene.poses).map(frame).collect::<Result<_, _>>()?;
     let (frames, left_out) = with_images(folder, &file, frames, &mut notes, |_, _| {})?;

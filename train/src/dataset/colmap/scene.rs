@@ -6,7 +6,6 @@ use glam::DVec3;
 
 use super::model::{Model, Point};
 use crate::dataset::capture::World;
-use crate::dataset::thin;
 
 /// An image that shows fewer points says nothing of depths, and fewer points nothing of a box.
 const FEWEST: usize = 20;
@@ -18,15 +17,10 @@ const MARGIN: f64 = 0.5;
 /// But not farther from the origin than so many median depths: what is beyond is seen on the
 /// faces, and a larger box has coarser cells.
 const FARTHEST: f64 = 2.5;
-/// Points that an image shows at most, spread evenly over all.
-const MOST: usize = 1 << 12;
-
 /// A capture's cameras, in the order of its images, and what is known of the scene.
 pub(super) struct Scene {
     /// Camera-to-world, row after row.
     pub(super) poses: Vec<[f64; 16]>,
-    /// The points that images show, by the images' numbers.
-    pub(super) shown: HashMap<u32, Vec<[f32; 3]>>,
     /// Nearest and farthest depth.
     pub(super) bounds: Option<[f32; 2]>,
     /// The box around its points.
@@ -66,21 +60,8 @@ impl Scene {
                 model.points.len()
             ),
         };
-        let shown = shown(model, world.points());
-        Self { poses: world.poses().collect(), shown, bounds, reach, forward_facing, note }
+        Self { poses: world.poses().collect(), bounds, reach, forward_facing, note }
     }
-}
-
-/// The points that each image shows, in the world as it is now.
-fn shown(model: &Model, points: &[DVec3]) -> HashMap<u32, Vec<[f32; 3]>> {
-    let mut shown: HashMap<u32, Vec<[f32; 3]>> = HashMap::new();
-    for (point, at) in model.points.iter().zip(points) {
-        for image in &point.images {
-            shown.entry(*image).or_default().push(at.as_vec3().to_array());
-        }
-    }
-    shown.values_mut().for_each(|points| thin(points, MOST));
-    shown
 }
 
 /// Depths of points in images.

@@ -24,8 +24,6 @@ pub struct View {
     /// A byte a pixel: 0 where it is neither learnt from nor scored, as where the lens
     /// shows nothing. `None`: all count.
     pub mask: Option<Vec<u8>>,
-    /// Points of the scene that it is known to show, scene units: nothing is in between.
-    pub shows: Vec<[f32; 3]>,
     /// Euclidean distance along each pixel's ray to the first surface, scene
     /// units, where it is known exactly; infinite where the ray meets nothing.
     pub depth: Option<Vec<f32>>,
@@ -38,8 +36,8 @@ impl View {
     /// A pinhole camera's image, all of which counts.
     #[must_use]
     pub fn new(name: impl Into<String>, camera: Camera, rgba: Vec<u8>) -> Self {
-        let (name, lens, shows) = (name.into(), Lens::Pinhole, Vec::new());
-        Self { name, camera, lens, rgba, mask: None, shows, depth: None, behind: None }
+        let (name, lens) = (name.into(), Lens::Pinhole);
+        Self { name, camera, lens, rgba, mask: None, depth: None, behind: None }
     }
 
     /// How many of the pixels that count are transparent, and how many count.

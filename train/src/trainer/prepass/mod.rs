@@ -7,7 +7,6 @@ mod deadline;
 mod exposure;
 pub(crate) mod scene_box;
 pub(crate) mod scene_ndc;
-mod sights;
 pub(crate) mod visual_hull;
 
 use pocketnerf_core::{Error, SimdLevel, Space};
@@ -58,7 +57,6 @@ pub fn run(
         (None, true) => Backdrop::Random,
         (None, false) => Backdrop::Color(dataset.background.unwrap_or(config.opaque_backdrop)),
     };
-    let sights = sights::sights(&dataset.views);
     let source = RaySource::new(dataset.views, backdrop);
     if let Some(ndc) = config.ndc {
         // All that the cameras see lies there, and silhouettes hide little of it.
@@ -80,9 +78,7 @@ pub fn run(
     };
     // A checkpoint holds it: a resumed run does not look for it again.
     config.aabb = space.scene_box();
-    let mut prepared = prepared(source, hull, space, config, (simd, deadline))?;
-    sights::carve(&space, prepared.config.occupancy_resolution, &sights, &mut prepared.candidates);
-    Ok(prepared)
+    prepared(source, hull, space, config, (simd, deadline))
 }
 
 /// In this space.

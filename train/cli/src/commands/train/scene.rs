@@ -99,6 +99,7 @@ impl SceneOptions {
         config.ndc = self.ndc(dataset)?;
         if config.ndc.is_none() {
             let known = dataset.bounds.map(|[near, _]| NEAREST * near);
+            let known = known.filter(|near| self.far.is_none_or(|far| *near < far));
             config.near = self.near.or(known).unwrap_or(config.near);
             config.far = self.far;
         }
