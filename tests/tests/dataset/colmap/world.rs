@@ -71,22 +71,22 @@ fn a_capture_that_looks_forward() {
     assert!(!all(&capture.folder(), 1).forward_facing);
 }
 
-/// The same world 1000 times larger, turned by 90 degrees around x and moved: p becomes
-/// 1000 (x, -z, y) + (7, 8, 9).
+/// The same world 1000 times larger, turned by 90 degrees around x and moved, as far as the
+/// globe's middle: p becomes 1000 (x, -z, y) + (7, 8, 9) 10^6.
 #[test]
 fn scale_and_axes_mean_nothing() {
     let own = Capture::around();
     let mut other = own.clone();
     for point in &mut other.points {
         let [x, y, z] = *point;
-        *point = [1000.0 * x + 7.0, -1000.0 * z + 8.0, 1000.0 * y + 9.0];
+        *point = [1000.0 * x + 7e6, -1000.0 * z + 8e6, 1000.0 * y + 9e6];
     }
     for image in &mut other.images {
         // To its camera, a point is turned back first: q * (cos 45°, -sin 45°, 0, 0).
         let ([w, x, y, z], c) = (image.rotation, 0.5f64.sqrt());
         image.rotation = [c * (w + x), c * (x - w), c * (y - z), c * (z + y)];
         // R R' (p - m) + 1000 t = R R' p + 1000 t - R R' m.
-        let moved = turn(image.rotation, [7.0, 8.0, 9.0]);
+        let moved = turn(image.rotation, [7e6, 8e6, 9e6]);
         let translation = image.translation;
         image.translation = std::array::from_fn(|a| 1000.0 * translation[a] - moved[a]);
     }

@@ -87,15 +87,13 @@ impl World {
     /// Moves the point that the cameras look at to the origin, and turns what they call up to +z
     /// and the side that most are on to +x. Where they look at no point, the middle of them.
     pub(in crate::dataset) fn stand_up(&mut self) {
-        let n = self.poses.len() as f64;
-        let mean = |column: usize| {
-            self.poses.iter().map(|pose| pose.col(column).truncate()).sum::<DVec3>() / n
-        };
+        // Far from the origin, as on the globe, single precision is too coarse.
+        self.see_from(DVec3::X, DVec3::Y, DVec3::Z, self.mean(3));
         let poses: Vec<[f32; 16]> =
             self.poses().map(|pose| std::array::from_fn(|i| pose[i] as f32)).collect();
-        let center = nearest_to_axes(&poses).unwrap_or(mean(3));
-        let up = mean(1).normalize_or(DVec3::Z);
-        let side = (mean(3) - center).reject_from_normalized(up);
+        let center = nearest_to_axes(&poses).unwrap_or_default();
+        let up = self.mean(1).normalize_or(DVec3::Z);
+        let side = (self.mean(3) - center).reject_from_normalized(up);
         let side = side.normalize_or(up.any_orthonormal_vector());
         self.see_from(side, up.cross(side), up, center);
     }
@@ -112,6 +110,12 @@ impl World {
     /// Nearest and farthest depth.
     pub(in crate::dataset) fn bounds(&self) -> [f32; 2] {
         [self.near as f32, self.far as f32]
+    }
+
+    /// The mean of a column of all poses.
+    fn mean(&self, column: usize) -> DVec3 {
+        let columns = self.poses.iter().map(|pose| pose.col(column).truncate());
+        columns.sum::<DVec3>() / self.poses.len() as f64
     }
 
     /// Root mean square distance of the cameras from the origin; 1 where they all are there.
