@@ -23,6 +23,8 @@ pub(super) enum Curve {
 
 /// Angles at which it is seen whether the curve still grows.
 const ANGLES: u32 = 180;
+/// A denominator that is this small belongs to a pole.
+const POLE: f64 = 1e-3;
 /// Halvings that find where it stops.
 const HALVINGS: usize = 50;
 /// Steps that invert it at most: Newton's, or halvings where these leave the bracket.
@@ -110,8 +112,8 @@ impl Curve {
         let s = r * r;
         match self {
             Self::Polynomial(k) => 1.0 + s * sum(k, s, |power| 2.0 * power + 1.0),
-            // Beyond a pole nothing is shown.
-            Self::Rational(_, below) if 1.0 + s * sum(below, s, |_| 1.0) <= 0.0 => -1.0,
+            // At a pole and beyond nothing is shown.
+            Self::Rational(_, below) if 1.0 + s * sum(below, s, |_| 1.0) <= POLE => -1.0,
             Self::Rational(..) => self.factor(s) + 2.0 * s * self.factor_slope(s),
             Self::Fov(omega) => {
                 let scale = fov_scale(*omega);

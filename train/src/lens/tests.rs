@@ -206,7 +206,7 @@ fn distorting_undoes_undistorting() {
     }
 }
 
-/// The denominator 1 - 0.5 r² is 0 at r = √2: farther out nothing is shown.
+/// The denominator 1 - 0.5 r² is 0 at r = √2: there and farther out nothing is shown.
 #[test]
 fn a_rational_lens_ends_at_its_pole() {
     let lens = Lens::full_open_cv([0.0, 0.0, 0.0, -0.5, 0.0, 0.0], [0.0; 2]);
