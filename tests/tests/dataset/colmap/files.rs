@@ -100,8 +100,8 @@ fn images_that_are_missing_and_images_that_are_not_registered() {
                 "1 of the 3 frames in {} have no image (first: images/b.png): they are left out",
                 images.display()
             ),
-            "2 of the 4 images in images are not registered (first: images/sub/blurred.png): they are \
-             not used"
+            "2 of the 4 images in images are not registered (first: images/sub/blurred.png): they \
+             are not used"
                 .to_owned(),
         ]
     );

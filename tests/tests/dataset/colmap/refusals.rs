@@ -137,8 +137,8 @@ fn files_that_lie_and_files_that_are_missing() {
             "images.bin",
             &huge[..],
             format!(
-                "18446744073709551615 images are announced, but {} bytes follow, expected at least 73 \
-                 for each",
+                "18446744073709551615 images are announced, but {} bytes follow, expected at least \
+                 73 for each",
                 images.len() - 8
             ),
         ),

@@ -55,8 +55,8 @@ impl Scene {
                 "too few 3-D points: the scene's place follows from the cameras alone".to_owned()
             }
             Some([near, far]) => format!(
-                "{} 3-D points in at least 3 images, at depths from {near:.3} to {far:.3}, say where \
-                 the scene is; the world is turned and scaled by that",
+                "{} 3-D points in at least 3 images, at depths from {near:.3} to {far:.3}, say \
+                 where the scene is; the world is turned and scaled by that",
                 model.points.len()
             ),
         };
