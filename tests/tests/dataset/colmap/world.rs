@@ -41,10 +41,8 @@ fn a_capture_around_something() {
     assert_eq!(dataset.aabb, None);
     assert_eq!(
         dataset.notes,
-        [
-            "27 3-D points in at least 3 images, at depths from 0.750 to 1.250, say where the scene \
-          is; the world is turned and scaled by that"
-        ]
+        ["27 3-D points in at least 3 images, at depths from 0.750 to 1.250, say where the scene \
+          is; the world is turned and scaled by that"]
     );
 }
 
