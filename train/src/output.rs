@@ -34,6 +34,20 @@ pub enum OutputError {
         /// Its folder.
         folder: PathBuf,
     },
+    /// A lens that the file's format cannot name.
+    #[error(
+        "{}: {image} has a {lens} lens, expected pinhole, opencv or fisheye, which alone this format \
+         knows; undistort the images",
+        one_line(.file)
+    )]
+    Lens {
+        /// The file to write.
+        file: PathBuf,
+        /// The image's name.
+        image: String,
+        /// The lens's name.
+        lens: &'static str,
+    },
     /// The system refused.
     #[error("{}: cannot be written: {source}; check permissions and free space", one_line(.file))]
     Refused {

@@ -1,6 +1,7 @@
 //! Loading datasets: small scenes of every convention with known rays, and every way in
 //! which one can be wrong.
 
+mod colmap;
 mod deepvoxels;
 mod fixture;
 mod lens;

@@ -84,3 +84,31 @@ fn fox() {
     assert_eq!((train.lenses.as_slice(), report.images_left_out.len()), (&["opencv"][..], 17));
     assert_eq!((report.scene_box_given, train.share_looking_at_box), (true, Some(1.0)));
 }
+
+/// A tumbler, photographed 77 times by a telephone that COLMAP found a camera for each time.
+#[test]
+fn tumbler() {
+    let Some(folder) = data("colmap/tumbler") else { return };
+    let test = load(&folder, Split::Test, 1).unwrap();
+    assert_eq!((test.views.len(), test.format, test.forward_facing), (10, "colmap", false));
+    let names: Vec<_> = test.views.iter().map(|view| view.name.as_str()).collect();
+    assert_eq!(names[..3], ["images/1.jpg", "images/18.jpg", "images/25.jpg"]);
+    let view = &test.views[0];
+    assert_eq!((view.camera.width, view.camera.height), (800, 600));
+    // Worked out from the files by another program, as is what follows.
+    let close = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
+    assert!((view.camera.focal[0] - 589.027_1).abs() < 1e-3, "{:?}", view.camera);
+    let ray = view.ray(0.5, 0.5);
+    assert!(close(&ray.origin, &[0.947_356, 0.678_853, 0.121_876]), "{ray:?}");
+    assert!(close(&ray.direction, &[-0.430_766, -0.836_627, 0.338_374]), "{ray:?}");
+    assert!(close(&test.bounds.unwrap(), &[0.523_324_1, 3.667_776]), "{:?}", test.bounds);
+    let reach = test.reach.unwrap();
+    let expected =
+        [-1.210_383_7, -1.957_046_6, -1.558_653_4, 1.075_120_2, 1.661_077_5, 0.999_307_5];
+    assert!(close(reach.as_flattened(), &expected), "{reach:?}");
+
+    let report = inspect(&folder).unwrap();
+    let counts: Vec<_> = report.splits.iter().map(|s| (s.split, s.images_found)).collect();
+    assert_eq!(counts, [("train", 67), ("val", 10), ("test", 10)]);
+    assert_eq!(report.splits[0].share_looking_at_box, Some(1.0));
+}

@@ -35,23 +35,6 @@ fn folders_that_are_no_dataset() {
 }
 
 #[test]
-fn other_conventions_are_named() {
-    for (file, text, start) in [
-        (
-            "sparse",
-            "",
-            "D: COLMAP dataset (sparse), which is recognised but not supported yet; sup",
-        ),
-        ("cameras.txt", "", "D: COLMAP dataset (cameras.txt), which"),
-    ] {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join(file), text).unwrap();
-        let message = refusal(folder.path());
-        assert!(message.starts_with(start), "{message}");
-    }
-}
-
-#[test]
 fn json_files_that_are_wrong() {
     let frame =
         |pose: &str| format!(r#"[{{"file_path": "train/r_0", "transform_matrix": {pose}}}]"#);

@@ -85,8 +85,7 @@ pub(super) fn list(folder: &Path, split: Split) -> Result<Listing, DatasetError>
         let path = relative_path(&frame.file_path);
         match pose::from_rows(&frame.transform_matrix) {
             Ok(pose) => {
-                let lens = Lens::Pinhole;
-                frames.push(Frame { path, pose, intrinsics, lens, mask: None, alpha: None });
+                frames.push(Frame::new(path, pose, intrinsics, Lens::Pinhole));
             }
             Err(problem) => {
                 let name = frame.file_path;

@@ -61,8 +61,7 @@ pub(super) fn views(
         if mask.as_ref().is_some_and(|mask| mask.iter().all(|counts| *counts == 0)) {
             return Err(DatasetError::NothingCounts { image: folder.join(name) });
         }
-        let lens = frame.lens;
-        views.push(View { name, camera, lens, rgba: image.rgba, mask, depth: None, behind: None });
+        views.push(View { lens: frame.lens, mask, ..View::new(name, camera, image.rgba) });
     }
     let count = unreadable.len();
     let mut unreadable = unreadable.into_iter();
@@ -135,19 +134,28 @@ fn decode(folder: &Path, name: &str, frame: &Frame, factor: u32) -> Result<Decod
     }
     let mask = match &frame.mask {
         None => None,
-        Some(Mask { path, black_counts }) => {
+        Some(Mask { path, black_counts, may_be_larger }) => {
             let path = folder.join(path);
             let mask = images::decode(&path)?;
-            same_size(&path, &mask)?;
+            if !(*may_be_larger && is_larger(mask.size, size)) {
+                same_size(&path, &mask)?;
+            }
             let counts = |[r, g, b, _]: &[u8; 4]| {
                 let is_black = (r | g | b) == 0;
                 if is_black == *black_counts { 255 } else { 0 }
             };
-            let mask: Vec<u8> = mask.rgba.as_chunks().0.iter().map(counts).collect();
-            Some(images::downscaled_mask(size, &mask, factor))
+            let counts: Vec<u8> = mask.rgba.as_chunks().0.iter().map(counts).collect();
+            let smaller = size.map(|side| side / factor.max(1));
+            Some(images::downscaled_mask(mask.size, &counts, smaller))
         }
     };
     Ok(Decoded { size, image: image.downscaled(factor)?, mask })
+}
+
+/// Whether one size is a larger one of the same shape; a side may be rounded by a pixel.
+fn is_larger(size: [u32; 2], than: [u32; 2]) -> bool {
+    let ([w, h], [x, y]) = (size.map(u64::from), than.map(u64::from));
+    w > x && h > y && (w * y).abs_diff(h * x) <= w.max(h)
 }
 
 /// The mask without pixels at which the lens shows nothing.

@@ -129,8 +129,8 @@ fn frames(root: &Path, scene: &str) -> Result<(PathBuf, Vec<Frame>), DatasetErro
             DatasetError::Pose { file: file.clone(), frame: index, name: name.clone(), problem }
         })?;
         let stem = name.trim_end_matches(".txt");
-        let (path, lens) = (format!("{scene}/rgb/{stem}"), Lens::Pinhole);
-        frames.push(Frame { path, pose, intrinsics, lens, mask: None, alpha: None });
+        let path = format!("{scene}/rgb/{stem}");
+        frames.push(Frame::new(path, pose, intrinsics, Lens::Pinhole));
     }
     Ok((poses, frames))
 }

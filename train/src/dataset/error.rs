@@ -8,7 +8,7 @@ use crate::pose::PoseProblem;
 
 /// What can be read.
 const CONVENTIONS: &str = "transforms_train.json (Blender), transforms.json (instant-ngp, nerfstudio), \
-     poses_bounds.npy with images (LLFF), train/SCENE/{rgb,pose,intrinsics.txt} (DeepVoxels)";
+     poses_bounds.npy with images (LLFF), sparse/0 with images (COLMAP), train/SCENE/{rgb,pose,intrinsics.txt} (DeepVoxels)";
 
 /// Why a dataset was refused. Each message is one line.
 #[derive(Debug, thiserror::Error)]
@@ -50,19 +50,6 @@ pub enum DatasetError {
         found: String,
         /// A folder inside which holds a dataset.
         inside: Option<String>,
-    },
-    /// A convention that cannot be read yet.
-    #[error(
-        "{}: {convention} dataset ({sign}), which is recognised but not supported yet; supported: {CONVENTIONS}",
-        one_line(.path)
-    )]
-    NotSupported {
-        /// The file or folder.
-        path: PathBuf,
-        /// The convention's name.
-        convention: &'static str,
-        /// What it was recognised by.
-        sign: String,
     },
     /// The dataset has no such split.
     #[error("{}: not there, so there is no {split} split; this dataset has {has}", one_line(.file))]
@@ -262,6 +249,14 @@ pub enum DatasetError {
         /// What it should hold.
         expected: &'static str,
     },
+    /// A file of a COLMAP model is wrong.
+    #[error("{}: {}; write the model again with COLMAP", one_line(.file), escape(.problem))]
+    Colmap {
+        /// The file.
+        file: PathBuf,
+        /// What was found, and what was expected.
+        problem: String,
+    },
     /// More than one scene.
     #[error("{}: several scenes: {}; give the folder of one, as train/SCENE", one_line(.folder), escape(.scenes))]
     Scenes {
@@ -278,8 +273,8 @@ pub enum DatasetError {
         /// The names that there are.
         scenes: String,
     },
-    /// An LLFF capture without images.
-    #[error("{}: no folder of images; expected images, or images_4 and the like, beside poses_bounds.npy", one_line(.0))]
+    /// A capture without images.
+    #[error("{}: no folder of images; expected images, or images_4 and the like, in this folder", one_line(.0))]
     NoImageFolder(PathBuf),
     /// Images and poses differ in number.
     #[error(

@@ -21,6 +21,7 @@ impl Dataset {
         };
         let hash = part(hash, 1, self.bounds.as_ref().map_or(&[], |bounds| &bounds[..]));
         let hash = part(hash, 2, self.aabb.as_ref().map_or(&[], |aabb| aabb.as_flattened()));
+        let hash = part(hash, 5, self.reach.as_ref().map_or(&[], |reach| reach.as_flattened()));
         let hash = part(hash, 4, self.background.as_ref().map_or(&[], |color| &color[..]));
         if self.forward_facing { mix(hash, 3) } else { hash }
     }

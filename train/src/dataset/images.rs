@@ -171,9 +171,8 @@ impl Image {
     }
 }
 
-/// A mask made smaller like its image: a pixel counts if all under it do.
-pub(super) fn downscaled_mask([width, height]: [u32; 2], mask: &[u8], factor: u32) -> Vec<u8> {
-    let size = [width / factor.max(1), height / factor.max(1)];
+/// A mask made as small as its image: a pixel counts if all under it do.
+pub(super) fn downscaled_mask([width, height]: [u32; 2], mask: &[u8], size: [u32; 2]) -> Vec<u8> {
     let columns: Vec<_> = (0..size[0]).map(|x| shares(x, width, size[0])).collect();
     let mut small = Vec::with_capacity(size[0] as usize * size[1] as usize);
     for y in 0..size[1] {
@@ -227,10 +226,10 @@ mod tests {
     #[test]
     fn a_small_pixel_counts_where_all_under_it_do() {
         let mask = [255, 255, 0, 255, 255, 255, 255, 255];
-        assert_eq!(downscaled_mask([4, 2], &mask, 2), [255, 0]);
-        assert_eq!(downscaled_mask([4, 2], &mask, 1), mask);
+        assert_eq!(downscaled_mask([4, 2], &mask, [2, 1]), [255, 0]);
+        assert_eq!(downscaled_mask([4, 2], &mask, [4, 2]), mask);
         // 5 pixels become 2: the middle one is shared.
-        assert_eq!(downscaled_mask([5, 2], &[9, 9, 0, 9, 9, 9, 9, 9, 9, 9], 2), [0, 0]);
+        assert_eq!(downscaled_mask([5, 2], &[9, 9, 0, 9, 9, 9, 9, 9, 9, 9], [2, 1]), [0, 0]);
     }
 
     #[test]

@@ -28,6 +28,8 @@ pub(super) struct Listing {
     pub(super) bounds: Option<[f32; 2]>,
     /// The scene's box, smallest and largest corner.
     pub(super) aabb: Option<[[f32; 3]; 2]>,
+    /// The box around what opaque images show, where points of the scene are known.
+    pub(super) reach: Option<[[f32; 3]; 2]>,
     /// Colour behind opaque images.
     pub(super) background: Option<[f32; 3]>,
     /// Whether rays suit normalised device coordinates.
@@ -51,6 +53,13 @@ pub(super) struct Frame {
     pub(super) alpha: Option<String>,
 }
 
+impl Frame {
+    /// A frame of which nothing else is known.
+    pub(super) fn new(path: String, pose: [f32; 16], intrinsics: Intrinsics, lens: Lens) -> Self {
+        Self { path, pose, intrinsics, lens, mask: None, alpha: None }
+    }
+}
+
 /// An image that says which pixels count.
 #[derive(Clone, Debug)]
 pub(super) struct Mask {
@@ -58,6 +67,8 @@ pub(super) struct Mask {
     pub(super) path: String,
     /// Whether black pixels are those that count, or the others.
     pub(super) black_counts: bool,
+    /// Whether it may be as large as the image was before that was made smaller.
+    pub(super) may_be_larger: bool,
 }
 
 impl Listing {
@@ -79,6 +90,7 @@ impl Listing {
             factor: None,
             bounds: None,
             aabb: None,
+            reach: None,
             background: None,
             forward_facing: false,
             notes: Vec::new(),

@@ -7,18 +7,15 @@
 //! of all lies at 4/3, and turned so that the average camera is at the origin and looks
 //! along −z.
 
-mod folders;
-mod poses;
-
 use std::path::Path;
 
+use super::capture::{World, choose};
 use super::holdout::{HoldOut, kept};
 use super::intrinsics::{Focal, Intrinsics};
 use super::listing::{Frame, Listing};
-use super::{DatasetError, LoadOptions, Split, npy};
+use super::{DatasetError, LoadOptions, Split, images, npy};
 use crate::lens::Lens;
 use crate::pose;
-use poses::Captured;
 
 /// The convention's name in reports.
 const FORMAT: &str = "llff";
@@ -46,18 +43,19 @@ pub(super) fn list(
     if rows.is_empty() {
         return refuse("0 rows".to_owned());
     }
-    let images = folders::choose(folder, options.downscale_factor)?;
-    if images.names.len() != rows.len() {
+    let images = choose(folder, options.downscale_factor)?;
+    let names = images::names(&folder.join(&images.folder), &images::EXTENSIONS)?;
+    if names.len() != rows.len() {
         return Err(DatasetError::Count {
             folder: folder.join(&images.folder),
-            images: images.names.len(),
+            images: names.len(),
             file,
             poses: rows.len(),
         });
     }
     let mut frames = Vec::with_capacity(rows.len());
-    let mut captured = Captured::default();
-    for (index, (row, name)) in rows.iter().zip(&images.names).enumerate() {
+    let mut world = World::default();
+    for (index, (row, name)) in rows.iter().zip(&names).enumerate() {
         let path = format!("{}/{name}", images.folder);
         let at = |i: usize| row[i];
         // Right, up, back.
@@ -80,7 +78,8 @@ pub(super) fn list(
             return Err(DatasetError::Camera { file, frame: index, name: path, problem });
         }
         let half_angle = (0.5 * width.hypot(height) / focal).atan();
-        captured.push(&pose, half_angle, [near, far]);
+        world.push(&pose, half_angle);
+        world.see([near, far]);
         let pixels = Some(Focal::Pixels(focal));
         let intrinsics = Intrinsics {
             size: Some([width, height]),
@@ -89,14 +88,13 @@ pub(super) fn list(
             shared: true,
         };
         // The pose follows when the world has been turned.
-        let (pose, lens) = ([0.0; 16], Lens::Pinhole);
-        frames.push(Frame { path, pose, intrinsics, lens, mask: None, alpha: None });
+        frames.push(Frame::new(path, [0.0; 16], intrinsics, Lens::Pinhole));
     }
-    captured.recentre();
-    let looks_around = captured.looks_around();
+    world.recentre();
+    let looks_around = world.looks_around();
     let mut notes = images.notes;
     if options.spherify {
-        if !captured.spherify() {
+        if !world.spherify() {
             return Err(DatasetError::NoMiddle(file));
         }
     } else if looks_around {
@@ -106,7 +104,7 @@ pub(super) fn list(
                 .to_owned(),
         );
     }
-    for (index, (frame, pose)) in frames.iter_mut().zip(captured.poses()).enumerate() {
+    for (index, (frame, pose)) in frames.iter_mut().zip(world.poses()).enumerate() {
         frame.pose = match pose::from_list(&pose) {
             Ok(pose) => pose,
             Err(problem) => {
@@ -119,7 +117,7 @@ pub(super) fn list(
     Ok(Listing {
         is_one_set: true,
         factor: Some(images.factor),
-        bounds: Some(captured.bounds()),
+        bounds: Some(world.bounds()),
         forward_facing: !looks_around && !options.spherify,
         notes,
         ..Listing::new(FORMAT, FILE.to_owned(), file, frames)

@@ -3,6 +3,8 @@
 //! One file per convention, recognised by content.
 
 mod blender;
+mod capture;
+mod colmap;
 mod decode;
 mod deepvoxels;
 mod error;
@@ -86,11 +88,12 @@ pub fn load_with(
     let downscale_factor = listing.factor.unwrap_or(options.downscale_factor);
     let options = &LoadOptions { downscale_factor, ..*options };
     let (views, unreadable) = decode::views(&listing, options)?;
-    let Listing { format, bounds, aabb, background, forward_facing, mut notes, .. } = listing;
+    let Listing { format, bounds, aabb, reach, background, .. } = listing;
+    let (forward_facing, mut notes) = (listing.forward_facing, listing.notes);
     notes.extend(unreadable);
     let dataset = Dataset::new(path.display().to_string(), format, split, views);
     notes.extend_from_slice(&dataset.notes);
-    Ok(Dataset { bounds, aabb, background, forward_facing, notes, ..dataset })
+    Ok(Dataset { bounds, aabb, reach, background, forward_facing, notes, ..dataset })
 }
 
 /// Camera-to-world poses of all frames of the dataset in the folder `path`, of all its splits. No
@@ -114,6 +117,7 @@ fn list(path: &Path, split: Split, options: &LoadOptions) -> Result<Listing, Dat
         Convention::Blender => blender::list(path, split)?,
         Convention::Transforms => transforms::list(path, split, options)?,
         Convention::Llff => llff::list(path, split, options)?,
+        Convention::Colmap => colmap::list(path, split, options)?,
         Convention::DeepVoxels => deepvoxels::list(path, split)?,
     };
     if listing.folder.as_os_str().is_empty() {
@@ -210,6 +214,8 @@ pub struct Dataset {
     pub bounds: Option<[f32; 2]>,
     /// The scene's box, smallest and largest corner, where the dataset says.
     pub aabb: Option<[[f32; 3]; 2]>,
+    /// The box around what opaque images show, where points of the scene are known.
+    pub reach: Option<[[f32; 3]; 2]>,
     /// The colour that opaque images show where nothing is, where the dataset says, or their
     /// [edges](Self::cut_out) do.
     pub background: Option<[f32; 3]>,
@@ -247,6 +253,7 @@ impl Dataset {
             has_alpha,
             bounds: None,
             aabb: None,
+            reach: None,
             background: None,
             forward_facing: false,
             notes,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{DatasetError, Split, blender, deepvoxels, llff, transforms};
+use super::{DatasetError, Split, blender, colmap, deepvoxels, llff, transforms};
 
 /// A convention that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +15,8 @@ pub(super) enum Convention {
     Llff,
     /// `{train,validation,test}/SCENE/intrinsics.txt`.
     DeepVoxels,
+    /// `sparse/0/{cameras,images,points3D}.bin` and the like.
+    Colmap,
 }
 
 /// Looks into the folder and names its convention.
@@ -33,15 +35,10 @@ pub(super) fn recognise(folder: &Path) -> Result<Convention, DatasetError> {
     if let Some(convention) = readable(folder) {
         return Ok(convention);
     }
-    Err(match other_convention(folder) {
-        Some((convention, sign)) => {
-            DatasetError::NotSupported { path: folder.to_owned(), convention, sign }
-        }
-        None => DatasetError::NotRecognised {
-            folder: folder.to_owned(),
-            found: some_of(&names),
-            inside: names.into_iter().find(|name| readable(&folder.join(name)).is_some()),
-        },
+    Err(DatasetError::NotRecognised {
+        folder: folder.to_owned(),
+        found: some_of(&names),
+        inside: names.into_iter().find(|name| readable(&folder.join(name)).is_some()),
     })
 }
 
@@ -87,14 +84,8 @@ fn readable(folder: &Path) -> Option<Convention> {
     let mut all = blender.into_iter().chain(others);
     let by_file = all.find(|(file, _)| folder.join(file).is_file());
     let deep_voxels = || deepvoxels::find(folder).map(|_| Convention::DeepVoxels);
-    by_file.map(|(_, convention)| convention).or_else(deep_voxels)
-}
-
-/// Conventions that are known by their files but not read.
-fn other_convention(folder: &Path) -> Option<(&'static str, String)> {
-    let colmap = ["sparse", "colmap/sparse", "cameras.bin", "cameras.txt"];
-    let found = colmap.into_iter().find(|file| folder.join(file).exists());
-    found.map(|file| ("COLMAP", file.to_owned()))
+    let colmap = || colmap::is_capture(folder).then_some(Convention::Colmap);
+    by_file.map(|(_, convention)| convention).or_else(deep_voxels).or_else(colmap)
 }
 
 /// The names in a folder, sorted.

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::{Split, View, blender};
+use crate::json::escape;
 use crate::lens::Lens;
 use crate::output::{OutputError, write_atomic};
 use crate::picture::image_file::{write_rgb, write_rgba};
@@ -18,6 +19,11 @@ use crate::picture::image_file::{write_rgb, write_rgba};
 /// # Errors
 /// One line that names the file.
 pub fn write(folder: &Path, split: Split, views: &[View]) -> Result<(), OutputError> {
+    let file = folder.join(blender::file_name(split));
+    let is_known = |lens: &Lens| ["pinhole", "opencv", "fisheye"].contains(&lens.name());
+    if let Some(View { name, lens, .. }) = views.iter().find(|view| !is_known(&view.lens)) {
+        return Err(OutputError::Lens { file, image: escape(name), lens: lens.name() });
+    }
     let images = folder.join(split.name());
     std::fs::create_dir_all(&images)
         .map_err(|source| OutputError::Refused { file: images.clone(), source })?;
@@ -31,7 +37,7 @@ pub fn write(folder: &Path, split: Split, views: &[View]) -> Result<(), OutputEr
     })?;
     let frames: Vec<Value> = views.iter().enumerate().map(|(i, v)| frame(split, i, v)).collect();
     let text = json!({ "frames": frames }).to_string();
-    write_atomic(&folder.join(blender::file_name(split)), text.as_bytes())
+    write_atomic(&file, text.as_bytes())
 }
 
 fn file_name(i: usize) -> String {
@@ -95,5 +101,11 @@ mod tests {
             let (own, read): (Vec<u8>, Vec<u8>) = (seen(own), seen(read));
             assert_eq!(own, read);
         }
+        views[0].lens = Lens::fov(0.9);
+        let refusal = write(folder.path(), Split::Test, &views).unwrap_err().to_string();
+        assert!(
+            refusal.contains("has a fov lens, expected pinhole, opencv or fisheye"),
+            "{refusal}"
+        );
     }
 }

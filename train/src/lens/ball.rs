@@ -31,43 +31,38 @@ impl Lens {
         let [x, y, z] = center;
         let distance = glam::DVec3::from(center).length();
         // What is seen, a radius on its plane or an angle, and how much of that on all sides.
-        let (at, spread, radial) = match self {
+        let (at, spread, bend) = match self {
             Self::Pinhole => return Shown::Unknown,
-            Self::OpenCv(lens) => {
+            Self::OpenCv(bend) => {
                 if z <= 2.0 * radius {
                     return if z > -radius { Shown::Unknown } else { Shown::Nothing };
                 }
                 let at = x.hypot(y) / z;
                 // A ball off the axis covers more than r / depth: by 1 / cos² at most.
-                (at, radius / (z - radius) * (1.0 + at * at), &lens.radial)
+                (at, radius / (z - radius) * (1.0 + at * at), bend)
             }
-            Self::Fisheye(lens) => {
+            Self::Fisheye(bend) => {
                 if distance <= 2.0 * radius {
                     return Shown::Unknown;
                 }
-                (x.hypot(y).atan2(z), (radius / distance).asin(), &lens.radial)
+                (x.hypot(y).atan2(z), (radius / distance).asin(), bend)
             }
         };
-        if at - spread > radial.limit {
+        let limit = bend.radial.limit;
+        if at - spread > limit {
             return Shown::Nothing;
         }
         let end = at + spread;
         let stretch = match self {
-            Self::Pinhole => 1.0,
-            Self::OpenCv(lens) => {
-                let [p1, p2] = lens.tangential;
-                radial.steepest(end) + 8.0 * (p1.abs() + p2.abs()) * end
-            }
+            Self::Pinhole | Self::OpenCv(_) => bend.steepest(end),
             // Around the axis, a circle's circumference is that of sin θ.
             Self::Fisheye(_) if end < 0.75 * std::f64::consts::PI => {
-                radial.steepest(end) * (end / end.sin()).max(1.0)
+                bend.steepest(end) * (end / end.sin()).max(1.0)
             }
             Self::Fisheye(_) => f64::INFINITY,
         };
         match self.distort(center) {
-            Some(at) if end <= radial.limit && stretch.is_finite() => {
-                Shown::Disc(at, stretch * spread)
-            }
+            Some(at) if end <= limit && stretch.is_finite() => Shown::Disc(at, stretch * spread),
             _ => Shown::Unknown,
         }
     }

@@ -6,13 +6,17 @@
 //! a ray needs the inverse, which is found step by step and checked.
 
 mod ball;
+mod bend;
 mod radial;
 mod render;
+
+use std::f64::consts::PI;
 
 use pocketnerf_core::{Camera, Ray};
 
 pub(crate) use ball::Rectangle;
-use radial::Radial;
+pub use bend::Bend;
+use radial::{Curve, Radial};
 pub(crate) use render::render_through;
 
 /// What lies between a pinhole camera and the world.
@@ -21,30 +25,19 @@ pub enum Lens {
     /// Nothing.
     #[default]
     Pinhole,
-    /// OpenCV's: radial and tangential.
-    OpenCv(OpenCv),
-    /// OpenCV's fisheye: an image point's radius is a polynomial of the angle.
-    Fisheye(Fisheye),
-}
-
-/// With r² = x² + y² and d = 1 + k₁ r² + k₂ r⁴ + k₃ r⁶ + k₄ r⁸, the direction
-/// (x, y, 1) is seen at (x d + 2 p₁ x y + p₂ (r² + 2 x²), y d + p₁ (r² + 2 y²) + 2 p₂ x y).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OpenCv {
-    radial: Radial,
-    tangential: [f64; 2],
-}
-
-/// A direction at the angle θ from the axis is seen at the radius
-/// θ (1 + k₁ θ² + k₂ θ⁴ + k₃ θ⁶ + k₄ θ⁸), on the same side.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fisheye {
-    radial: Radial,
+    /// As OpenCV's: the point (x, y) at which a pinhole camera shows the direction
+    /// (x, y, 1) moves.
+    OpenCv(Bend),
+    /// As OpenCV's fisheye: a direction at the angle θ from the axis is shown at the
+    /// radius θ on its side, and that point moves.
+    Fisheye(Bend),
 }
 
 /// The largest angle from the axis that an OpenCV lens shows: a plane has no image
 /// of more.
-const WIDEST: f64 = 89.0 / 180.0 * std::f64::consts::PI;
+const WIDEST: f64 = 89.0 / 180.0 * PI;
+/// Below this |ω|, radians, the field-of-view lens moves no point that can be told.
+const NO_FOV: f64 = 1e-6;
 /// Newton's steps at most; usual lenses take three.
 const STEPS: usize = 20;
 /// An image point is found if the lens shows what was found so near to it: far
@@ -52,40 +45,85 @@ const STEPS: usize = 20;
 const CLOSE: f64 = 1e-9;
 
 impl Lens {
-    /// OpenCV's lens; [`Lens::Pinhole`] where all coefficients are 0.
+    /// OpenCV's lens: radial d = 1 + k₁ r² + k₂ r⁴ + k₃ r⁶ + k₄ r⁸, and tangential.
+    /// [`Lens::Pinhole`] where all coefficients are 0.
     #[must_use]
     pub fn open_cv(k: [f64; 4], p: [f64; 2]) -> Self {
         if k == [0.0; 4] && p == [0.0; 2] {
             return Self::Pinhole;
         }
-        Self::OpenCv(OpenCv { radial: Radial::new(k, WIDEST, f64::tan), tangential: p })
+        Self::on_a_plane(Curve::Polynomial(k), p)
     }
 
-    /// OpenCV's fisheye lens; without coefficients the equidistant one.
+    /// OpenCV's rational lens: d = (1 + k₁ r² + k₂ r⁴ + k₃ r⁶) / (1 + k₄ r² + k₅ r⁴ + k₆ r⁶),
+    /// and tangential.
+    #[must_use]
+    pub fn full_open_cv([k1, k2, k3, below @ ..]: [f64; 6], p: [f64; 2]) -> Self {
+        if below == [0.0; 3] {
+            return Self::open_cv([k1, k2, k3, 0.0], p);
+        }
+        Self::on_a_plane(Curve::Rational([k1, k2, k3], below), p)
+    }
+
+    /// The field-of-view lens of Devernay and Faugeras: r moves to atan(2 r tan(ω / 2)) / ω,
+    /// with ω in radians, below π on both sides of 0.
+    #[must_use]
+    pub fn fov(omega: f64) -> Self {
+        if omega.abs() < NO_FOV {
+            return Self::Pinhole;
+        }
+        Self::on_a_plane(Curve::Fov(omega), [0.0; 2])
+    }
+
+    fn on_a_plane(curve: Curve, tangential: [f64; 2]) -> Self {
+        let bend = Bend::radial(Radial::new(curve, WIDEST, f64::tan));
+        Self::OpenCv(Bend { tangential, ..bend })
+    }
+
+    /// OpenCV's fisheye lens: the radius is θ (1 + k₁ θ² + k₂ θ⁴ + k₃ θ⁶ + k₄ θ⁸); without
+    /// coefficients the equidistant one.
     #[must_use]
     pub fn fisheye(k: [f64; 4]) -> Self {
-        Self::Fisheye(Fisheye { radial: Radial::new(k, std::f64::consts::PI, |angle| angle) })
+        Self::thin_prism_fisheye(k, [0.0; 2], [0.0; 2])
     }
 
-    /// `pinhole`, `opencv` or `fisheye`.
+    /// The same with tangential coefficients p and those of a thin prism, s.
     #[must_use]
-    pub const fn name(&self) -> &'static str {
+    pub fn thin_prism_fisheye(k: [f64; 4], p: [f64; 2], s: [f64; 2]) -> Self {
+        let radial = Radial::new(Curve::Polynomial(k), PI, |angle| angle);
+        Self::Fisheye(Bend { radial, tangential: p, prism: s })
+    }
+
+    /// `pinhole`, `opencv`, `full-opencv`, `fov`, `fisheye` or `thin-prism-fisheye`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
         match self {
             Self::Pinhole => "pinhole",
-            Self::OpenCv(_) => "opencv",
-            Self::Fisheye(_) => "fisheye",
+            Self::OpenCv(bend) => match bend.radial.curve {
+                Curve::Polynomial(_) => "opencv",
+                Curve::Rational(..) => "full-opencv",
+                Curve::Fov(_) => "fov",
+            },
+            Self::Fisheye(bend) if bend.is_radial() => "fisheye",
+            Self::Fisheye(_) => "thin-prism-fisheye",
         }
     }
 
-    /// Coefficients: k₁ to k₄, p₁, p₂.
+    /// Coefficients: k₁ to k₄ (k₆ of a rational lens) or ω, p₁, p₂, and s₁ and s₂ of a thin
+    /// prism.
     #[must_use]
-    pub const fn coefficients(&self) -> [f64; 6] {
-        let ([k1, k2, k3, k4], [p1, p2]) = match self {
-            Self::Pinhole => ([0.0; 4], [0.0; 2]),
-            Self::OpenCv(lens) => (lens.radial.k, lens.tangential),
-            Self::Fisheye(lens) => (lens.radial.k, [0.0; 2]),
+    pub fn coefficients(&self) -> Vec<f64> {
+        let (Self::OpenCv(bend) | Self::Fisheye(bend)) = self else { return Vec::new() };
+        let mut all = match bend.radial.curve {
+            Curve::Polynomial(k) => k.to_vec(),
+            Curve::Rational(k, below) => [k, below].concat(),
+            Curve::Fov(omega) => vec![omega],
         };
-        [k1, k2, k3, k4, p1, p2]
+        all.extend(bend.tangential);
+        if bend.prism != [0.0; 2] {
+            all.extend(bend.prism);
+        }
+        all
     }
 
     /// Where a direction is shown, normalised; `None` where the lens does not show it:
@@ -94,15 +132,14 @@ impl Lens {
     pub fn distort(&self, [x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
         match self {
             Self::Pinhole => (z > 0.0).then(|| [x / z, y / z]),
-            Self::OpenCv(lens) => {
-                let [x, y] = [x / z, y / z];
-                (z > 0.0 && x.hypot(y) <= lens.radial.limit).then(|| lens.apply([x, y]))
-            }
-            Self::Fisheye(lens) => {
+            Self::OpenCv(bend) if z > 0.0 => bend.distort([x / z, y / z]),
+            Self::OpenCv(_) => None,
+            Self::Fisheye(bend) => {
                 let radius = x.hypot(y);
                 let angle = radius.atan2(z);
-                let scale = if radius > 0.0 { lens.radial.at(angle) / radius } else { 0.0 };
-                (angle <= lens.radial.limit).then_some([x * scale, y * scale])
+                let scale = if radius > 0.0 { angle / radius } else { 0.0 };
+                // Straight behind there is no side.
+                if angle < PI { bend.distort([x * scale, y * scale]) } else { None }
             }
         }
     }
@@ -114,14 +151,14 @@ impl Lens {
     pub fn undistort(&self, [x, y]: [f64; 2]) -> ([f64; 3], bool) {
         match self {
             Self::Pinhole => ([x, y, 1.0], true),
-            Self::OpenCv(lens) => {
-                let ([x, y], found) = lens.invert([x, y]);
+            Self::OpenCv(bend) => {
+                let ([x, y], found) = bend.invert([x, y]);
                 ([x, y, 1.0], found)
             }
-            Self::Fisheye(lens) => {
-                let radius = x.hypot(y);
-                let (angle, found) = lens.radial.invert(radius);
-                let side = if radius > 0.0 { angle.sin() / radius } else { 0.0 };
+            Self::Fisheye(bend) => {
+                let ([x, y], found) = bend.invert([x, y]);
+                let angle = x.hypot(y);
+                let side = if angle > 0.0 { angle.sin() / angle } else { 0.0 };
                 ([x * side, y * side, angle.cos()], found)
             }
         }
@@ -179,46 +216,6 @@ fn seen_from(camera: &Camera, p: [f32; 3]) -> [f64; 3] {
     let d = [0, 1, 2].map(|a| f64::from(p[a]) - m[4 * a + 3]);
     let along = |c: usize| d[0] * m[c] + d[1] * m[4 + c] + d[2] * m[8 + c];
     [along(0), -along(1), -along(2)]
-}
-
-impl OpenCv {
-    fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let [p1, p2] = self.tangential;
-        let s = x * x + y * y;
-        let d = self.radial.factor(s);
-        [
-            x * d + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
-            y * d + p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y,
-        ]
-    }
-
-    /// The point that is shown there: the radial part alone, then Newton's method.
-    fn invert(&self, shown: [f64; 2]) -> ([f64; 2], bool) {
-        let radius = shown[0].hypot(shown[1]);
-        let (r, found) = self.radial.invert(radius);
-        let first = shown.map(|v| if radius > 0.0 { v * (r / radius) } else { v });
-        if self.tangential == [0.0; 2] {
-            return (first, found);
-        }
-        let [p1, p2] = self.tangential;
-        let [mut x, mut y] = first;
-        for _ in 0..STEPS {
-            let at = self.apply([x, y]);
-            let [ex, ey] = [at[0] - shown[0], at[1] - shown[1]];
-            if ex.abs().max(ey.abs()) < CLOSE && x.hypot(y) <= self.radial.limit {
-                return ([x, y], true);
-            }
-            let s = x * x + y * y;
-            let (d, slope) = (self.radial.factor(s), 2.0 * self.radial.factor_slope(s));
-            let xx = d + slope * x * x + 2.0 * p1 * y + 6.0 * p2 * x;
-            let yy = d + slope * y * y + 6.0 * p1 * y + 2.0 * p2 * x;
-            let xy = slope * x * y + 2.0 * p1 * x + 2.0 * p2 * y;
-            let determinant = xx * yy - xy * xy;
-            x -= (yy * ex - xy * ey) / determinant;
-            y -= (xx * ey - xy * ex) / determinant;
-        }
-        (first, false)
-    }
 }
 
 #[cfg(test)]

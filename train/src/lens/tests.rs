@@ -10,6 +10,14 @@ fn fisheye() -> Lens {
     Lens::fisheye([-0.02, 0.013, -0.004, 0.0007])
 }
 
+fn full_open_cv() -> Lens {
+    Lens::full_open_cv([0.1, -0.05, 0.02, 0.12, -0.03, 0.01], [0.001, -0.002])
+}
+
+fn thin_prism_fisheye() -> Lens {
+    Lens::thin_prism_fisheye([0.02, -0.01, 0.003, -0.0004], [0.002, -0.001], [0.003, 0.004])
+}
+
 fn near(a: [f64; 2], b: [f64; 2]) -> bool {
     (0..2).all(|i| (a[i] - b[i]).abs() < 1e-12)
 }
@@ -108,7 +116,8 @@ fn camera() -> Camera {
 #[test]
 fn rays_lead_back_to_their_pixels() {
     let camera = camera();
-    for lens in [open_cv(), fisheye(), Lens::fisheye([0.0; 4])] {
+    let others = [full_open_cv(), Lens::fov(1.1), Lens::fov(-0.4), thin_prism_fisheye()];
+    for lens in [open_cv(), fisheye(), Lens::fisheye([0.0; 4])].into_iter().chain(others) {
         for (x, y) in [(0.5, 0.5), (29.0, 25.0), (60.5, 0.5), (13.25, 40.0), (60.5, 46.5)] {
             let ray = lens.ray(&camera, x, y);
             let length: f32 = ray.direction.iter().map(|d| d * d).sum();
@@ -131,6 +140,9 @@ fn rectangles_hold_their_balls() {
         fisheye(),
         Lens::fisheye([0.0; 4]),
         Lens::open_cv([-0.2, 0.03, 0.0, 0.0], [0.01, -0.02]),
+        full_open_cv(),
+        Lens::fov(1.1),
+        thin_prism_fisheye(),
     ];
     for lens in lenses {
         let (mut within, mut inside, mut tight) = (0, 0, 0);
@@ -162,4 +174,57 @@ fn rectangles_hold_their_balls() {
         assert!(within > 100 && inside > 20, "{lens:?}: {within} {inside}");
         assert!(4 * tight > 3 * inside, "{lens:?}: {inside} {tight}");
     }
+}
+
+/// What a lens shows somewhere, undistorted and distorted again, is there: over all of a picture
+/// that is 90 degrees wide, and more with fisheyes. Where it shows nothing it says so.
+#[test]
+fn distorting_undoes_undistorting() {
+    let lenses = [
+        open_cv(),
+        fisheye(),
+        full_open_cv(),
+        Lens::full_open_cv([2.0, 1.0, 0.1, 2.1, 1.0, 0.2], [0.0; 2]),
+        Lens::fov(1.1),
+        Lens::fov(-2.5),
+        thin_prism_fisheye(),
+        Lens::thin_prism_fisheye([0.0; 4], [0.0; 2], [0.05, -0.03]),
+    ];
+    for lens in lenses {
+        let mut shown = 0;
+        for (i, j) in (-20..=20).flat_map(|i| (-20..=20).map(move |j| (i, j))) {
+            let point = [f64::from(i) * 0.05, f64::from(j) * 0.05];
+            let (direction, is_shown) = lens.undistort(point);
+            shown += u32::from(is_shown);
+            let again = lens.distort(direction);
+            let off = again.map_or(1.0, |again| (again[0] - point[0]).hypot(again[1] - point[1]));
+            assert!(!is_shown || off < 2e-9, "{lens:?}: {point:?} {direction:?} {again:?}");
+        }
+        // FOV: nothing beyond atan(2 tan(omega / 2) tan 89°) / omega, 0.62 for omega 2.5.
+        let least = if lens == Lens::fov(-2.5) { 400 } else { 1500 };
+        assert!(shown > least, "{lens:?}: {shown}");
+    }
+}
+
+/// The denominator 1 - 0.5 r² is 0 at r = √2: there and farther out nothing is shown.
+#[test]
+fn a_rational_lens_ends_at_its_pole() {
+    let lens = Lens::full_open_cv([0.0, 0.0, 0.0, -0.5, 0.0, 0.0], [0.0; 2]);
+    // 1.4 / (1 - 0.98)
+    let [x, _] = lens.distort([1.4, 0.0, 1.0]).unwrap();
+    assert!((x - 70.0).abs() < 1e-9, "{x}");
+    assert_eq!(lens.distort([1.42, 0.0, 1.0]), None);
+    let ([x, ..], is_shown) = lens.undistort([70.0, 0.0]);
+    assert!(is_shown && (x - 1.4).abs() < 1e-9, "{x}");
+}
+
+#[test]
+fn lenses_that_are_simpler_ones() {
+    let (k, p) = ([0.1, -0.05, 0.02], [0.001, 0.002]);
+    let full = Lens::full_open_cv([k[0], k[1], k[2], 0.0, 0.0, 0.0], p);
+    assert_eq!(full, Lens::open_cv([k[0], k[1], k[2], 0.0], p));
+    assert_eq!(Lens::fov(0.0), Lens::Pinhole);
+    let names = [full_open_cv(), Lens::fov(1.0), thin_prism_fisheye()].map(|lens| lens.name());
+    assert_eq!(names, ["full-opencv", "fov", "thin-prism-fisheye"]);
+    assert_eq!(thin_prism_fisheye().coefficients().len(), 8);
 }

@@ -25,13 +25,14 @@ pub(super) fn distances(poses: &[[f32; 16]], point: DVec3) -> [f32; 2] {
     [of.clone().fold(f32::INFINITY, f32::min), of.fold(0.0, f32::max)]
 }
 
-/// The box to look at: the dataset's own, or that of an object, from the cameras alone.
+/// The box to look at: the dataset's own, that of its points, or that of an object, from the
+/// cameras alone.
 /// Forward-facing captures have none.
 pub(super) fn scene_box(listing: &Listing) -> Option<[[f32; 3]; 2]> {
     if listing.forward_facing {
         return None;
     }
-    listing.aabb.or_else(|| {
+    listing.aabb.or(listing.reach).or_else(|| {
         // Only poses count.
         let camera = |pose| Camera::from_fov_x(1, 1, 1.0, pose);
         let cameras: Vec<Camera> = listing.frames.iter().map(|f| camera(f.pose)).collect();

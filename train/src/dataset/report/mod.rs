@@ -26,11 +26,14 @@ pub struct DatasetReport {
     pub recognised_by: String,
     /// Nearest and farthest depth, scene units, where the dataset says.
     pub bounds: Option<[f32; 2]>,
-    /// The scene's box, smallest and largest corner: the dataset's own, or what the
-    /// training cameras look at. Training narrows the latter where images have alpha.
+    /// The scene's box, smallest and largest corner: the dataset's own, the one around its
+    /// points, or what the training cameras look at. Where images have alpha, training finds
+    /// one that is as small as their silhouettes allow instead of the latter two.
     pub scene_box: Option<[[f32; 3]; 2]>,
     /// Whether it is the dataset's own.
     pub scene_box_given: bool,
+    /// Whether it is the one around its points.
+    pub scene_box_by_points: bool,
     /// Whether the cameras suit normalised device coordinates.
     pub forward_facing: bool,
     /// One image in so many is held out, if the dataset has no splits of its own.
@@ -131,6 +134,7 @@ pub fn inspect_with(path: &Path, options: &LoadOptions) -> Result<DatasetReport,
         bounds: first.bounds,
         scene_box,
         scene_box_given: first.aabb.is_some(),
+        scene_box_by_points: first.aabb.is_none() && first.reach.is_some(),
         forward_facing: first.forward_facing,
         hold_every: first.is_one_set.then_some(options.hold_every),
         images_left_out: first.left_out.clone(),

@@ -20,7 +20,11 @@ impl fmt::Display for DatasetReport {
         match (self.forward_facing, self.scene_box) {
             (true, _) => writeln!(f, "scene     forward-facing: no box, all lies along -z")?,
             (false, Some([low, high])) => {
-                let by = if self.scene_box_given { "the dataset says" } else { "by the cameras" };
+                let by = match (self.scene_box_given, self.scene_box_by_points) {
+                    (true, _) => "the dataset says",
+                    (false, true) => "by its points",
+                    (false, false) => "by the cameras",
+                };
                 writeln!(f, "scene     box from {} to {}, {by}", point(low), point(high))?;
             }
             (false, None) => {}

@@ -61,9 +61,9 @@ pub(super) fn read(
         })?;
         let mask = frame.mask_path.map(|path| {
             let path = relative_path(&path);
-            Mask { path, black_counts: false }
+            Mask { path, black_counts: false, may_be_larger: false }
         });
-        let frame_ = Frame { path, pose, intrinsics, lens, mask, alpha: None };
+        let frame_ = Frame { mask, ..Frame::new(path, pose, intrinsics, lens) };
         frames.push((frame_, frame.sharpness));
     }
     frames.sort_by(|(a, _), (b, _)| natural::compare(&a.path, &b.path));
@@ -113,7 +113,7 @@ pub(super) fn find_companions(folder: &Path, name: &str, frame: &mut Frame) {
     };
     if frame.mask.is_none() {
         let path = beside(format!("dynamic_mask_{stem}.png"));
-        frame.mask = path.map(|path| Mask { path, black_counts: true });
+        frame.mask = path.map(|path| Mask { path, black_counts: true, may_be_larger: false });
     }
     frame.alpha = beside(format!("{file}.alpha.{extension}"))
         .or_else(|| beside(format!("{stem}.alpha.{extension}")));

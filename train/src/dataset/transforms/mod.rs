@@ -16,10 +16,11 @@ use std::path::Path;
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::capture::with_images;
 use super::holdout::{HoldOut, kept};
-use super::listing::{Frame, Listing};
+use super::listing::Listing;
 use super::recognise::dialect;
-use super::{DatasetError, LoadOptions, Split, images};
+use super::{DatasetError, LoadOptions, Split};
 use crate::json::{self, Keys};
 use camera::RawCamera;
 use frames::RawFrame;
@@ -105,7 +106,9 @@ fn read(folder: &Path, name: &str) -> Result<(Listing, RawFile), DatasetError> {
         Some((format, sign)) => (format, format!("{name}: {sign}")),
         None => (FILE, name.to_owned()),
     };
-    let (frames, left_out) = with_images(folder, &file, found, &mut notes)?;
+    let (frames, left_out) = with_images(folder, &file, found, &mut notes, |name, frame| {
+        frames::find_companions(folder, name, frame);
+    })?;
     let aabb = aabb::scene_box(&raw, &file)?;
     let listing = Listing { aabb, left_out, notes, ..Listing::new(format, sign, file, frames) };
     Ok((listing, raw))
@@ -132,38 +135,4 @@ impl RawFile {
             }),
         }
     }
-}
-
-/// The frames that have an image, and the images that others lack.
-fn with_images(
-    folder: &Path,
-    file: &Path,
-    frames: Vec<Frame>,
-    notes: &mut Vec<String>,
-) -> Result<(Vec<Frame>, Vec<String>), DatasetError> {
-    let total = frames.len();
-    let (mut found, mut missing) = (Vec::with_capacity(total), Vec::new());
-    for mut frame in frames {
-        match images::find(folder, &frame.path) {
-            Some(name) => {
-                frames::find_companions(folder, &name, &mut frame);
-                frame.path = name;
-                found.push(frame);
-            }
-            None => missing.push(frame.path),
-        }
-    }
-    let Some(first) = missing.first() else { return Ok((found, missing)) };
-    if 2 * missing.len() > total {
-        let image = folder.join(first);
-        let (file, missing) = (file.to_owned(), missing.len());
-        return Err(DatasetError::MissingImage { image, file, missing, total });
-    }
-    notes.push(format!(
-        "{} of the {total} frames in {} have no image (first: {}): they are left out",
-        missing.len(),
-        json::one_line(file),
-        json::escape(first)
-    ));
-    Ok((found, missing))
 }

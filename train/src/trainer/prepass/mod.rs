@@ -63,7 +63,9 @@ pub fn run(
         config.aabb = None;
         return prepared(source, None, Space::Ndc(ndc), config, (simd, deadline));
     }
-    config.aabb = config.aabb.or(dataset.aabb);
+    // Silhouettes say more than points do.
+    let reach = dataset.reach.filter(|_| !has_alpha);
+    config.aabb = config.aabb.or(dataset.aabb).or(reach);
     let hull = has_alpha.then(|| VisualHull::before(&source, deadline));
     let (space, source) = match (config.aabb, &hull) {
         (Some([min, max]), _) => (Space::Box { min, max }, source),

@@ -22,7 +22,7 @@ pub(in crate::commands) struct Train {
     /// Dataset folder, or `builtin` or `builtin:NAME`: a built-in scene
     ///
     /// Reads Blender (transforms_train.json), instant-ngp and nerfstudio (transforms.json),
-    /// LLFF (poses_bounds.npy) and DeepVoxels.
+    /// COLMAP (sparse/0 and the like), LLFF (poses_bounds.npy) and DeepVoxels.
     ///
     /// NAME: still-life (as without a name), wires, glossy, glass, foliage, fog, white or room.
     pub(super) data: PathBuf,

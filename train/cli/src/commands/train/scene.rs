@@ -19,6 +19,10 @@ pub(super) enum SpaceKind {
     Ndc,
 }
 
+/// Nothing is nearer to a camera than this share of the nearest depth that a dataset knows: fog
+/// before a camera would explain its photograph as well as the scene does.
+const NEAREST: f32 = 0.5;
+
 /// Whether photographs are evened out.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Exposure {
@@ -49,15 +53,16 @@ fn word(value: &impl ValueEnum) -> String {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Scene")]
 pub(super) struct SceneOptions {
-    /// Coordinates of the scene [default: ndc for forward-facing LLFF captures, else box]
+    /// Coordinates of the scene [default: ndc for forward-facing captures of LLFF and COLMAP,
+    /// else box]
     #[arg(long, value_enum, value_name = "KIND")]
     pub(super) space: Option<SpaceKind>,
-    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1 [default: the dataset's own, or found from cameras,
-    /// silhouettes and a small field]
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1 [default: the dataset's own, or found from points,
+    /// cameras, silhouettes and a small field]
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     pub(super) aabb: Option<[[f32; 3]; 2]>,
-    /// Ignore what is nearer to a camera, scene units [default: 0]; with --space ndc what is
-    /// nearer to the plane z = 0 [default: 1]
+    /// Ignore what is nearer to a camera, scene units [default: half the nearest depth where the
+    /// dataset says it, else 0]; with --space ndc what is nearer to the plane z = 0 [default: 1]
     #[arg(long, value_name = "N")]
     pub(super) near: Option<f32>,
     /// Ignore what is farther from a camera, scene units [default: no limit]
@@ -93,7 +98,9 @@ impl SceneOptions {
         config.aabb = self.aabb;
         config.ndc = self.ndc(dataset)?;
         if config.ndc.is_none() {
-            config.near = self.near.unwrap_or(config.near);
+            let known = dataset.bounds.map(|[near, _]| NEAREST * near);
+            let known = known.filter(|near| self.far.is_none_or(|far| *near < far));
+            config.near = self.near.or(known).unwrap_or(config.near);
             config.far = self.far;
         }
         // Images with alpha are on white in the original NeRF.

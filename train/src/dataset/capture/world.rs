@@ -10,31 +10,48 @@ use crate::cameras::nearest_to_axes;
 /// coordinates, which is at 1.
 const NEAREST: f64 = 1.0 / 0.75;
 
-/// Poses and depths.
-#[derive(Debug, Default)]
-pub(super) struct Captured {
+/// Poses, depths and points.
+#[derive(Debug)]
+pub(in crate::dataset) struct World {
     poses: Vec<DMat4>,
     /// Angle between a camera's axis and its pictures' corners.
     half_angles: Vec<f64>,
+    /// What is known to be somewhere.
+    points: Vec<DVec3>,
     near: f64,
     far: f64,
 }
 
-impl Captured {
-    /// Adds a camera: 16 numbers, row after row, the angle between its axis and its
-    /// picture's corners, and its depths.
-    pub(super) fn push(&mut self, pose: &[f64], half_angle: f64, [near, far]: [f64; 2]) {
+impl Default for World {
+    fn default() -> Self {
+        let (poses, half_angles, points) = (Vec::new(), Vec::new(), Vec::new());
+        Self { poses, half_angles, points, near: f64::INFINITY, far: 0.0 }
+    }
+}
+
+impl World {
+    /// Adds a camera: 16 numbers, row after row, and the angle between its axis and its
+    /// picture's corners.
+    pub(in crate::dataset) fn push(&mut self, pose: &[f64], half_angle: f64) {
         let rows: [f64; 16] = std::array::from_fn(|i| pose[i]);
-        let first = self.poses.is_empty();
         self.poses.push(DMat4::from_cols_array(&rows).transpose());
         self.half_angles.push(half_angle);
-        self.near = if first { near } else { self.near.min(near) };
-        self.far = if first { far } else { self.far.max(far) };
+    }
+
+    /// Adds the depths between which a camera sees something.
+    pub(in crate::dataset) fn see(&mut self, [near, far]: [f64; 2]) {
+        self.near = self.near.min(near);
+        self.far = self.far.max(far);
+    }
+
+    /// Adds points of the scene.
+    pub(in crate::dataset) fn add_points(&mut self, points: impl IntoIterator<Item = DVec3>) {
+        self.points.extend(points);
     }
 
     /// Scales the world so that the nearest depth is [`NEAREST`], and moves the average
     /// camera to the origin, looking along −z.
-    pub(super) fn recentre(&mut self) {
+    pub(in crate::dataset) fn recentre(&mut self) {
         self.scale(NEAREST / self.near);
         let sum = |axis: usize| self.poses.iter().map(|p| p.col(axis).truncate()).sum::<DVec3>();
         let back = sum(2).normalize_or(DVec3::Z);
@@ -47,7 +64,7 @@ impl Captured {
     /// Moves the point that all cameras look at to the origin, the side that they are on
     /// to +z, and scales the world so that their root mean square distance is 1. False,
     /// and nothing done, where they do not look at a point.
-    pub(super) fn spherify(&mut self) -> bool {
+    pub(in crate::dataset) fn spherify(&mut self) -> bool {
         let poses: Vec<[f32; 16]> =
             self.poses().map(|pose| std::array::from_fn(|i| pose[i] as f32)).collect();
         let Some(center) = nearest_to_axes(&poses) else { return false };
@@ -63,15 +80,27 @@ impl Captured {
         let right = DVec3::new(0.1, 0.2, 0.3).cross(up);
         let right = right.normalize_or(up.any_orthonormal_vector());
         self.see_from(right, up.cross(right), up, center);
-        let squares = self.poses.iter().map(|pose| pose.col(3).truncate().length_squared());
-        let radius = (squares.sum::<f64>() / self.poses.len() as f64).sqrt();
-        self.scale(1.0 / radius);
+        self.scale(1.0 / self.radius());
         true
+    }
+
+    /// Moves the point that the cameras look at to the origin, and turns what they call up to +z
+    /// and the side that most are on to +x. Where they look at no point, the middle of them.
+    pub(in crate::dataset) fn stand_up(&mut self) {
+        // Far from the origin, as on the globe, single precision is too coarse.
+        self.see_from(DVec3::X, DVec3::Y, DVec3::Z, self.mean(3));
+        let poses: Vec<[f32; 16]> =
+            self.poses().map(|pose| std::array::from_fn(|i| pose[i] as f32)).collect();
+        let center = nearest_to_axes(&poses).unwrap_or_default();
+        let up = self.mean(1).normalize_or(DVec3::Z);
+        let side = (self.mean(3) - center).reject_from_normalized(up);
+        let side = side.normalize_or(up.any_orthonormal_vector());
+        self.see_from(side, up.cross(side), up, center);
     }
 
     /// Whether any picture shows what is more than 90° away from the mean direction:
     /// normalised device coordinates have no place for that.
-    pub(super) fn looks_around(&self) -> bool {
+    pub(in crate::dataset) fn looks_around(&self) -> bool {
         let back = |pose: &DMat4| pose.col(2).truncate().normalize_or_zero();
         let mean = self.poses.iter().map(back).sum::<DVec3>().normalize_or_zero();
         let angles = self.poses.iter().map(|pose| back(pose).dot(mean).clamp(-1.0, 1.0).acos());
@@ -79,16 +108,34 @@ impl Captured {
     }
 
     /// Nearest and farthest depth.
-    pub(super) fn bounds(&self) -> [f32; 2] {
+    pub(in crate::dataset) fn bounds(&self) -> [f32; 2] {
         [self.near as f32, self.far as f32]
     }
 
+    /// The mean of a column of all poses.
+    fn mean(&self, column: usize) -> DVec3 {
+        let columns = self.poses.iter().map(|pose| pose.col(column).truncate());
+        columns.sum::<DVec3>() / self.poses.len() as f64
+    }
+
+    /// Root mean square distance of the cameras from the origin; 1 where they all are there.
+    pub(in crate::dataset) fn radius(&self) -> f64 {
+        let squares = self.poses.iter().map(|pose| pose.col(3).truncate().length_squared());
+        let radius = (squares.sum::<f64>() / self.poses.len() as f64).sqrt();
+        if radius > 0.0 { radius } else { 1.0 }
+    }
+
     /// Row after row.
-    pub(super) fn poses(&self) -> impl Iterator<Item = [f64; 16]> {
+    pub(in crate::dataset) fn poses(&self) -> impl Iterator<Item = [f64; 16]> {
         self.poses.iter().map(|pose| pose.transpose().to_cols_array())
     }
 
-    fn scale(&mut self, by: f64) {
+    pub(in crate::dataset) fn points(&self) -> &[DVec3] {
+        &self.points
+    }
+
+    pub(in crate::dataset) fn scale(&mut self, by: f64) {
+        self.points.iter_mut().for_each(|point| *point *= by);
         for pose in &mut self.poses {
             pose.w_axis = (pose.w_axis.truncate() * by).extend(1.0);
         }
@@ -106,5 +153,6 @@ impl Captured {
         );
         let to_view = view.inverse();
         self.poses.iter_mut().for_each(|pose| *pose = to_view * *pose);
+        self.points.iter_mut().for_each(|point| *point = to_view.transform_point3(*point));
     }
 }

@@ -2,24 +2,22 @@
 
 use std::path::Path;
 
-use crate::dataset::{DatasetError, images};
+use crate::dataset::DatasetError;
 
-/// Images of a capture.
-pub(super) struct Images {
+/// Where the images of a capture are.
+pub(in crate::dataset) struct Images {
     /// Relative to the capture's folder.
-    pub(super) folder: String,
-    /// Sorted.
-    pub(super) names: Vec<String>,
+    pub(in crate::dataset) folder: String,
     /// How many times smaller they must be made.
-    pub(super) factor: u32,
+    pub(in crate::dataset) factor: u32,
     /// What the user should know.
-    pub(super) notes: Vec<String>,
+    pub(in crate::dataset) notes: Vec<String>,
 }
 
 /// `images_K` holds images K times smaller than `images`. Chosen is the folder of
 /// `factor`; else the smallest whose images can be made smaller to that; else the
 /// largest there is, whose images count as the full ones.
-pub(super) fn choose(capture: &Path, factor: u32) -> Result<Images, DatasetError> {
+pub(in crate::dataset) fn choose(capture: &Path, factor: u32) -> Result<Images, DatasetError> {
     let mut folders: Vec<(u32, String)> = Vec::new();
     let unlistable =
         |folder: &Path, source| DatasetError::Unlistable { folder: folder.to_owned(), source };
@@ -52,6 +50,5 @@ pub(super) fn choose(capture: &Path, factor: u32) -> Result<Images, DatasetError
             "no images that {factor} times smaller ones can be made of: those in {folder} are made {factor} times smaller"
         ));
     }
-    let names = images::names(&capture.join(folder), &images::EXTENSIONS)?;
-    Ok(Images { folder: folder.clone(), names, factor: rest, notes })
+    Ok(Images { folder: folder.clone(), factor: rest, notes })
 }
