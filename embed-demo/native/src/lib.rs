@@ -1,4 +1,5 @@
-//! The parts of `pocketnerf-view`: a window on a `.pnerf` file, rendered on the CPU.
+//! The parts of `pocketnerf-view`: a window on a `.pnerf` file, rendered on the CPU, or, with
+//! the cargo feature `gpu`, on a GPU.
 //!
 //! * [`view`]: the camera that turns around the scene.
 //! * [`paint`]: pictures of a model, tiles on all threads.

@@ -37,10 +37,23 @@ struct Arguments {
     /// the model file says, or 0.5]
     #[arg(long, value_name = "Q", value_parser = parse_quality, help_heading = "Rendering")]
     quality: Option<f32>,
+    /// What renders colours and depths: cpu, or gpu; where no GPU works, the CPU does
+    #[cfg(feature = "gpu")]
+    #[arg(long, value_enum, value_name = "DEVICE", default_value_t, help_heading = "Rendering")]
+    device: Device,
     /// Number of worker threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024),
         help_heading = "Common options")]
     threads: Option<u16>,
+}
+
+/// What renders.
+#[cfg(feature = "gpu")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum Device {
+    #[default]
+    Cpu,
+    Gpu,
 }
 
 /// How the window behaves.
@@ -109,6 +122,8 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     let view = View::new(&file);
     let quality = arguments.quality.or(file.about.quality).unwrap_or(0.5);
     let painter = Painter::new(&model, arguments.threads.unwrap_or(0).into())?;
+    #[cfg(feature = "gpu")]
+    let painter = on_device(painter, arguments.device);
     let output = &arguments.output;
     if output.headless || output.out.is_some() || output.orbit.is_some() || output.terminal {
         let (default, terminal) = match output.orbit {
@@ -138,6 +153,21 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         script,
     };
     window::run(Show::new(painter, view, arguments.mode, quality, options.fps), settings)
+}
+
+/// The same painter on a GPU, if one is wanted and there is one; else a warning says why not.
+#[cfg(feature = "gpu")]
+fn on_device(painter: Painter<'_>, device: Device) -> Painter<'_> {
+    if device == Device::Cpu {
+        return painter;
+    }
+    match pocketnerf_gpu::Gpu::open(pocketnerf_gpu::Software::from_environment()) {
+        Ok(gpu) => painter.on(&gpu),
+        Err(why) => {
+            eprintln!("warning: {why}: pictures are rendered on the CPU");
+            painter
+        }
+    }
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {

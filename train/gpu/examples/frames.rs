@@ -23,11 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let finest = RenderOptions { detail: Detail::FINEST, ..usual };
 
     let begun = Instant::now();
-    let software = match std::env::var_os("POCKETNERF_SOFTWARE_GPU") {
-        Some(_) => Software::Allowed,
-        None => Software::Refused,
-    };
-    let gpu = Gpu::open(software)?;
+    let gpu = Gpu::open(Software::from_environment())?;
     println!("{}: opened in {:.0} ms", gpu.name(), 1e3 * begun.elapsed().as_secs_f64());
     for (what, options) in [("every sample", finest), ("usual quality", usual)] {
         let begun = Instant::now();

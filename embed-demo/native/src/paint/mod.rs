@@ -3,6 +3,8 @@
 pub mod cells;
 pub mod modes;
 mod normals;
+#[cfg(feature = "gpu")]
+mod on_gpu;
 pub mod picture;
 
 use std::sync::{Mutex, PoisonError};
@@ -42,6 +44,8 @@ pub struct Painter<'m> {
     pool: ThreadPool,
     /// Memory of idle threads.
     idle: Mutex<Vec<Worker>>,
+    #[cfg(feature = "gpu")]
+    gpu: Option<on_gpu::OnGpu>,
 }
 
 /// The memory of a thread.
@@ -69,7 +73,26 @@ impl<'m> Painter<'m> {
             occupied: cells.bounds(),
             pool,
             idle: Mutex::default(),
+            #[cfg(feature = "gpu")]
+            gpu: None,
         })
+    }
+
+    /// Paints colours and depths on `gpu`; on the CPU where it fails.
+    #[cfg(feature = "gpu")]
+    #[must_use]
+    pub fn on(mut self, gpu: &pocketnerf_gpu::Gpu) -> Self {
+        self.gpu = Some(on_gpu::OnGpu::new(gpu, self.model));
+        self
+    }
+
+    /// Which GPU paints, or why none does; `None` where none was asked for.
+    #[must_use]
+    pub fn gpu(&self) -> Option<String> {
+        #[cfg(feature = "gpu")]
+        return self.gpu.as_ref().map(on_gpu::OnGpu::status);
+        #[cfg(not(feature = "gpu"))]
+        None
     }
 
     /// The model.
@@ -120,6 +143,14 @@ impl<'m> Painter<'m> {
         let options = RenderOptions::new(self.model, self.simd, Tuning::FAST);
         let options = RenderOptions { detail: quality, ..options };
         let range = self.range(&shot.camera);
+        #[cfg(feature = "gpu")]
+        let tiles = tiles.collect::<Vec<_>>();
+        #[cfg(feature = "gpu")]
+        if let Some(stats) = self.paint_on_gpu(shot, &options, &tiles, &range, picture) {
+            return Ok(stats);
+        }
+        #[cfg(feature = "gpu")]
+        let tiles = tiles.into_iter();
         let paint = |tile| {
             let mut worker = self.take(&options);
             let painted = self.paint_tile(shot, tile, &options, &range, &mut worker);
@@ -137,6 +168,48 @@ impl<'m> Painter<'m> {
         Ok(all)
     }
 
+    /// `None` where the GPU does not do it.
+    #[cfg(feature = "gpu")]
+    fn paint_on_gpu(
+        &self,
+        shot: &Shot,
+        options: &RenderOptions,
+        tiles: &[Tile],
+        range: &Range,
+        picture: &mut Picture,
+    ) -> Option<RenderStats> {
+        let gpu = self.gpu.as_ref()?;
+        if !matches!(shot.mode, Mode::Colour | Mode::Depth) {
+            return None;
+        }
+        let painted = gpu.rows(&shot.camera, options, tiles, |rendered, first| {
+            let rgba = rendered.rgba.as_chunks::<4>().0;
+            for tile in tiles {
+                let row = |y: u32| (y - first) as usize * rendered.width as usize;
+                let pixels = (tile.y..tile.y + tile.height).flat_map(|y| {
+                    let begin = row(y) + tile.x as usize;
+                    begin..begin + tile.width as usize
+                });
+                let color = |i: usize| self.color(shot.mode, &rgba[i], rendered.depth[i], range);
+                picture.put(*tile, &pixels.map(color).collect::<Vec<_>>());
+            }
+        });
+        painted.map(|((), stats)| stats)
+    }
+
+    /// The colour of a rendered pixel.
+    fn color(&self, mode: Mode, rgba: &[f32; 4], depth: f32, range: &Range) -> u32 {
+        let display = &self.model.display;
+        if mode == Mode::Colour {
+            return pack(display.rgb8(*rgba));
+        }
+        let alpha = rgba[3];
+        let [r, g, b] = range.color(depth).map(|c| c * alpha);
+        // Colours of the other modes are sRGB.
+        let over = pixel::over([r, g, b, alpha], display.srgb_background());
+        pack(pixel::rgb8(over, ColorSpace::Srgb))
+    }
+
     /// Runs other work on the painter's threads.
     pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.pool.install(work)
@@ -152,25 +225,21 @@ impl<'m> Painter<'m> {
     ) -> Result<(Vec<u32>, RenderStats), Error> {
         let Worker { scratch, rgba, depth } = worker;
         let (rgba, depth) = (&mut rgba[..4 * tile.pixels()], &mut depth[..tile.pixels()]);
-        let (camera, model, display) = (&shot.camera, self.model, &self.model.display);
+        let (camera, model) = (&shot.camera, self.model);
         // Colours of the other modes are sRGB.
-        let behind = display.srgb_background();
+        let behind = model.display.srgb_background();
         let finish = |rgb| pack(pixel::rgb8(rgb, ColorSpace::Srgb));
         let mut stats = RenderStats::default();
         let pixels = match (shot.mode, &self.probe) {
             (Mode::Colour, _) => {
                 stats = render_tile(model, camera, tile, options, scratch, rgba, None)?;
                 let rgba = rgba.as_chunks::<4>().0.iter();
-                rgba.map(|p| pack(display.rgb8(*p))).collect()
+                rgba.map(|rgba| self.color(shot.mode, rgba, 0.0, range)).collect()
             }
             (Mode::Depth, _) => {
                 stats = render_tile(model, camera, tile, options, scratch, rgba, Some(depth))?;
                 let pixels = rgba.as_chunks::<4>().0.iter().zip(depth);
-                let color = |([.., alpha], depth): (&[f32; 4], &mut f32)| {
-                    let [r, g, b] = range.color(*depth).map(|c| c * alpha);
-                    finish(pixel::over([r, g, b, *alpha], behind))
-                };
-                pixels.map(color).collect()
+                pixels.map(|(rgba, depth)| self.color(shot.mode, rgba, *depth, range)).collect()
             }
             (Mode::Normals, Some(probe)) => {
                 stats.rays = tile.pixels() as u64;

@@ -39,6 +39,9 @@ pub(super) fn status(show: &Show<'_>, name: &str, note: &str) -> String {
         let range = show.painter().range(&show.shot().camera);
         line(format_args!("red {:.2} to blue {:.2}", range.near, range.far));
     }
+    if let Some(gpu) = show.painter().gpu() {
+        line(format_args!("{gpu}"));
+    }
     if !note.is_empty() {
         line(format_args!("{note}"));
     }

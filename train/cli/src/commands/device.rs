@@ -24,10 +24,6 @@ enum Kind {
     Gpu,
 }
 
-/// Lets what does as if it were a GPU count as one: for tests.
-#[cfg(feature = "gpu")]
-const SOFTWARE: &str = "POCKETNERF_SOFTWARE_GPU";
-
 impl DeviceOption {
     /// Opens the device; or says why it is the CPU after all.
     #[cfg(feature = "gpu")]
@@ -37,11 +33,7 @@ impl DeviceOption {
         if self.device == Kind::Cpu {
             return (Device::Cpu, None);
         }
-        let software = match std::env::var_os(SOFTWARE) {
-            Some(_) => Software::Allowed,
-            None => Software::Refused,
-        };
-        match Gpu::open(software) {
+        match Gpu::open(Software::from_environment()) {
             Ok(gpu) => (Device::Gpu(gpu), None),
             Err(why) => (Device::Cpu, Some(on_cpu(&why.to_string()))),
         }

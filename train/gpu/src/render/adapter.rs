@@ -16,6 +16,18 @@ pub enum Software {
     Allowed,
 }
 
+impl Software {
+    /// Allowed where the environment variable `POCKETNERF_SOFTWARE_GPU` is set: what programs
+    /// do, so that they can be tested.
+    #[must_use]
+    pub fn from_environment() -> Self {
+        match std::env::var_os("POCKETNERF_SOFTWARE_GPU") {
+            Some(_) => Self::Allowed,
+            None => Self::Refused,
+        }
+    }
+}
+
 /// An open GPU.
 #[derive(Clone, Debug)]
 pub struct Gpu {

@@ -54,6 +54,11 @@ impl Renderer {
         Ok(renderer)
     }
 
+    /// Renders with other detail from now on.
+    pub const fn set_detail(&mut self, detail: Detail) {
+        self.detail = detail;
+    }
+
     /// Renders the picture that `camera` takes.
     ///
     /// # Errors
