@@ -156,6 +156,9 @@ fn without_a_gpu_the_cpu_renders() {
         assert!(warnings(&object).contains("no GPU was found but llvmpipe"), "{object}");
         assert!(picture == expected);
     }
+    let list = |environment: &[(&str, &str)]| json(folder.path(), &["info", "--gpus"], environment);
+    assert_eq!(list(&none)["gpus"], serde_json::json!([]));
+    assert_eq!(list(&[])["gpus"], serde_json::json!(adapters()));
     let wrong = program(folder.path(), &["render", "m.pnerf", "--device", "tpu"], &[]);
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("[possible values: cpu, gpu]"));

@@ -46,6 +46,19 @@ impl DeviceOption {
     }
 }
 
+/// Prints the GPUs of this machine, the best first.
+#[cfg(feature = "gpu")]
+pub(super) fn list(common: &super::Common) {
+    let gpus = pocketnerf_gpu::adapters();
+    if common.json {
+        super::print_json(serde_json::json!({ "gpus": gpus }), &[]);
+    } else if gpus.is_empty() {
+        super::print_line("no GPU was found");
+    } else {
+        gpus.iter().for_each(super::print_line);
+    }
+}
+
 /// What to say where a GPU does not render.
 pub(super) fn on_cpu(why: &str) -> String {
     format!("{why}: pictures are rendered on the CPU")

@@ -165,3 +165,38 @@ impl Renderer {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use pocketnerf_core::{SimdLevel, Tuning};
+
+    use super::*;
+    use crate::Software;
+
+    /// A driver that is reset takes its device with it: an error, for the CPU to go on.
+    #[test]
+    fn a_lost_device_is_an_error() {
+        let gpu = match Gpu::open(Software::Allowed) {
+            Ok(gpu) => gpu,
+            Err(why) => {
+                assert!(std::env::var_os("POCKETNERF_REQUIRE_TOOLS").is_none(), "{why}");
+                println!("{why}: nothing is tested");
+                return;
+            }
+        };
+        let bytes = include_bytes!("../../../../embed-demo/still-life.pnerf");
+        let bytes = pocketnerf_formats::unpacked(bytes).unwrap();
+        let file = pocketnerf_formats::open(&bytes).unwrap();
+        let camera = Camera { width: 20, height: 20, ..file.about.camera.unwrap().camera() };
+        let options = RenderOptions::new(&file.model, SimdLevel::detect(), Tuning::FAST);
+        let mut renderer = Renderer::new(&gpu, &file.model, &options).unwrap();
+        assert!(renderer.render(&camera).is_ok());
+        gpu.device.destroy();
+        for _ in 0..2 {
+            let found = renderer.render(&camera).map(|picture| picture.hits);
+            assert!(matches!(found, Err(Error::Device(_))), "{found:?}");
+        }
+        let again = Renderer::new(&gpu, &file.model, &options).map(|_| ());
+        assert!(matches!(again, Err(Error::Device(_))), "{again:?}");
+    }
+}

@@ -2,7 +2,7 @@
 
 mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pocketnerf_core::Space;
 use pocketnerf_core::march::Reach;
@@ -11,21 +11,40 @@ use pocketnerf_train::trainer::checkpoint::{Checkpoint, kind, section_name};
 use pocketnerf_train::{dataset, field};
 use serde_json::{Value, json};
 
+#[cfg(feature = "gpu")]
+use super::device;
 use super::{Common, Failure, Reading, open, print_json, print_line, read_model};
 use table::table;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Info {
     /// Model file, checkpoint or dataset folder
-    path: PathBuf,
+    #[cfg_attr(feature = "gpu", arg(required_unless_present = "gpus"))]
+    #[cfg_attr(not(feature = "gpu"), arg(required = true))]
+    path: Option<PathBuf>,
+    /// List the GPUs of this machine, first the one that --device gpu takes
+    #[cfg(feature = "gpu")]
+    #[arg(long, conflicts_with = "path")]
+    gpus: bool,
     #[command(flatten)]
     reading: Reading,
 }
 
 impl Info {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
-        if self.path.is_dir() {
-            let report = dataset::inspect_with(&self.path, &self.reading.options(1))?;
+        match &self.path {
+            Some(path) => self.show(path, common),
+            None => {
+                #[cfg(feature = "gpu")]
+                device::list(common);
+                Ok(())
+            }
+        }
+    }
+
+    fn show(&self, path: &Path, common: &Common) -> Result<(), Failure> {
+        if path.is_dir() {
+            let report = dataset::inspect_with(path, &self.reading.options(1))?;
             if common.json {
                 print_json(serde_json::to_value(&report)?, &report.notes);
             } else {
@@ -33,8 +52,8 @@ impl Info {
             }
             return Ok(());
         }
-        let bytes = read_model(&self.path)?;
-        let file = open(&self.path, &bytes)?;
+        let bytes = read_model(path)?;
+        let file = open(path, &bytes)?;
         let space = match file.model.space {
             Space::Box { .. } => json!("box"),
             Space::Ndc(ndc) => json!({"ndc": {"near": ndc.near, "slope": ndc.slope}}),
@@ -56,7 +75,7 @@ impl Info {
         let provenance = file.about.provenance;
         let is_checkpoint = file.container().find(SectionId::first(kind::TRAINER)).is_some();
         let checkpoint = match is_checkpoint {
-            true => Some(checkpoint(&Checkpoint::from_bytes(&self.path, &bytes)?)),
+            true => Some(checkpoint(&Checkpoint::from_bytes(path, &bytes)?)),
             false => None,
         };
         let value = json!({
@@ -85,7 +104,7 @@ impl Info {
         if common.json {
             print_json(value, &[]);
         } else {
-            print_line(table(&self.path.display().to_string(), &value).trim_end());
+            print_line(table(&path.display().to_string(), &value).trim_end());
         }
         Ok(())
     }
