@@ -12,6 +12,7 @@ mod jumps;
 mod masked;
 mod mutated;
 mod ndc;
+mod near_cameras;
 mod nerf;
 mod refusals;
 mod setup;

@@ -133,6 +133,7 @@ impl Trainer {
             terms: &[],
             cameras: None,
             few_cameras: None,
+            slow_below: None,
             stopwatch: None,
         };
         let memory = || (Group::default(), Worker::new(field.limits()));

@@ -103,6 +103,8 @@ pub struct RaySource {
     backdrop: Backdrop,
     /// How photographs are evened out.
     exposure: Exposure,
+    /// The nearest depth at which points of the scene are known, scene units.
+    nearest: Option<f32>,
 }
 
 impl RaySource {
@@ -114,7 +116,18 @@ impl RaySource {
         let behind = views.iter().map(|view| view.behind).collect();
         let (images, masks) = views.into_iter().map(|view| (view.rgba, view.mask)).unzip();
         let exposure = Exposure::default();
-        Self { cameras, lenses, images, masks, behind, backdrop, exposure }
+        Self { cameras, lenses, images, masks, behind, backdrop, exposure, nearest: None }
+    }
+
+    /// The same with the nearest depth at which points of the scene are known.
+    #[must_use]
+    pub(crate) fn with_nearest(self, nearest: Option<f32>) -> Self {
+        Self { nearest, ..self }
+    }
+
+    /// The nearest depth at which points of the scene are known, scene units.
+    pub(crate) const fn nearest(&self) -> Option<f32> {
+        self.nearest
     }
 
     /// What pictures are to be seen on: what is behind the images, white where that may be

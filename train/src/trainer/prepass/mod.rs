@@ -66,6 +66,8 @@ pub fn run(
     // Silhouettes say more than points do.
     let reach = dataset.reach.filter(|_| !has_alpha);
     config.aabb = config.aabb.or(dataset.aabb).or(reach);
+    let nearest = reach.and(dataset.bounds).map(|[near, _]| near);
+    let source = source.with_nearest(nearest);
     let hull = has_alpha.then(|| VisualHull::before(&source, deadline));
     let (space, source) = match (config.aabb, &hull) {
         (Some([min, max]), _) => (Space::Box { min, max }, source),

@@ -13,6 +13,7 @@ impl Group {
     #[inline(always)]
     pub(crate) fn sample_gradients(&mut self, job: &Job<'_>, row_len: usize) {
         let Self {
+            rays,
             records,
             distances,
             values,
@@ -38,10 +39,11 @@ impl Group {
                 d_weight += ray_gradients[r].depth * distance;
             }
             let step = job.step * record.steps;
+            let share = job.slow_below.map_or(1.0, |slow| slow.share(&rays[r].ray, record.point));
             let d_sigma = step * (record.transmittance * d_weight - suffix[r]);
             suffix[r] += record.weight * d_weight;
-            let log_density = d_sigma * values[0];
-            let size = log_density.abs() + record.weight * ray_gradients[r].size;
+            let (log_density, weight) = (share * d_sigma * values[0], share * record.weight);
+            let size = log_density.abs() + weight * ray_gradients[r].size;
             stats.gradient_size += f64::from(size);
             let mut enlarge = 1.0;
             if size < job.roulette {
@@ -53,7 +55,7 @@ impl Group {
             kept.push(Kept {
                 sample: s as u32,
                 log_density: log_density * enlarge,
-                weight: record.weight * enlarge,
+                weight: weight * enlarge,
             });
         }
         stats.kept = kept.len();

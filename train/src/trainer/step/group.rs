@@ -8,6 +8,7 @@ use pocketnerf_core::march::composite::Accumulated;
 use pocketnerf_core::march::{LANES, Marcher, RayState};
 use pocketnerf_core::{AnyField, Camera, Space};
 
+use super::slow_below::SlowBelow;
 pub(crate) use super::worker::Worker;
 pub(super) use crate::field::{BATCH, STRIDE};
 use crate::field::{Back, HierarchicalTraining};
@@ -44,6 +45,8 @@ pub(crate) struct Job<'j> {
     pub(crate) cameras: Option<&'j [Camera]>,
     /// Few cameras between which directions are blurred, where they are.
     pub(crate) few_cameras: Option<&'j [Camera]>,
+    /// Samples nearer than this to their camera learn less.
+    pub(crate) slow_below: Option<SlowBelow>,
     /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'j Stopwatch>,
 }
@@ -62,6 +65,7 @@ impl<'j> Job<'j> {
             terms: TERMS,
             cameras: input.between_views.then(|| input.source.cameras()),
             few_cameras: input.blur_directions.then(|| input.source.cameras()),
+            slow_below: SlowBelow::new(&space, input.source.nearest()),
             stopwatch: input.stopwatch,
         }
     }

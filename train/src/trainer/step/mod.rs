@@ -7,6 +7,7 @@ pub(crate) mod group;
 mod hierarchical;
 mod march;
 mod shade;
+mod slow_below;
 pub(crate) mod worker;
 
 use std::time::Instant;

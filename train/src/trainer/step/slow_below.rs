@@ -1,0 +1,56 @@
+//! Samples near their cameras learn less (Philip and Deschaintre 2023, "Floaters No More").
+//!
+//! A unit of space is crossed by the more rays of a camera, the nearer it is to it, in proportion
+//! to the inverse of the squared distance. So fog before a camera learns faster than the scene,
+//! and explains a photograph that no other one contradicts.
+
+use pocketnerf_core::space::UnitMap;
+use pocketnerf_core::{Ray, Space};
+
+/// So many times the nearest depth of the scene: nearer samples are slowed down.
+const TIMES: f32 = 2.0;
+
+/// How much less samples learn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SlowBelow {
+    map: UnitMap,
+    /// Inverse of the squared distance, unit lengths, from which on all is learnt.
+    inverse: f32,
+}
+
+impl SlowBelow {
+    /// For a box in which nothing is nearer to a camera than `nearest`, scene units.
+    pub(super) fn new(space: &Space, nearest: Option<f32>) -> Option<Self> {
+        space.scene_box()?;
+        let map = space.unit_map();
+        let distance = TIMES * nearest? * map.scale;
+        (distance > 0.0).then(|| Self { map, inverse: 1.0 / (distance * distance) })
+    }
+
+    /// The share of its gradient that the sample of a ray at unit point `u` learns from.
+    #[inline(always)]
+    pub(super) fn share(&self, ray: &Ray, u: [f32; 3]) -> f32 {
+        let o = self.map.apply(ray.origin);
+        let square: f32 = (0..3).map(|a| (u[a] - o[a]) * (u[a] - o[a])).sum();
+        (square * self.inverse).min(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_by_hand() {
+        // Four scene units along the longest side are one unit length.
+        let space = Space::Box { min: [-2.0, -1.0, -1.0], max: [2.0, 1.0, 1.0] };
+        let slow = SlowBelow::new(&space, Some(0.5)).unwrap();
+        let ray = Ray { origin: [-2.0, -1.0, -1.0], direction: [1.0, 0.0, 0.0] };
+        // All from one scene unit on, a quarter of a unit length.
+        for (u, share) in [(0.0, 0.0), (0.125, 0.25), (0.25, 1.0), (0.75, 1.0)] {
+            assert_eq!(slow.share(&ray, [u, 0.0, 0.0]), share, "{u}");
+        }
+        assert!(SlowBelow::new(&space, None).is_none());
+        assert!(SlowBelow::new(&space, Some(0.0)).is_none());
+    }
+}
