@@ -30,6 +30,7 @@ impl Constants {
         self.add(name, &number(value));
     }
 
+    #[cfg(feature = "ndc")]
     pub(super) fn pair(&mut self, name: &str, [x, y]: [f32; 2]) {
         self.add(name, &format!("vec2f({}, {})", number(x), number(y)));
     }

@@ -9,6 +9,7 @@
 mod constants;
 mod hash_grid;
 mod network;
+#[cfg(feature = "nerf")]
 mod vanilla;
 
 use alloc::string::String;
@@ -59,6 +60,7 @@ pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> St
         PackedField::HashGrid(grid) => {
             hash_grid::write(grid, is_hierarchical, &mut constants, &mut files, &mut generated);
         }
+        #[cfg(feature = "nerf")]
         PackedField::Vanilla(field) => {
             vanilla::write(field, is_hierarchical, &mut constants, &mut files, &mut generated);
         }
@@ -73,6 +75,7 @@ fn space(constants: &mut Constants, space: &Space) -> &'static str {
     constants.point("BOX_MAX", max);
     constants.number("UNIT_SCALE", space.unit_map().scale);
     match space {
+        #[cfg(feature = "ndc")]
         Space::Ndc(ndc) => {
             constants.number("NDC_NEAR", ndc.near);
             constants.pair("NDC_SLOPE", ndc.slope);
