@@ -10,8 +10,10 @@ use pocketnerf_core::{
     Camera, Model, RenderOptions, Sampling, SimdLevel, Tile, Tuning, math, render_tile,
 };
 use pocketnerf_formats::{ModelFile, open_verified, unpacked};
+use pocketnerf_gpu::Frame;
 
 use crate::facts::Facts;
+use crate::gpu::Parts;
 
 /// A camera in the dataset's coordinates.
 pub type View = Camera;
@@ -135,12 +137,50 @@ impl Scene {
         let rgba = &mut self.rgba[..4 * tile.pixels()];
         let stats = render_tile(&self.model, camera, tile, options, &mut self.scratch, rgba, None);
         self.stats += stats.map_err(|error| error.to_string())?;
-        let pixels = &mut self.pixels[..4 * tile.pixels()];
-        for (to, from) in pixels.as_chunks_mut::<4>().0.iter_mut().zip(rgba.as_chunks::<4>().0) {
+        Ok((tile, self.show(tile.pixels())?))
+    }
+
+    /// What a GPU needs to render this.
+    ///
+    /// # Errors
+    /// One line: why no GPU renders it.
+    pub fn parts(&self) -> Result<Parts, String> {
+        let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
+        Parts::new(&self.model, &options).map_err(|error| error.to_string())
+    }
+
+    /// The uniform buffer for rows of the picture.
+    ///
+    /// # Errors
+    /// One line: no picture was started, or it has no such rows.
+    pub fn frame(&self, first_row: u32, rows: u32) -> Result<[u32; 36], String> {
+        let (camera, options) = self.picture.as_ref().ok_or("frame: no picture was started")?;
+        if first_row.checked_add(rows).is_none_or(|end| end > camera.height) {
+            return Err("frame: no such rows".into());
+        }
+        let least = self.model.sampling.min_transmittance;
+        let rows = [camera.width, first_row, rows];
+        Ok(Frame::of_camera(camera, &options.detail, least, rows).words())
+    }
+
+    /// Room for the colours of [`Tiles::MOST_PIXELS`], four numbers a pixel, premultiplied.
+    pub const fn colors(&mut self) -> &mut [f32] {
+        self.rgba.as_mut_slice()
+    }
+
+    /// The first pixels of [`colors`](Self::colors), as [`tile`](Self::tile) gives them.
+    ///
+    /// # Errors
+    /// One line: there is no room for so many.
+    pub fn show(&mut self, pixels: usize) -> Result<&[u8], String> {
+        let (from, _) = self.rgba.as_chunks::<4>();
+        let from = from.get(..pixels).ok_or("show: too many pixels")?;
+        let (to, _) = self.pixels.as_chunks_mut::<4>();
+        for (to, from) in to.iter_mut().zip(from) {
             let [r, g, b] = self.model.display.rgb8(*from);
             *to = [r, g, b, 255];
         }
-        Ok((tile, pixels))
+        Ok(&self.pixels[..4 * pixels])
     }
 
     /// The address of a tile's bytes.
