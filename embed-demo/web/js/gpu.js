@@ -152,16 +152,16 @@ export class Gpu {
   /** Memory for what comes out. */
   #roomFor(pixels) {
     if (this.#room?.pixels >= pixels) return this.#room;
-    const { colors: old, distances: too, read: last } = this.#room ?? {};
-    for (const buffer of [old, too, last]) buffer?.destroy();
+    for (const buffer of this.#room?.own ?? []) buffer.destroy();
     const { STORAGE, COPY_SRC, COPY_DST, MAP_READ } = GPUBufferUsage;
     const colors = this.#buffer(COLOR * pixels, STORAGE | COPY_SRC);
     const distances = this.#buffer(DISTANCE * pixels, STORAGE | COPY_SRC);
     const read = this.#buffer((COLOR + DISTANCE) * pixels, MAP_READ | COPY_DST);
+    const own = [colors, distances, read];
     const buffers = [this.#frame, ...this.#model, colors, distances];
     const entries = buffers.map((buffer, binding) => ({ binding, resource: { buffer } }));
     const group = this.#device.createBindGroup({ layout: this.#layout, entries });
-    this.#room = { pixels, colors, distances, read, group };
+    this.#room = { pixels, own, colors, distances, read, group };
     return this.#room;
   }
 

@@ -73,7 +73,9 @@ export class Instance {
 
   /** Buffer 0, for rows of the picture that was started; until the next call. */
   frame(row, rows) {
-    return this.#bytes(this.#checked(this.#exports.frame(row, rows)), 144);
+    const words = new Uint32Array(this.#exports.memory.buffer, this.#exports.frame(), 36);
+    words.set([row, rows], 29);
+    return words;
   }
 
   /** Pixels, four bytes each, of colours that a GPU computed. */
@@ -82,7 +84,7 @@ export class Instance {
     for (let at = 0; at < colors.length; at += 4 * MOST_PIXELS) {
       const some = colors.subarray(at, at + 4 * MOST_PIXELS);
       this.#floats(this.#exports.colors(), some.length).set(some);
-      const length = this.#checked(this.#exports.show(some.length / 4));
+      const length = this.#exports.show(some.length / 4);
       pixels.set(this.#bytes(this.#exports.pixels(), length), at);
     }
     return pixels;

@@ -3,6 +3,7 @@
 
 #![allow(unsafe_code, reason = "exported names; nothing else here is unsafe")]
 
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 #[cfg(not(target_family = "wasm"))]
@@ -25,7 +26,8 @@ std::thread_local! {
 struct Instance {
     input: Vec<u8>,
     scene: Option<Scene>,
-    parts: Option<Parts>,
+    /// Until the instance is dropped.
+    parts: Option<&'static Parts>,
     frame: [u32; 36],
     facts: [f32; LENGTH],
     /// A camera, from the page: pose (16), focal lengths, principal point.
@@ -75,11 +77,17 @@ impl Instance {
     /// The result of `work`, or 0 and a message.
     fn try_to<T: Default>(&mut self, work: impl FnOnce(&mut Self) -> Result<T, String>) -> T {
         // Freed first: see `runtime`.
-        self.text = String::new();
+        self.say(String::new());
         work(self).unwrap_or_else(|why| {
-            self.text = why;
+            self.say(why);
             T::default()
         })
+    }
+
+    // Once in the code.
+    #[inline(never)]
+    fn say(&mut self, text: String) {
+        self.text = text;
     }
 }
 
@@ -179,7 +187,7 @@ pub extern "C" fn pixels() -> *const u8 {
 pub extern "C" fn pack() -> u32 {
     with(|instance| {
         instance.try_to(|instance| {
-            instance.parts = Some(instance.scene()?.parts()?);
+            instance.parts = Some(Box::leak(Box::new(instance.scene()?.parts()?)));
             Ok(1)
         })
     })
@@ -198,16 +206,13 @@ pub extern "C" fn part_length(which: u32) -> usize {
     with(|instance| instance.parts.as_ref().map_or(0, |parts| parts.part(which).1))
 }
 
-/// Address of the 144 bytes of buffer 0, for rows of the picture that was started, or 0 and a
-/// [`message`].
+/// Address of the 144 bytes of buffer 0, for the picture that was started. Words 29 and 30 are the
+/// first row that is rendered and the number of rows.
 #[unsafe(no_mangle)]
-pub extern "C" fn frame(first_row: u32, rows: u32) -> *const u32 {
+pub extern "C" fn frame() -> *const u32 {
     with(|instance| {
-        let frame = instance.try_to(|instance| instance.scene()?.frame(first_row, rows).map(Some));
-        frame.map_or(core::ptr::null(), |frame| {
-            instance.frame = frame;
-            instance.frame.as_ptr()
-        })
+        instance.frame = instance.scene.as_ref().and_then(Scene::frame).unwrap_or([0; 36]);
+        instance.frame.as_ptr()
     })
 }
 
@@ -220,11 +225,10 @@ pub extern "C" fn colors() -> *mut f32 {
     })
 }
 
-/// Makes so many of them [`pixels`], and returns the number of their bytes, or 0 and a
-/// [`message`].
+/// Makes so many of them [`pixels`], and returns the number of their bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn show(count: usize) -> usize {
-    with(|instance| instance.try_to(|instance| instance.scene()?.show(count).map(<[u8]>::len)))
+    with(|instance| instance.scene.as_mut().map_or(0, |scene| scene.show(count).len()))
 }
 
 /// Rays of the picture so far.

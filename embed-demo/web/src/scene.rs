@@ -23,7 +23,8 @@ pub type View = Camera;
 pub struct Scene {
     file: ModelFile<'static>,
     model: Model<'static>,
-    simd: SimdLevel,
+    /// The usual ones.
+    options: RenderOptions,
     scratch: Vec<f32>,
     rgba: Vec<f32>,
     pixels: Vec<u8>,
@@ -50,12 +51,12 @@ impl Scene {
         // The scene lives as long as the instance: the table is never freed.
         let table = vec![0; file.model.table_len()].leak();
         let model = file.model.with_table(table).map_err(|error| error.to_string())?;
-        let scratch = RenderOptions::new(&model, simd, Tuning::FAST).scratch_len();
+        let options = RenderOptions::new(&model, simd, Tuning::FAST);
         Ok(Self {
             file,
             model,
-            simd,
-            scratch: vec![0.0; scratch],
+            options,
+            scratch: vec![0.0; options.scratch_len()],
             rgba: vec![0.0; 4 * Tiles::MOST_PIXELS],
             pixels: vec![0; 4 * Tiles::MOST_PIXELS],
             picture: None,
@@ -118,8 +119,7 @@ impl Scene {
             return Err("quality: not a number, expected 0 to 1".into());
         }
         let camera = self.file.about.scene.camera_to_model(view);
-        let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
-        let options = RenderOptions { detail: self.model.detail(quality), ..options };
+        let options = RenderOptions { detail: self.model.detail(quality), ..self.options };
         self.picture = Some((camera, options));
         self.stats = RenderStats::default();
         Ok(Tiles::new(view.width, view.height).len() as u32)
@@ -137,7 +137,7 @@ impl Scene {
         let rgba = &mut self.rgba[..4 * tile.pixels()];
         let stats = render_tile(&self.model, camera, tile, options, &mut self.scratch, rgba, None);
         self.stats += stats.map_err(|error| error.to_string())?;
-        Ok((tile, self.show(tile.pixels())?))
+        Ok((tile, self.show(tile.pixels())))
     }
 
     /// What a GPU needs to render this.
@@ -145,22 +145,16 @@ impl Scene {
     /// # Errors
     /// One line: why no GPU renders it.
     pub fn parts(&self) -> Result<Parts, String> {
-        let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
-        Parts::new(&self.model, &options).map_err(|error| error.to_string())
+        Parts::new(&self.model, &self.options).map_err(|error| error.to_string())
     }
 
-    /// The uniform buffer for rows of the picture.
-    ///
-    /// # Errors
-    /// One line: no picture was started, or it has no such rows.
-    pub fn frame(&self, first_row: u32, rows: u32) -> Result<[u32; 36], String> {
-        let (camera, options) = self.picture.as_ref().ok_or("frame: no picture was started")?;
-        if first_row.checked_add(rows).is_none_or(|end| end > camera.height) {
-            return Err("frame: no such rows".into());
-        }
+    /// The uniform buffer of the picture; the page says of which rows.
+    #[must_use]
+    pub fn frame(&self) -> Option<[u32; 36]> {
+        let (camera, options) = self.picture.as_ref()?;
         let least = self.model.sampling.min_transmittance;
-        let rows = [camera.width, first_row, rows];
-        Ok(Frame::of_camera(camera, &options.detail, least, rows).words())
+        let rows = [camera.width, 0, camera.height];
+        Some(Frame::of_camera(camera, &options.detail, least, rows).words())
     }
 
     /// Room for the colours of [`Tiles::MOST_PIXELS`], four numbers a pixel, premultiplied.
@@ -169,18 +163,14 @@ impl Scene {
     }
 
     /// The first pixels of [`colors`](Self::colors), as [`tile`](Self::tile) gives them.
-    ///
-    /// # Errors
-    /// One line: there is no room for so many.
-    pub fn show(&mut self, pixels: usize) -> Result<&[u8], String> {
-        let (from, _) = self.rgba.as_chunks::<4>();
-        let from = from.get(..pixels).ok_or("show: too many pixels")?;
-        let (to, _) = self.pixels.as_chunks_mut::<4>();
-        for (to, from) in to.iter_mut().zip(from) {
+    pub fn show(&mut self, pixels: usize) -> &[u8] {
+        let pixels = pixels.min(Tiles::MOST_PIXELS);
+        let (from, to) = (self.rgba.as_chunks().0, self.pixels.as_chunks_mut().0);
+        for (to, from) in to[..pixels].iter_mut().zip(from) {
             let [r, g, b] = self.model.display.rgb8(*from);
             *to = [r, g, b, 255];
         }
-        Ok(&self.pixels[..4 * pixels])
+        &self.pixels[..4 * pixels]
     }
 
     /// The address of a tile's bytes.
@@ -221,8 +211,7 @@ impl Scene {
     /// this bisects over the opacity that the renderer finds up to some step.
     fn median(&mut self, camera: &Camera) -> Result<f32, String> {
         let Sampling { step, near, far, .. } = self.model.sampling;
-        let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
-        let options = RenderOptions { detail: Detail::FINEST, ..options };
+        let options = RenderOptions { detail: Detail::FINEST, ..self.options };
         let mut model = self.model;
         // Otherwise rays would end before they are fully opaque.
         model.sampling.min_transmittance = 1e-12;

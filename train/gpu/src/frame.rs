@@ -6,19 +6,12 @@ use pocketnerf_core::render::Detail;
 /// Rows of a picture, and the rays of their pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Right, up and back of the camera, and its position.
-    pose: [[f32; 4]; 4],
-    /// Focal lengths, then the principal point, pixels.
-    lens: [f32; 4],
-    /// Where the camera looks.
-    axis: [f32; 4],
-    /// Least light that passes, and below how much samples stand for two steps.
-    detail: [f32; 4],
-    pub(crate) width: u32,
-    first_row: u32,
-    pub(crate) rows: u32,
-    /// Whether rays are given: the camera does not matter then.
-    has_rays: bool,
+    /// Right, up and back of the camera, its position, focal lengths and principal point, where
+    /// it looks; least light that passes, and below how much samples stand for two steps.
+    numbers: [[f32; 4]; 7],
+    /// Width of the picture, first row, number of rows; 1 where rays are given, and the camera
+    /// does not matter.
+    rows: [u32; 4],
 }
 
 impl Frame {
@@ -31,14 +24,14 @@ impl Frame {
         min_transmittance: f32,
         rows: [u32; 3],
     ) -> Self {
-        let m = &camera.camera_to_world;
-        let ([fx, fy], [cx, cy]) = (camera.focal, camera.center);
-        Self {
-            pose: [0, 1, 2, 3].map(|c| [m[c], m[4 + c], m[8 + c], 0.0]),
-            lens: [fx, fy, cx, cy],
-            has_rays: false,
-            ..Self::of_rays(camera.axis(), detail, min_transmittance, rows)
+        let mut frame = Self::of_rays(camera.axis(), detail, min_transmittance, rows);
+        for (i, row) in camera.camera_to_world.chunks_exact(4).take(3).enumerate() {
+            (0..4).for_each(|c| frame.numbers[c][i] = row[c]);
         }
+        let ([fx, fy], [cx, cy]) = (camera.focal, camera.center);
+        frame.numbers[4] = [fx, fy, cx, cy];
+        frame.rows[3] = 0;
+        frame
     }
 
     /// The same of a camera that looks along `axis` and whose rays are given.
@@ -50,28 +43,27 @@ impl Frame {
         [width, first_row, rows]: [u32; 3],
     ) -> Self {
         let least = min_transmittance.max(detail.min_transmittance);
-        Self {
-            axis: [x, y, z, 0.0],
-            detail: [least, detail.coarse_step_below, 0.0, 0.0],
-            width,
-            first_row,
-            rows,
-            has_rays: true,
-            ..Self::default()
-        }
+        let mut numbers = [[0.0; 4]; 7];
+        numbers[5] = [x, y, z, 0.0];
+        numbers[6] = [least, detail.coarse_step_below, 0.0, 0.0];
+        Self { numbers, rows: [width, first_row, rows, 1] }
+    }
+
+    /// Pixels in a row, and rows.
+    #[must_use]
+    pub const fn size(&self) -> [u32; 2] {
+        [self.rows[0], self.rows[2]]
     }
 
     /// The uniform buffer.
     #[must_use]
     pub fn words(&self) -> [u32; 36] {
-        let mut words = [0; 36];
-        let [a, b, c, d] = self.pose;
-        let numbers = [a, b, c, d, self.lens, self.axis, self.detail];
-        let rows = [self.width, self.first_row, self.rows, u32::from(self.has_rays)];
-        let bits = numbers.as_flattened().iter().map(|number| number.to_bits());
-        // 1 four times: see `times` in `ray.wgsl`.
-        let all = bits.chain(rows).chain([1; 4]);
-        words.iter_mut().zip(all).for_each(|(to, word)| *to = word);
+        // The last four are 1: see `times` in `ray.wgsl`.
+        let mut words = [1; 36];
+        for (to, number) in words.iter_mut().zip(self.numbers.as_flattened()) {
+            *to = number.to_bits();
+        }
+        words[28..32].copy_from_slice(&self.rows);
         words
     }
 }

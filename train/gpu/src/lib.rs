@@ -41,6 +41,13 @@
 
 extern crate alloc;
 
+/// A file of the program, without comments.
+macro_rules! wgsl {
+    ($name:literal) => {
+        include_str!(concat!(env!("OUT_DIR"), "/", $name, ".wgsl"))
+    };
+}
+
 mod frame;
 pub mod pack;
 #[cfg(feature = "wgpu")]

@@ -104,11 +104,11 @@ fn grid(field: &HashGridField<'_>, weights: &mut Weights, tables: &mut Vec<u32>)
     let (grid, decoder) = (&field.grid, &field.decoder);
     let n = decoder.n_features as usize;
     // Features first, then the log density in a quad of its own.
-    let features = (1..=n).map(Some);
-    let outputs = [padded(features), padded([Some(0)])].concat();
+    let mut outputs = padded(1..n + 1);
+    outputs.extend_from_slice(&first(1));
     let n_harmonics = spherical_harmonics::n_output(decoder.sh_degree);
-    let harmonics = (n..n + n_harmonics).map(Some);
-    let inputs = [first(n), padded(harmonics)].concat();
+    let mut inputs = first(n);
+    inputs.extend_from_slice(&padded(n..n + n_harmonics));
     PackedGrid {
         n_features_per_level: grid.config.n_features_per_level as usize,
         n_feature_quads: n.div_ceil(QUAD),

@@ -61,7 +61,7 @@ fn packed_network(
         let again = i == 0 || network.skips(i);
         let mut inputs = if again { positions.order.clone() } else { Vec::new() };
         let read = if again { positions.n_output } else { 0 };
-        inputs.extend(padded((read..read + width).map(Some)));
+        inputs.extend(padded(read..read + width));
         width = layer.weight.cols();
         let packed = weights.layer(layer, &inputs, &first(width));
         trunk.push((packed, network.skips(i), network.relu_after(i)));

@@ -107,7 +107,8 @@ impl Program {
         rays: &[Ray],
         take: impl FnOnce(&[u8], &[[u8; 8]]) -> T,
     ) -> Result<T, Error> {
-        let n = u64::from(frame.width) * u64::from(frame.rows);
+        let [width, rows] = frame.size();
+        let n = u64::from(width) * u64::from(rows);
         let Gpu { device, queue, .. } = &self.gpu;
         if !rays.is_empty() {
             // A ray is its six numbers.
@@ -119,7 +120,7 @@ impl Program {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &band.group, &[]);
-        pass.dispatch_workgroups(frame.width.div_ceil(8), frame.rows.div_ceil(8), 1);
+        pass.dispatch_workgroups(width.div_ceil(8), rows.div_ceil(8), 1);
         drop(pass);
         let [colors, distances] = [COLOR, DISTANCE].map(|bytes| bytes * n);
         encoder.copy_buffer_to_buffer(&band.colors, 0, &band.read, 0, colors);
