@@ -1,6 +1,6 @@
 //! WebGPU, by a program that does as if it were a GPU: what real ones are asked for, slowly.
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::common::{self, chromium::Page};
 use crate::{AT_REST, BYTES, STILL_LIFE, decode, difference, four_lanes, native, psnr, seen};
@@ -49,16 +49,61 @@ fn a_gpu_renders_what_the_cpu_does() {
         assert!(stats[0]["samples"].as_f64() > Some(1e4), "{stats}");
     }
 
-    // Without being asked for it, no such program counts, however long one waits.
+    // Without being asked for it, no such program counts.
     page.value("refused.render(refused.camera(90, 70)).then(() => true)");
     assert_eq!(page.value("refused.stats.device"), "cpu");
 
-    // Only the newest picture; a distance meanwhile.
+    // Only the newest picture.
     let overtaken =
         "Promise.all([500, 400, 30].map((side) => scene.render(scene.camera(side, side))))
         .then((all) => [...all.map((image) => image && image.width), scene.stats.device])";
     assert_eq!(page.value(overtaken), json!([null, null, 30, "gpu"]));
+
+    // Questions wait for no picture.
+    let asked = "(async () => {
+        const picture = scene.render(scene.camera(300, 300)).then(() => 'picture');
+        return Promise.race([picture, scene.pick(0, 0, scene.camera(300, 300))]);
+    })()";
+    assert_eq!(page.value(asked), Value::Null);
+
+    // A GPU that is lost in the middle of a picture: the CPU renders it.
+    page.value("globalThis.last = scene.render(scene.camera(400, 400)); true");
+    page.call("Browser.crashGpuProcess", json!({}));
+    assert_eq!(page.value("last.then((image) => image.width)"), 400);
+    assert_eq!(page.value("scene.stats.device"), "cpu");
     assert_eq!(page.complaints, [""; 0]);
+}
+
+#[test]
+fn a_gpu_that_miscomputes_is_found() {
+    let Some(dist) = common::dist() else { return };
+    let home = common::server::serve(&dist);
+    let Some(mut page) = Page::with_gpu(&home, [200, 200]) else { return };
+    page.go(&format!("{home}/package.json"));
+    // Opens a file after a change of what the GPU is given.
+    page.value(
+        "globalThis.opened = async (change) => {
+            const { Gpu } = await import('/gpu.js');
+            const module = await WebAssembly.compileStreaming(fetch('/pocketnerf.wasm'));
+            const bytes = await (await fetch('/still-life.pnerf')).arrayBuffer();
+            const { writeBuffer } = GPUQueue.prototype;
+            GPUQueue.prototype.writeBuffer = function (buffer, offset, data) {
+                writeBuffer.call(this, buffer, offset, change(data));
+            };
+            return Gpu.open(module, new Uint8Array(bytes), 'software')
+                .then(() => 'opened', (error) => error.message)
+                .finally(() => Object.assign(GPUQueue.prototype, { writeBuffer }));
+        }; true",
+    );
+    assert_eq!(page.value("opened((data) => data)"), "opened");
+    // A model of zeros; a camera of zeros.
+    for change in [
+        "data.length > 144 ? data.slice().fill(0) : data",
+        "data.length === 36 ? data.slice().fill(0, 0, 16) : data",
+    ] {
+        let said = page.value(&format!("opened((data) => {change})"));
+        assert_eq!(said, "the GPU miscomputes", "{change}");
+    }
 }
 
 #[test]
