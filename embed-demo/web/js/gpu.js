@@ -5,7 +5,7 @@ import { Instance } from "./instance.js";
 /** Pixels along a side of the picture that is compared, and how alike it is at least, dB. */
 const SIDE = 16;
 const LEAST = 40;
-/** Milliseconds of a dispatch: newer requests are noticed, and no driver is reset for being late. */
+/** Milliseconds of a band: newer requests are noticed, and no driver is reset for being late. */
 const BAND = 20;
 /** Bytes of a pixel: colour, then distance and samples. */
 const COLOR = 16;
@@ -27,12 +27,14 @@ export class Gpu {
   #failure = null;
   /** Pixels of the next band. */
   #pixels = 1 << 12;
-  /** Samples of the last picture. */
-  samples = 0;
+  /** Rays and samples of the last picture. */
+  stats = null;
 
   /**
-   * Opens a file on the best GPU. Rejects where there is none that renders it.
-   * @param {"off" | "software" | undefined} which software counts as a GPU in tests
+   * Opens a file on the browser's GPU. Rejects where there is none that renders it.
+   * @param {WebAssembly.Module} module
+   * @param {Uint8Array} bytes of the file
+   * @param {"off" | "software" | undefined} which none, or whatever there is
    */
   static async open(module, bytes, which) {
     const adapter = which !== "off" && (await navigator.gpu?.requestAdapter());
@@ -90,7 +92,7 @@ export class Gpu {
     const camera = { width: SIDE, height: SIDE, focal, center: [half, half], pose };
     instance.begin(camera, 1);
     const expected = instance.tile(0).pixels;
-    const found = await this.#render(instance, SIDE, 0, SIDE);
+    const { pixels: found } = await this.#render(instance, SIDE, 0, SIDE);
     const squares = expected.reduce((sum, v, i) => sum + (v - found[i]) ** 2, 0);
     const isAlike = 10 * Math.log10((255 ** 2 * found.length) / squares) > LEAST;
     const isPlain = expected.every((v, i) => v === expected[i % 4]);
@@ -99,13 +101,14 @@ export class Gpu {
 
   /** The picture that `instance` has begun, in bands of rows. Rejects if the GPU fails. */
   async *bands(instance, { width, height }) {
-    this.samples = 0;
+    this.stats = { rays: width * height, samples: 0 };
     for (let y = 0; y < height; ) {
       const whole = 8 * Math.ceil(Math.max(this.#pixels / width, 1) / 8);
       const fits = Math.max(Math.floor(this.#most / (width * (COLOR + DISTANCE))), 1);
       const rows = Math.min(whole, fits, height - y);
       const begun = performance.now();
-      const pixels = await this.#render(instance, width, y, rows);
+      const { pixels, samples } = await this.#render(instance, width, y, rows);
+      this.stats.samples += samples;
       this.#took(width * rows, performance.now() - begun);
       yield [{ x: 0, y, width, height: rows, pixels }];
       y += rows;
@@ -141,12 +144,13 @@ export class Gpu {
     const seen = room.read.getMappedRange(0, colors + distances);
     const pixels = instance.shown(new Float32Array(seen, 0, 4 * n));
     const numbers = new Uint32Array(seen, colors, 2 * n);
+    let samples = 0;
     for (let i = 1; i < numbers.length; i += 2) {
       if (numbers[i] > MOST_SAMPLES) throw new Error("too many samples");
-      this.samples += numbers[i];
+      samples += numbers[i];
     }
     room.read.unmap();
-    return pixels;
+    return { pixels, samples };
   }
 
   /** Memory for what comes out. */

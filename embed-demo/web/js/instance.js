@@ -30,7 +30,13 @@ export class Instance {
     const texts = TEXTS.map((name, which) => [name, this.#text(this.#exports.text(which))]);
     return {
       ...Object.fromEntries(texts),
-      camera: { pose: f.slice(0, 16), tangent: f[16], width: f[17], height: f[18], isOwn: f[19] > 0 },
+      camera: {
+        pose: f.slice(0, 16),
+        tangent: f[16],
+        width: f[17],
+        height: f[18],
+        isOwn: f[19] > 0,
+      },
       center: f.slice(20, 23),
       size: f[23],
       background: f.slice(24, 27),

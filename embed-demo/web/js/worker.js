@@ -69,9 +69,9 @@ async function paint(job) {
     gpu = null;
     return paint(job);
   }
-  const stats = used ? { rays: camera.width * camera.height, samples: used.samples } : instance.stats;
-  const device = used ? "gpu" : "cpu";
   const ms = performance.now() - begun;
+  const stats = used?.stats ?? instance.stats;
+  const device = used ? "gpu" : "cpu";
   postMessage({ id, result: { ms, ...stats, memory: instance.memory, device } });
 }
 
