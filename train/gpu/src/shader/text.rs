@@ -66,14 +66,12 @@ pub(super) struct Number(pub(super) f32);
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (bits, sign) = (self.0.to_bits(), if self.0.is_sign_negative() { "-" } else { "" });
-        // 23 bits of fraction, after the one that is always there.
-        let (exponent, digits) = ((bits >> 23) & 0xff, (bits & 0x7f_ffff) | 0x80_0000);
-        match exponent {
-            // Zero, and what is too small for a GPU to tell from it.
-            0 => write!(f, "{sign}0.0f"),
-            150.. => write!(f, "{sign}0x{digits:x}p{}f", exponent - 150),
-            _ => write!(f, "{sign}0x{digits:x}p-{}f", 150 - exponent),
-        }
+        let exponent = (bits >> 23) & 0xff;
+        // 23 bits of fraction, after the one that is always there; none of zero, and of what
+        // is too small for a GPU to tell from it.
+        let digits = if exponent == 0 { 0 } else { (bits & 0x7f_ffff) | 0x80_0000 };
+        let (minus, by) = if exponent < 150 { ("-", 150 - exponent) } else { ("", exponent - 150) };
+        write!(f, "{sign}0x{digits:x}p{minus}{by}f")
     }
 }
 
@@ -91,7 +89,7 @@ mod tests {
         text.point("AT", [0.0, 1.0, 2.5]);
         let expected = "const N = 3u;\nconst IS = true;\nconst SMALL = -0xd6bf95p-47f;\n\
                         const THIRD = 0xaaaaabp-25f;\n\
-                        const AT = vec3f(0.0f, 0x800000p-23f, 0xa00000p-22f);\n";
+                        const AT = vec3f(0x0p-150f, 0x800000p-23f, 0xa00000p-22f);\n";
         assert_eq!(text.into_string(), expected);
     }
 }
