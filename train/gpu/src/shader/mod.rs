@@ -1,7 +1,7 @@
 //! The program that a GPU runs, in WGSL: files of this folder, which are the same for all
 //! models, behind the constants and the layers of one.
 //!
-//! A pixel is an invocation: [`ray.wgsl`](RAY) makes its ray, `space_*.wgsl` takes it into the
+//! A pixel is an invocation: `ray.wgsl` makes its ray, `space_*.wgsl` takes it into the
 //! coordinates of the space, `march.wgsl` or `hierarchical.wgsl` finds samples along it, with
 //! `cells.wgsl` to skip what is empty, and asks the field: `hash_grid.wgsl` and `decoder.wgsl`,
 //! or `vanilla.wgsl`.
@@ -24,15 +24,12 @@ use pocketnerf_core::{Model, RenderOptions, Space};
 use crate::pack::{Packed, PackedField};
 use text::Text;
 
-/// Rays and pixels.
-const RAY: &str = wgsl!("ray");
-
 /// The program that renders `model`, whose buffers are `packed`. Samples are placed
 /// hierarchically with the feature `nerf` alone, as by `pocketnerf_core`.
 #[must_use]
 pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> String {
     let mut text = Text::default();
-    text.file(RAY);
+    text.file(wgsl!("ray"));
     text.file(wgsl!("enter"));
     text.file(wgsl!("product"));
     space(&mut text, &model.space);
