@@ -1,5 +1,7 @@
 // An instance of the module: converts its numbers and memory to objects. Used by the worker.
 
+/** Pixels of a tile at most, and so colours at a time. */
+const MOST_PIXELS = 128 * 64;
 const TEXTS = ["name", "kind", "method", "program", "dataset"];
 
 /** An open file. Failures throw an `Error` with the module's text. */
@@ -28,7 +30,13 @@ export class Instance {
     const texts = TEXTS.map((name, which) => [name, this.#text(this.#exports.text(which))]);
     return {
       ...Object.fromEntries(texts),
-      camera: { pose: f.slice(0, 16), tangent: f[16], width: f[17], height: f[18], isOwn: f[19] > 0 },
+      camera: {
+        pose: f.slice(0, 16),
+        tangent: f[16],
+        width: f[17],
+        height: f[18],
+        isOwn: f[19] > 0,
+      },
       center: f.slice(20, 23),
       size: f[23],
       background: f.slice(24, 27),
@@ -53,9 +61,39 @@ export class Instance {
   tile(number) {
     const length = this.#checked(this.#exports.tile(number));
     const [x, y, width, height] = this.#floats(this.#exports.answer(), 4);
-    const { buffer } = this.#exports.memory;
-    const pixels = new Uint8ClampedArray(buffer, this.#exports.pixels(), length).slice();
+    const pixels = new Uint8ClampedArray(this.#bytes(this.#exports.pixels(), length));
     return { x, y, width, height, pixels };
+  }
+
+  /**
+   * What a GPU renders the file with: a program in WGSL, and its buffers 1 to 3, which are views
+   * of memory until the next call.
+   */
+  pack() {
+    this.#checked(this.#exports.pack());
+    const [program, ...buffers] = [0, 1, 2, 3].map((which) =>
+      this.#bytes(this.#exports.part(which), this.#exports.part_length(which)),
+    );
+    return { program: new TextDecoder().decode(program), buffers };
+  }
+
+  /** Buffer 0, for rows of the picture that was started; until the next call. */
+  frame(row, rows) {
+    const words = new Uint32Array(this.#exports.memory.buffer, this.#exports.frame(), 36);
+    words.set([row, rows], 29);
+    return words;
+  }
+
+  /** Pixels, four bytes each, of colours that a GPU computed. */
+  shown(colors) {
+    const pixels = new Uint8ClampedArray(colors.length);
+    for (let at = 0; at < colors.length; at += 4 * MOST_PIXELS) {
+      const some = colors.subarray(at, at + 4 * MOST_PIXELS);
+      this.#floats(this.#exports.colors(), some.length).set(some);
+      const length = this.#exports.show(some.length / 4);
+      pixels.set(this.#bytes(this.#exports.pixels(), length), at);
+    }
+    return pixels;
   }
 
   /** Rays and samples of the picture so far. */
@@ -81,9 +119,12 @@ export class Instance {
     return new Float32Array(this.#exports.memory.buffer, address, length);
   }
 
+  #bytes(address, length) {
+    return new Uint8Array(this.#exports.memory.buffer, address, length);
+  }
+
   #text(length) {
-    const { buffer } = this.#exports.memory;
-    return new TextDecoder().decode(new Uint8Array(buffer, this.#exports.message(), length));
+    return new TextDecoder().decode(this.#bytes(this.#exports.message(), length));
   }
 
   #fail() {

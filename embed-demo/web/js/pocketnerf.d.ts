@@ -1,5 +1,5 @@
 /**
- * Radiance fields in a web page, rendered on the CPU.
+ * Radiance fields in a web page, rendered on the GPU where the browser has one, or on the CPU.
  *
  * Coordinates and lengths are those of the photographs that a model was made from.
  */
@@ -65,11 +65,29 @@ export interface Pick {
   point: [number, number, number];
 }
 
+export interface Stats {
+  ms: number;
+  rays: number;
+  samples: number;
+  /** Memory of the module, bytes. */
+  memory: number;
+  /**
+   * What rendered the picture. A GPU renders from when its program is compiled, within seconds,
+   * to when it fails. Its pictures differ in last bits from one to another.
+   */
+  device: "gpu" | "cpu";
+}
+
+export interface LoadOptions {
+  /** `off`: the CPU renders. `software`: for tests, programs that do as if they were a GPU count as one. */
+  gpu?: "off" | "software";
+}
+
 export declare class Scene {
   private constructor();
   readonly info: Info;
-  /** Statistics of the last complete picture; `memory` is that of the module, bytes. */
-  readonly stats: { ms: number; rays: number; samples: number; memory: number };
+  /** Statistics of the last complete picture. */
+  readonly stats: Stats;
   /** The file's own camera for a picture of this size, which shows all that its own picture shows. */
   camera(width?: number, height?: number): Camera;
   /**
@@ -84,4 +102,7 @@ export declare class Scene {
 }
 
 /** Opens a `.pnerf` file, with every byte checked; rejects with one line of text. */
-export declare function load(source: ArrayBuffer | ArrayBufferView | Blob): Promise<Scene>;
+export declare function load(
+  source: ArrayBuffer | ArrayBufferView | Blob,
+  options?: LoadOptions,
+): Promise<Scene>;

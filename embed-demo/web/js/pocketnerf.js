@@ -20,15 +20,16 @@ function code() {
 /**
  * Opens a `.pnerf` file.
  * @param {ArrayBuffer | ArrayBufferView | Blob} source
+ * @param {{ gpu?: "off" | "software" }} options
  * @returns {Promise<Scene>}
  */
-export async function load(source) {
+export async function load(source, { gpu } = {}) {
   const bytes = source instanceof Blob ? await source.arrayBuffer() : copy(source);
   const module = await code();
   const worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
   const calls = new Calls(worker);
   try {
-    const { info, memory } = await calls.send({ kind: "open", module, bytes }, [bytes]);
+    const { info, memory } = await calls.send({ kind: "open", module, bytes, gpu }, [bytes]);
     return new Scene(calls, info, memory);
   } catch (error) {
     calls.end("closed");
@@ -97,7 +98,7 @@ export class Scene {
     /** Facts about the file. */
     this.info = info;
     /** Statistics of the last complete picture. */
-    this.stats = { ms: 0, rays: 0, samples: 0, memory };
+    this.stats = { ms: 0, rays: 0, samples: 0, memory, device: "cpu" };
   }
 
   /** The file's own camera, or one beside the scene, for a picture of this size. */

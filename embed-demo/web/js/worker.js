@@ -1,18 +1,24 @@
 // Renders in a worker, a few tiles at a time, and handles messages in between.
 
+import { Gpu } from "./gpu.js";
 import { Instance } from "./instance.js";
 
 /** Milliseconds of rendering before messages are handled. */
 const BATCH = 12;
 
 let instance = null;
+/** What renders instead of `instance`, where there is one. */
+let gpu = null;
 /** The next picture to render; it replaces the current one. */
 let next = null;
 let isRendering = false;
 
 const answers = {
-  async open({ module, bytes }) {
-    instance = new Instance(await module, new Uint8Array(bytes));
+  open({ module, bytes, gpu: which }) {
+    const file = new Uint8Array(bytes);
+    instance = new Instance(module, file);
+    // Compiling may take seconds: until then, and where it fails, the CPU renders.
+    Gpu.open(module, file, which).then((opened) => (gpu = opened), () => {});
     return { info: instance.info, memory: instance.memory };
   },
   pick: ({ camera, x, y }) => ({ found: instance.pick(camera, x, y) }),
@@ -47,25 +53,40 @@ async function render() {
 }
 
 async function paint(job) {
+  const { id, camera, quality } = job;
   const begun = performance.now();
-  const count = instance.begin(job.camera, job.quality);
-  let tiles = [];
-  let since = begun;
-  for (let number = 0; number < count; number += 1) {
-    tiles.push(instance.tile(number));
-    if (performance.now() - since < BATCH || number + 1 === count) continue;
-    send({ id: job.id, tiles });
-    tiles = [];
-    await messages();
-    if (next) return drop(job);
-    since = performance.now();
+  const count = instance.begin(camera, quality);
+  const used = gpu;
+  let left = camera.width * camera.height;
+  try {
+    for await (const tiles of used ? used.bands(instance, camera) : bands(count)) {
+      for (const tile of tiles) left -= tile.width * tile.height;
+      postMessage({ id, tiles }, tiles.map((tile) => tile.pixels.buffer));
+      if (left && next) return drop(job);
+    }
+  } catch (error) {
+    if (!used) throw error;
+    gpu = null;
+    return paint(job);
   }
-  const stats = { ms: performance.now() - begun, ...instance.stats, memory: instance.memory };
-  send({ id: job.id, tiles, result: stats });
+  const ms = performance.now() - begun;
+  const stats = used?.stats ?? instance.stats;
+  const device = used ? "gpu" : "cpu";
+  postMessage({ id, result: { ms, ...stats, memory: instance.memory, device } });
 }
 
-function send(message) {
-  postMessage(message, message.tiles.map((tile) => tile.pixels.buffer));
+/** The picture that was begun, by the CPU, some tiles at a time. */
+async function* bands(count) {
+  let tiles = [];
+  let since = performance.now();
+  for (let number = 0; number < count; number += 1) {
+    tiles.push(instance.tile(number));
+    if (performance.now() - since < BATCH && number + 1 < count) continue;
+    await messages();
+    yield tiles;
+    tiles = [];
+    since = performance.now();
+  }
 }
 
 function drop({ id }) {

@@ -18,6 +18,7 @@ const [canvas, stage, message, figures] = ["picture", "stage", "message", "figur
 const context = canvas.getContext("2d", { alpha: false });
 const small = document.createElement("canvas");
 const pace = new Pace(FPS);
+const asked = new URLSearchParams(location.search);
 
 /** The scene that is shown, its view, and the name of its file. */
 let shown = null;
@@ -63,7 +64,7 @@ async function paintSmall({ scene, orbit }) {
   [small.width, small.height] = [w, h];
   small.getContext("2d").putImageData(image, 0, 0);
   context.drawImage(small, 0, 0, canvas.width, canvas.height);
-  report(`${ms.toFixed(0)} ms a frame at ${w} × ${h}, detail ${Math.round(100 * pace.scale)} %`);
+  reportPicture(`${ms.toFixed(0)} ms a frame at ${w} × ${h}, detail ${Math.round(100 * pace.scale)} %`);
 }
 
 /** The same view at another size. */
@@ -81,7 +82,7 @@ async function settle() {
   try {
     const image = await scene.render(orbit.camera(width, height), { onTile });
     if (!image || !isCurrent()) return;
-    report(`${scene.stats.ms.toFixed(0)} ms for the whole picture, ${width} × ${height}`);
+    reportPicture(`${scene.stats.ms.toFixed(0)} ms for the whole picture, ${width} × ${height}`);
     canvas.dataset.state = "rest";
     performance.mark("whole picture");
   } catch (error) {
@@ -93,6 +94,10 @@ function report(what) {
   figures.textContent = `${shown.name}: ${what}`;
 }
 
+function reportPicture(what) {
+  report(`${shown.scene.stats.device.toUpperCase()}, ${what}`);
+}
+
 function say(what) {
   message.textContent = what;
 }
@@ -101,7 +106,7 @@ function say(what) {
 async function show(name, bytes) {
   say("");
   try {
-    const scene = await load(await bytes);
+    const scene = await load(await bytes, { gpu: asked.get("gpu") });
     shown?.scene.close();
     shown = { scene, orbit: new Orbit(scene), name };
     const { kind, name: title, background, isLinear } = scene.info;
@@ -192,5 +197,5 @@ new ResizeObserver(() => {
   change();
 }).observe(canvas);
 
-const model = new URLSearchParams(location.search).get("model") ?? "still-life.pnerf";
+const model = asked.get("model") ?? "still-life.pnerf";
 show(model.split("/").pop(), fetched(model));

@@ -3,6 +3,7 @@
 
 #![allow(unsafe_code, reason = "exported names; nothing else here is unsafe")]
 
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 #[cfg(not(target_family = "wasm"))]
@@ -11,6 +12,7 @@ use std::cell::RefCell;
 use pocketnerf_core::SimdLevel;
 
 use crate::facts::{Facts, LENGTH};
+use crate::gpu::Parts;
 use crate::scene::{Scene, View};
 
 #[cfg(target_family = "wasm")]
@@ -24,6 +26,9 @@ std::thread_local! {
 struct Instance {
     input: Vec<u8>,
     scene: Option<Scene>,
+    /// Until the instance is dropped.
+    parts: Option<&'static Parts>,
+    frame: [u32; 36],
     facts: [f32; LENGTH],
     /// A camera, from the page: pose (16), focal lengths, principal point.
     view: [f32; 20],
@@ -37,6 +42,8 @@ impl Instance {
         Self {
             input: Vec::new(),
             scene: None,
+            parts: None,
+            frame: [0; 36],
             facts: [0.0; LENGTH],
             view: [0.0; 20],
             answer: [0.0; 4],
@@ -70,11 +77,17 @@ impl Instance {
     /// The result of `work`, or 0 and a message.
     fn try_to<T: Default>(&mut self, work: impl FnOnce(&mut Self) -> Result<T, String>) -> T {
         // Freed first: see `runtime`.
-        self.text = String::new();
+        self.say(String::new());
         work(self).unwrap_or_else(|why| {
-            self.text = why;
+            self.say(why);
             T::default()
         })
+    }
+
+    // Once in the code.
+    #[inline(never)]
+    fn say(&mut self, text: String) {
+        self.text = text;
     }
 }
 
@@ -166,6 +179,56 @@ pub extern "C" fn tile(number: u32) -> usize {
 #[unsafe(no_mangle)]
 pub extern "C" fn pixels() -> *const u8 {
     with(|instance| instance.scene.as_ref().map_or(core::ptr::null(), Scene::pixels))
+}
+
+/// Writes the program that renders the file on a GPU, and lays the model out for it, until the
+/// instance is dropped. Returns 1, or 0 and a [`message`].
+#[unsafe(no_mangle)]
+pub extern "C" fn pack() -> u32 {
+    with(|instance| {
+        instance.try_to(|instance| {
+            instance.parts = Some(Box::leak(Box::new(instance.scene()?.parts()?)));
+            Ok(1)
+        })
+    })
+}
+
+/// Address of a part of that: 0 the program's text, in UTF-8, 1 to 3 the buffers of its first
+/// group with these numbers.
+#[unsafe(no_mangle)]
+pub extern "C" fn part(which: u32) -> *const u8 {
+    with(|instance| instance.parts.as_ref().map_or(core::ptr::null(), |parts| parts.part(which).0))
+}
+
+/// Length of a part, bytes.
+#[unsafe(no_mangle)]
+pub extern "C" fn part_length(which: u32) -> usize {
+    with(|instance| instance.parts.as_ref().map_or(0, |parts| parts.part(which).1))
+}
+
+/// Address of the 144 bytes of buffer 0, for the picture that was started. Words 29 and 30 are the
+/// first row that is rendered and the number of rows.
+#[unsafe(no_mangle)]
+pub extern "C" fn frame() -> *const u32 {
+    with(|instance| {
+        instance.frame = instance.scene.as_ref().and_then(Scene::frame).unwrap_or([0; 36]);
+        instance.frame.as_ptr()
+    })
+}
+
+/// Address of the numbers to which the page writes colours that a GPU computed, those of a tile
+/// at most.
+#[unsafe(no_mangle)]
+pub extern "C" fn colors() -> *mut f32 {
+    with(|instance| {
+        instance.scene.as_mut().map_or(core::ptr::null_mut(), |scene| scene.colors().as_mut_ptr())
+    })
+}
+
+/// Makes so many of them [`pixels`], and returns the number of their bytes.
+#[unsafe(no_mangle)]
+pub extern "C" fn show(count: usize) -> usize {
+    with(|instance| instance.scene.as_mut().map_or(0, |scene| scene.show(count).len()))
 }
 
 /// Rays of the picture so far.

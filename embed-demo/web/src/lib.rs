@@ -1,5 +1,5 @@
-//! pocketnerf for web pages: renders a `.pnerf` file in tiles, through functions of numbers that
-//! a page calls without generated glue.
+//! pocketnerf for web pages: renders a `.pnerf` file in tiles, or has a GPU do it, through
+//! functions of numbers that a page calls without generated glue.
 //!
 //! An instance of the module shows one file and is dropped with it, so nothing needs to be freed.
 //! No function takes a pointer: the module allocates memory and returns its address, where the
@@ -12,6 +12,8 @@
 //! | [`open`](exports::open) | checks and opens it; [`facts`](exports::facts) and [`text`](exports::text) describe it |
 //! | [`view`](exports::view), [`begin`](exports::begin) | the place of a camera; starts its picture, and counts its tiles |
 //! | [`tile`](exports::tile), [`pixels`](exports::pixels) | renders one; its RGBA bytes |
+//! | [`pack`](exports::pack), [`part`](exports::part) | what a GPU renders the file with |
+//! | [`frame`](exports::frame), [`colors`](exports::colors), [`show`](exports::show) | what it is to know of a picture; its colours, as RGBA bytes |
 //! | [`pick`](exports::pick), [`answer`](exports::answer) | what is at a point of the picture |
 //!
 //! A failure returns 0 (`pick`: a negative number), with the reason in
@@ -40,8 +42,10 @@ extern crate std;
 
 pub mod exports;
 pub mod facts;
+mod gpu;
 #[cfg(target_family = "wasm")]
 mod runtime;
 mod scene;
 
+pub use gpu::Parts;
 pub use scene::{Scene, View};

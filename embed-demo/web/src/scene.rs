@@ -10,8 +10,10 @@ use pocketnerf_core::{
     Camera, Model, RenderOptions, Sampling, SimdLevel, Tile, Tuning, math, render_tile,
 };
 use pocketnerf_formats::{ModelFile, open_verified, unpacked};
+use pocketnerf_gpu::Frame;
 
 use crate::facts::Facts;
+use crate::gpu::Parts;
 
 /// A camera in the dataset's coordinates.
 pub type View = Camera;
@@ -21,7 +23,8 @@ pub type View = Camera;
 pub struct Scene {
     file: ModelFile<'static>,
     model: Model<'static>,
-    simd: SimdLevel,
+    /// The usual ones.
+    options: RenderOptions,
     scratch: Vec<f32>,
     rgba: Vec<f32>,
     pixels: Vec<u8>,
@@ -48,12 +51,12 @@ impl Scene {
         // The scene lives as long as the instance: the table is never freed.
         let table = vec![0; file.model.table_len()].leak();
         let model = file.model.with_table(table).map_err(|error| error.to_string())?;
-        let scratch = RenderOptions::new(&model, simd, Tuning::FAST).scratch_len();
+        let options = RenderOptions::new(&model, simd, Tuning::FAST);
         Ok(Self {
             file,
             model,
-            simd,
-            scratch: vec![0.0; scratch],
+            options,
+            scratch: vec![0.0; options.scratch_len()],
             rgba: vec![0.0; 4 * Tiles::MOST_PIXELS],
             pixels: vec![0; 4 * Tiles::MOST_PIXELS],
             picture: None,
@@ -116,8 +119,7 @@ impl Scene {
             return Err("quality: not a number, expected 0 to 1".into());
         }
         let camera = self.file.about.scene.camera_to_model(view);
-        let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
-        let options = RenderOptions { detail: self.model.detail(quality), ..options };
+        let options = RenderOptions { detail: self.model.detail(quality), ..self.options };
         self.picture = Some((camera, options));
         self.stats = RenderStats::default();
         Ok(Tiles::new(view.width, view.height).len() as u32)
@@ -135,12 +137,40 @@ impl Scene {
         let rgba = &mut self.rgba[..4 * tile.pixels()];
         let stats = render_tile(&self.model, camera, tile, options, &mut self.scratch, rgba, None);
         self.stats += stats.map_err(|error| error.to_string())?;
-        let pixels = &mut self.pixels[..4 * tile.pixels()];
-        for (to, from) in pixels.as_chunks_mut::<4>().0.iter_mut().zip(rgba.as_chunks::<4>().0) {
+        Ok((tile, self.show(tile.pixels())))
+    }
+
+    /// What a GPU needs to render this.
+    ///
+    /// # Errors
+    /// One line: why no GPU renders it.
+    pub fn parts(&self) -> Result<Parts, String> {
+        Parts::new(&self.model, &self.options).map_err(|error| error.to_string())
+    }
+
+    /// The uniform buffer of the picture; the page says of which rows.
+    #[must_use]
+    pub fn frame(&self) -> Option<[u32; 36]> {
+        let (camera, options) = self.picture.as_ref()?;
+        let least = self.model.sampling.min_transmittance;
+        let rows = [camera.width, 0, camera.height];
+        Some(Frame::of_camera(camera, &options.detail, least, rows).words())
+    }
+
+    /// Room for the colours of [`Tiles::MOST_PIXELS`], four numbers a pixel, premultiplied.
+    pub const fn colors(&mut self) -> &mut [f32] {
+        self.rgba.as_mut_slice()
+    }
+
+    /// The first pixels of [`colors`](Self::colors), as [`tile`](Self::tile) gives them.
+    pub fn show(&mut self, pixels: usize) -> &[u8] {
+        let pixels = pixels.min(Tiles::MOST_PIXELS);
+        let (from, to) = (self.rgba.as_chunks().0, self.pixels.as_chunks_mut().0);
+        for (to, from) in to[..pixels].iter_mut().zip(from) {
             let [r, g, b] = self.model.display.rgb8(*from);
             *to = [r, g, b, 255];
         }
-        Ok((tile, pixels))
+        &self.pixels[..4 * pixels]
     }
 
     /// The address of a tile's bytes.
@@ -181,8 +211,7 @@ impl Scene {
     /// this bisects over the opacity that the renderer finds up to some step.
     fn median(&mut self, camera: &Camera) -> Result<f32, String> {
         let Sampling { step, near, far, .. } = self.model.sampling;
-        let options = RenderOptions::new(&self.model, self.simd, Tuning::FAST);
-        let options = RenderOptions { detail: Detail::FINEST, ..options };
+        let options = RenderOptions { detail: Detail::FINEST, ..self.options };
         let mut model = self.model;
         // Otherwise rays would end before they are fully opaque.
         model.sampling.min_transmittance = 1e-12;

@@ -36,6 +36,32 @@ fn tiles_are_those_of_every_host() {
 }
 
 #[test]
+fn what_a_gpu_is_given() {
+    let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    let mut scene = Scene::open(STILL_LIFE, SimdLevel::detect()).unwrap();
+    let parts = scene.parts().unwrap();
+    assert!(parts.program().contains("fn render("));
+    assert!(4 * parts.packed().tables.len() > STILL_LIFE.len() / 4);
+    // The camera: its columns, its lens, and the rows.
+    assert_eq!(scene.frame(), None);
+    let camera = scene.own_camera(90, 100);
+    scene.begin(&camera, 1.0).unwrap();
+    let frame = scene.frame().unwrap();
+    let model = file.about.scene.camera_to_model(&camera).camera_to_world;
+    let expected: Vec<u32> = (0..12).map(|i| model[4 * (i % 3) + i / 3].to_bits()).collect();
+    let columns: Vec<u32> = (0..4).flat_map(|c| frame[4 * c..4 * c + 3].to_vec()).collect();
+    assert_eq!(columns, expected);
+    assert_eq!(frame[16], camera.focal[0].to_bits());
+    assert_eq!(frame[28..], [90, 0, 100, 0, 1, 1, 1, 1]);
+    // Colours become bytes over the background.
+    let pixel = [0.25, 0.5, 0.0, 0.5];
+    scene.colors()[4..8].copy_from_slice(&pixel);
+    let [r, g, b] = file.model.display.rgb8(pixel);
+    assert_eq!(scene.show(2)[4..], [r, g, b, 255]);
+    assert_eq!(scene.show(usize::MAX).len(), 4 * Tiles::MOST_PIXELS);
+}
+
+#[test]
 fn a_packed_file_shows_the_same() {
     let packed = pocketnerf_formats::pack(STILL_LIFE).unwrap();
     let simd = SimdLevel::detect();

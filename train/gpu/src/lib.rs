@@ -6,8 +6,11 @@
 //! program (WGSL) around its constants. It needs no optional feature of a GPU.
 //!
 //! # Features
-//! * `wgpu` (default): runs the program. Without it, only `pack` and `shader` are there, for
-//!   hosts that have a GPU's interface of their own, as web pages do; no standard library.
+//! * `wgpu` (default): runs the program. Without it, only `pack`, `shader` and [`Frame`] are
+//!   there, for hosts that have a GPU's interface of their own, as web pages do; no standard
+//!   library.
+//! * `nerf`, `ndc`: vanilla NeRFs and forward-facing captures, beside hash grids in a box; part
+//!   of `wgpu`.
 //!
 //! # Example
 #![cfg_attr(feature = "wgpu", doc = "```")]
@@ -38,10 +41,19 @@
 
 extern crate alloc;
 
+/// A file of the program, without comments.
+macro_rules! wgsl {
+    ($name:literal) => {
+        include_str!(concat!(env!("OUT_DIR"), "/", $name, ".wgsl"))
+    };
+}
+
+mod frame;
 pub mod pack;
 #[cfg(feature = "wgpu")]
 mod render;
 pub mod shader;
 
+pub use frame::Frame;
 #[cfg(feature = "wgpu")]
 pub use render::{Error, Gpu, Picture, Renderer, Software, adapters};

@@ -16,12 +16,12 @@ pub(super) fn pack(occupancy: Option<&Occupancy<'_>>) -> Vec<u32> {
     let n = occupancy.resolution() / BLOCK;
     let (mut blocks, mut cells) = (Vec::new(), Vec::new());
     for number in 0..n * n * n {
-        let [x, y, z] = [number % n, number / n % n, number / (n * n)];
+        let [x, y, z] = place(number, n);
         match occupancy.block(x, y, z) {
             Some(bits) => {
                 blocks.push((cells.len() / WORDS) as u32);
                 let (words, _) = bits.as_chunks::<4>();
-                cells.extend(words.iter().map(|bytes| u32::from_le_bytes(*bytes)));
+                words.iter().for_each(|bytes| cells.push(u32::from_le_bytes(*bytes)));
             }
             None => blocks.push(EMPTY | BLOCK),
         }
@@ -34,24 +34,29 @@ pub(super) fn pack(occupancy: Option<&Occupancy<'_>>) -> Vec<u32> {
 /// Notes of each empty block the side of the largest empty cube that it is a part of. Cubes
 /// have 2, 4, 8 and so on blocks along a side, and begin at multiples of it.
 fn grow(blocks: &mut [u32], n: u32) {
-    let at = |[x, y, z]: [u32; 3]| (x + n * (y + n * z)) as usize;
     let mut side = 2;
     while side <= n {
-        let along = || (0..n / side).map(move |i| i * side);
-        for corner in along().flat_map(|z| along().map(move |y| [y, z])) {
-            for x in along() {
-                let [y, z] = corner;
-                let cube = (0..side * side * side)
-                    .map(|i| at([x + i % side, y + i / side % side, z + i / (side * side)]));
-                // Those that are as large as they can be so far.
-                let half = EMPTY | (BLOCK * side / 2);
-                if cube.clone().all(|block| blocks[block] == half) {
-                    cube.for_each(|block| blocks[block] = EMPTY | (BLOCK * side));
-                }
+        // Those that are as large as they can be so far.
+        let (half, whole) = (EMPTY | (BLOCK * side / 2), EMPTY | (BLOCK * side));
+        let cubes = n / side;
+        for cube in 0..cubes * cubes * cubes {
+            let corner = place(cube, cubes);
+            let blocks_of = (0..side * side * side).map(|i| {
+                let [x, y, z] = place(i, side);
+                let [x, y, z] = [x + side * corner[0], y + side * corner[1], z + side * corner[2]];
+                (x + n * (y + n * z)) as usize
+            });
+            if blocks_of.clone().all(|block| blocks[block] == half) {
+                blocks_of.for_each(|block| blocks[block] = whole);
             }
         }
         side *= 2;
     }
+}
+
+/// Where the block of this number is, in a cube of blocks with this side.
+const fn place(number: u32, side: u32) -> [u32; 3] {
+    [number % side, number / side % side, number / (side * side)]
 }
 
 #[cfg(test)]

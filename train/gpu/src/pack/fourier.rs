@@ -30,7 +30,7 @@ pub(super) fn pack(fourier: &Fourier<'_>, weights: &mut Weights) -> PackedFourie
     let mut at = 0;
     let mut next = |n: usize| {
         at += n;
-        padded((at - n..at).map(Some))
+        padded(at - n..at)
     };
     if fourier.include_input {
         order.extend(next(3));

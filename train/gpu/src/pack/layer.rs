@@ -1,7 +1,9 @@
 //! Dense layers, four columns at a time.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
+use pocketnerf_core::TensorView;
 use pocketnerf_core::network::{Dense, Mlp};
 
 /// Numbers that a shader computes with at a time.
@@ -26,21 +28,23 @@ pub(super) struct Weights {
     pub(super) rows: Vec<[f32; QUAD]>,
 }
 
-/// Values in their own order, then what fills up the last quad.
+/// The first values in their own order, then what fills up the last quad.
 pub(super) fn first(n: usize) -> Vec<Option<usize>> {
-    padded((0..n).map(Some))
+    padded(0..n)
 }
 
 /// Whole quads of values, nothing for what is left of the last one.
-pub(super) fn padded(values: impl IntoIterator<Item = Option<usize>>) -> Vec<Option<usize>> {
-    let mut values: Vec<_> = values.into_iter().collect();
-    values.resize(values.len().next_multiple_of(QUAD), None);
-    values
+#[inline(never)]
+pub(super) fn padded(values: Range<usize>) -> Vec<Option<usize>> {
+    let n = values.len();
+    let value = |i| (i < n).then_some(values.start + i);
+    (0..n.next_multiple_of(QUAD)).map(value).collect()
 }
 
 impl Weights {
     /// Adds a layer. What the shader has as value i of its input is `inputs[i]` of the
     /// layer's own, or nothing; the same of its outputs.
+    #[inline(never)]
     pub(super) fn layer(
         &mut self,
         layer: &Dense<'_>,
@@ -48,22 +52,28 @@ impl Weights {
         outputs: &[Option<usize>],
     ) -> Layer {
         let (first, n_out) = (self.rows.len(), layer.weight.cols());
-        let quads = || outputs.as_chunks::<QUAD>().0.iter();
         for input in inputs {
-            let weight = |output: Option<usize>| match (*input, output) {
-                (Some(input), Some(output)) => layer.weight.get(input * n_out + output),
-                _ => 0.0,
-            };
-            self.rows.extend(quads().map(|quad| quad.map(weight)));
+            self.row(input.map(|input| (&layer.weight, input * n_out)), outputs);
         }
         let bias = layer.bias.map(|bias| {
             let first = self.rows.len();
-            let value = |output: Option<usize>| output.map_or(0.0, |output| bias.get(output));
-            self.rows.extend(quads().map(|quad| quad.map(value)));
+            self.row(Some((&bias, 0)), outputs);
             first
         });
         let [n_input, n_output] = [inputs, outputs].map(|values| values.len() / QUAD);
         Layer { first, bias, n_input, n_output }
+    }
+
+    /// Adds a number for each output: of a tensor, from a place on, or zeros.
+    #[inline(never)]
+    fn row(&mut self, from: Option<(&TensorView<'_>, usize)>, outputs: &[Option<usize>]) {
+        let value = |output| match (from, output) {
+            (Some((tensor, first)), Some(output)) => tensor.get(first + output),
+            _ => 0.0,
+        };
+        for quad in outputs.as_chunks::<QUAD>().0 {
+            self.rows.push(quad.map(value));
+        }
     }
 
     /// Adds the layers of a network.
@@ -88,7 +98,7 @@ impl Weights {
 
 #[cfg(test)]
 mod tests {
-    use pocketnerf_core::{DType, Layout, TensorView};
+    use pocketnerf_core::{DType, Layout};
 
     use super::*;
 
@@ -106,7 +116,7 @@ mod tests {
         let mut weights = Weights { rows: vec![[0.5; 4]] };
         // The shader has x1 second of the first quad; y1 and y2 first, y0 in a quad of its own.
         let inputs = [Some(0), Some(1), None, None];
-        let outputs = [padded([Some(1), Some(2)]), padded([Some(0)])].concat();
+        let outputs = [padded(1..3), padded(0..1)].concat();
         let packed = weights.layer(&layer, &inputs, &outputs);
         assert_eq!(packed, Layer { first: 1, bias: Some(9), n_input: 1, n_output: 2 });
         let expected = [

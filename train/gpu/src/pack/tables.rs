@@ -22,12 +22,10 @@ pub(super) fn pack(grid: &HashGrid<'_>, words: &mut Vec<u32>) -> Vec<PackedLevel
     for (l, table) in grid.levels.iter().enumerate().take(n_levels) {
         let per_word = size_of::<u32>() / table.dtype().size();
         let first = words.len() * per_word;
-        let (whole, rest) = table.bytes().as_chunks::<4>();
-        words.extend(whole.iter().map(|bytes| u32::from_le_bytes(*bytes)));
-        if !rest.is_empty() {
-            let mut last = [0; 4];
-            last[..rest.len()].copy_from_slice(rest);
-            words.push(u32::from_le_bytes(last));
+        for bytes in table.bytes().chunks(size_of::<u32>()) {
+            let mut word = [0; 4];
+            word[..bytes.len()].copy_from_slice(bytes);
+            words.push(u32::from_le_bytes(word));
         }
         levels.push(PackedLevel { level: grid.config.level(l), first, factor: table.scale() });
     }
@@ -37,9 +35,9 @@ pub(super) fn pack(grid: &HashGrid<'_>, words: &mut Vec<u32>) -> Vec<PackedLevel
 /// The file of the shader that reads such tables.
 pub(crate) const fn reader(dtype: DType) -> Option<&'static str> {
     match dtype {
-        DType::F32 => Some(include_str!("../shader/wgsl/stored_f32.wgsl")),
-        DType::F16 => Some(include_str!("../shader/wgsl/stored_f16.wgsl")),
-        DType::I8 => Some(include_str!("../shader/wgsl/stored_i8.wgsl")),
+        DType::F32 => Some(wgsl!("stored_f32")),
+        DType::F16 => Some(wgsl!("stored_f16")),
+        DType::I8 => Some(wgsl!("stored_i8")),
         _ => None,
     }
 }

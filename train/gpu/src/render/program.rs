@@ -3,34 +3,12 @@
 use std::sync::mpsc;
 use std::time::Duration;
 
-use bytemuck::{Pod, Zeroable};
 use pocketnerf_core::{Model, Ray, RenderOptions};
 
 use super::{Error, Gpu};
+use crate::frame::Frame;
 use crate::pack::Packed;
 use crate::shader;
-
-/// What a shader is to know of a band of a picture: `Frame` in `ray.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(super) struct Frame {
-    /// Right, up and back of the camera, and its position.
-    pub(super) pose: [[f32; 4]; 4],
-    pub(super) focal: [f32; 2],
-    pub(super) center: [f32; 2],
-    /// Where the camera looks.
-    pub(super) axis: [f32; 4],
-    pub(super) min_transmittance: f32,
-    pub(super) coarse_step_below: f32,
-    pub(super) rest: [f32; 2],
-    pub(super) width: u32,
-    pub(super) first_row: u32,
-    pub(super) rows: u32,
-    /// Whether rays are given: the camera does not matter then.
-    pub(super) has_rays: u32,
-    /// 1: see `times` there.
-    pub(super) once: [u32; 4],
-}
 
 /// Bytes of a pixel: its colour, then its depth and samples.
 const COLOR: u64 = 16;
@@ -80,7 +58,7 @@ impl Program {
         let pipeline = compile(gpu, shader::source(model, &packed, options))?;
         let frame = gpu.buffer(
             "frame",
-            size_of::<Frame>() as u64,
+            size_of_val(&Frame::default().words()) as u64,
             wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         )?;
         let weights = gpu.upload("networks", bytemuck::cast_slice(&packed.weights))?;
@@ -129,19 +107,20 @@ impl Program {
         rays: &[Ray],
         take: impl FnOnce(&[u8], &[[u8; 8]]) -> T,
     ) -> Result<T, Error> {
-        let n = u64::from(frame.width) * u64::from(frame.rows);
+        let [width, rows] = frame.size();
+        let n = u64::from(width) * u64::from(rows);
         let Gpu { device, queue, .. } = &self.gpu;
         if !rays.is_empty() {
             // A ray is its six numbers.
             let numbers: Vec<_> = rays.iter().map(|ray| [ray.origin, ray.direction]).collect();
             queue.write_buffer(&band.rays, 0, bytemuck::cast_slice(&numbers));
         }
-        queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
+        queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame.words()));
         let mut encoder = device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &band.group, &[]);
-        pass.dispatch_workgroups(frame.width.div_ceil(8), frame.rows.div_ceil(8), 1);
+        pass.dispatch_workgroups(width.div_ceil(8), rows.div_ceil(8), 1);
         drop(pass);
         let [colors, distances] = [COLOR, DISTANCE].map(|bytes| bytes * n);
         encoder.copy_buffer_to_buffer(&band.colors, 0, &band.read, 0, colors);

@@ -6,8 +6,9 @@ use pocketnerf_core::render::Detail;
 use pocketnerf_core::{Camera, Model, Ray, RenderOptions};
 
 use super::bands::Bands;
-use super::program::{Band, Frame, Program};
+use super::program::{Band, Program};
 use super::{Error, Gpu, Picture, self_test};
+use crate::frame::Frame;
 
 /// Renders pictures of a model one after another, in memory that it keeps.
 #[derive(Debug)]
@@ -148,19 +149,13 @@ impl Renderer {
         Ok(())
     }
 
-    fn frame(&self, source: Source<'_>, [width, first_row, rows]: [u32; 3]) -> Frame {
-        let min_transmittance = self.min_transmittance.max(self.detail.min_transmittance);
-        let coarse_step_below = self.detail.coarse_step_below;
-        let rows = Frame { width, first_row, rows, once: [1; 4], ..Frame::default() };
-        let band = Frame { min_transmittance, coarse_step_below, ..rows };
-        let axis = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
+    fn frame(&self, source: Source<'_>, rows: [u32; 3]) -> Frame {
         match source {
-            Source::Rays(_, along) => Frame { axis: axis(along), has_rays: 1, ..band },
+            Source::Rays(_, axis) => {
+                Frame::of_rays(axis, &self.detail, self.min_transmittance, rows)
+            }
             Source::Camera(camera) => {
-                let m = &camera.camera_to_world;
-                let pose = [0, 1, 2, 3].map(|c| [m[c], m[4 + c], m[8 + c], 0.0]);
-                let Camera { focal, center, .. } = *camera;
-                Frame { pose, focal, center, axis: axis(camera.axis()), ..band }
+                Frame::of_camera(camera, &self.detail, self.min_transmittance, rows)
             }
         }
     }

@@ -4,34 +4,28 @@ use alloc::borrow::ToOwned;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec;
-use alloc::vec::Vec;
 
 use pocketnerf_core::field::{Activation, MAX_SIGMA};
 
-use super::constants::Constants;
-use super::network::{Source, chain, layer, write_line};
+use super::network::{Source, chain, layer};
+use super::text::{Text, line};
 use crate::pack::{PackedFourier, PackedNetwork, PackedVanilla, PackedWaves, QUAD};
 
 /// Adds what evaluates the field.
-pub(super) fn write(
-    field: &PackedVanilla,
-    is_hierarchical: bool,
-    constants: &mut Constants,
-    files: &mut Vec<&str>,
-    text: &mut String,
-) {
-    constants.whole("N_CHANNELS", 1);
-    constants.number("MAX_SIGMA", MAX_SIGMA);
-    constants.number("DENSITY_SCALE", field.density_scale);
-    constants.point("MAP_SCALE", field.map[0]);
-    constants.point("MAP_OFFSET", field.map[1]);
-    files.extend([include_str!("wgsl/waves.wgsl"), include_str!("wgsl/vanilla.wgsl")]);
+pub(super) fn write(field: &PackedVanilla, is_hierarchical: bool, text: &mut Text) {
+    text.whole("N_CHANNELS", 1);
+    text.number("MAX_SIGMA", MAX_SIGMA);
+    text.number("DENSITY_SCALE", field.density_scale);
+    text.point("MAP_SCALE", field.map[0]);
+    text.point("MAP_OFFSET", field.map[1]);
+    text.file(wgsl!("waves"));
+    text.file(wgsl!("vanilla"));
     let activated = match field.activation {
         Activation::Relu => "max(x, 0.0f)",
         Activation::Softplus => "softplus(x)",
         _ => "exp(min(x, 80.0f))",
     };
-    write_line(text, &format!("fn activated(x: f32) -> f32 {{\n    return {activated};\n}}"));
+    line!(text, "fn activated(x: f32) -> f32 {{\n    return {activated};\n}}");
     encode(text, "encode_position", &field.positions);
     if let Some(directions) = &field.directions {
         encode(text, "encode_direction", directions);
@@ -43,46 +37,43 @@ pub(super) fn write(
 }
 
 /// A function that encodes a point.
-fn encode(text: &mut String, name: &str, fourier: &PackedFourier) {
+fn encode(text: &mut Text, name: &str, fourier: &PackedFourier) {
     let quads = fourier.quads();
-    write_line(text, &format!("fn {name}(p: vec3f) -> array<vec4f, {quads}> {{"));
-    write_line(text, &format!("    var encoded: array<vec4f, {quads}>;"));
+    line!(text, "fn {name}(p: vec3f) -> array<vec4f, {quads}> {{");
+    line!(text, "var encoded: array<vec4f, {quads}>;");
     let mut first = 0;
     if fourier.include_input {
-        write_line(text, "    encoded[0] = vec4f(p, 0.0f);");
+        line!(text, "encoded[0] = vec4f(p, 0.0f);");
         first = 1;
     }
     match fourier.waves {
         PackedWaves::Octaves { n, pi } => {
             let half_turns = if pi { "half_turns_of_pi" } else { "half_turns" };
-            write_line(text, &format!("    let turns = {half_turns}(p);"));
-            write_line(text, &format!("    for (var k = 0u; k < times({n}u); k++) {{"));
-            write_line(text, "        let x = octave(turns, k);");
-            write_line(text, &format!("        encoded[{first}u + 2u * k] = sin_pi(x);"));
-            write_line(text, &format!("        encoded[{first}u + 2u * k + 1u] = cos_pi(x);"));
-            write_line(text, "    }");
+            line!(text, "let turns = {half_turns}(p);");
+            line!(text, "for (var k = 0u; k < times({n}u); k++) {{");
+            line!(text, "let x = octave(turns, k);");
+            line!(text, "encoded[{first}u + 2u * k] = sin_pi(x);");
+            line!(text, "encoded[{first}u + 2u * k + 1u] = cos_pi(x);");
+            line!(text, "}}");
         }
         PackedWaves::Gaussian { first: row, n } => {
             let quads = n.div_ceil(QUAD);
-            write_line(text, &format!("    for (var q = 0u; q < times({quads}u); q++) {{"));
-            write_line(text, "        var x: vec4f;");
-            write_line(text, "        for (var j = 0u; j < 4u; j++) {");
-            write_line(
-                text,
-                &format!("            x[j] = 2.0f * dot(p, weights[{row}u + 4u * q + j].xyz);"),
-            );
-            write_line(text, "        }");
-            write_line(text, &format!("        encoded[{first}u + q] = cos_pi(x);"));
-            write_line(text, &format!("        encoded[{first}u + {quads}u + q] = sin_pi(x);"));
-            write_line(text, "    }");
+            line!(text, "for (var q = 0u; q < times({quads}u); q++) {{");
+            line!(text, "var x: vec4f;");
+            line!(text, "for (var j = 0u; j < 4u; j++) {{");
+            line!(text, "x[j] = 2.0f * dot(p, weights[{row}u + 4u * q + j].xyz);");
+            line!(text, "}}");
+            line!(text, "encoded[{first}u + q] = cos_pi(x);");
+            line!(text, "encoded[{first}u + {quads}u + q] = sin_pi(x);");
+            line!(text, "}}");
         }
     }
-    write_line(text, "    return encoded;\n}");
+    line!(text, "return encoded;\n}}");
 }
 
 /// The trunk of a network; returns what comes out of it.
-fn trunk(text: &mut String, positions: &PackedFourier, network: &PackedNetwork) -> (String, usize) {
-    write_line(text, "    var position = encode_position(u * MAP_SCALE + MAP_OFFSET);");
+fn trunk(text: &mut Text, positions: &PackedFourier, network: &PackedNetwork) -> (String, usize) {
+    line!(text, "var position = encode_position(u * MAP_SCALE + MAP_OFFSET);");
     let encoded = ("position", positions.quads());
     let (mut last, mut quads) = (String::new(), 0);
     for (i, (packed, skips, relu)) in network.trunk.iter().enumerate() {
@@ -100,9 +91,9 @@ fn trunk(text: &mut String, positions: &PackedFourier, network: &PackedNetwork) 
 }
 
 /// Density and colour, both before their activation.
-fn fine(text: &mut String, field: &PackedVanilla) {
+fn fine(text: &mut Text, field: &PackedVanilla) {
     let network = &field.fine;
-    write_line(text, "fn fine_network(u: vec3f, d: vec3f) -> array<vec4f, 2> {");
+    line!(text, "fn fine_network(u: vec3f, d: vec3f) -> array<vec4f, 2> {{");
     let (mut last, mut quads) = trunk(text, &field.positions, network);
     layer(text, &network.density, &[(&last, quads)], "density", false);
     if let Some((feature, relu)) = &network.feature {
@@ -111,18 +102,18 @@ fn fine(text: &mut String, field: &PackedVanilla) {
     }
     let mut sources = vec![(last.as_str(), quads)];
     if let Some(directions) = &field.directions {
-        write_line(text, "    var direction = encode_direction(d);");
+        line!(text, "var direction = encode_direction(d);");
         sources.push(("direction", directions.quads()));
     }
     let color = chain(text, &network.color, &sources, "color");
-    write_line(text, &format!("    return array<vec4f, 2>(density[0], {color}[0]);\n}}"));
+    line!(text, "return array<vec4f, 2>(density[0], {color}[0]);\n}}");
 }
 
 /// The density that places samples.
-fn coarse(text: &mut String, field: &PackedVanilla) {
+fn coarse(text: &mut Text, field: &PackedVanilla) {
     let network = field.coarse.as_ref().unwrap_or(&field.fine);
-    write_line(text, "fn coarse_sigma(u: vec3f) -> f32 {");
+    line!(text, "fn coarse_sigma(u: vec3f) -> f32 {{");
     let (last, quads) = trunk(text, &field.positions, network);
     layer(text, &network.density, &[(&last, quads)], "density", false);
-    write_line(text, "    return min(activated(density[0].x), MAX_SIGMA) * DENSITY_SCALE;\n}");
+    line!(text, "return min(activated(density[0].x), MAX_SIGMA) * DENSITY_SCALE;\n}}");
 }

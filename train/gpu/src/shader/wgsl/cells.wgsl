@@ -24,5 +24,5 @@ fn around(u: vec3f) -> Around {
     let place = cell & vec3u(7u);
     let bit = place.x + 8u * place.y + 64u * place.z;
     let bits = occupancy[BLOCKS * BLOCKS * BLOCKS + 16u * block + bit / 32u];
-    return Around((bits >> (bit & 31u) & 1u) != 0u, vec3f(cell), 1.0f);
+    return Around(((bits >> (bit & 31u)) & 1u) != 0u, vec3f(cell), 1.0f);
 }

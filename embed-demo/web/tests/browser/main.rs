@@ -1,6 +1,7 @@
 //! The page and the package in a browser, where there is one.
 
 mod common;
+mod gpu;
 
 use base64::Engine;
 use common::chromium::Page;
@@ -10,8 +11,8 @@ use pocketnerf_view::view::View;
 use pocketnerf_web::Scene;
 use serde_json::{Value, json};
 
-const STILL_LIFE: &[u8] = include_bytes!("../../still-life.pnerf");
-const NERF: &[u8] = include_bytes!("../../../tests/golden/nerf-f16.pnerf");
+const STILL_LIFE: &[u8] = include_bytes!("../../../still-life.pnerf");
+const NERF: &[u8] = include_bytes!("../../../../tests/golden/nerf-f16.pnerf");
 const AT_REST: &str = "picture.dataset.state === 'rest'";
 
 /// The bytes of the canvas, as text; those of an `ImageData` with `data`.
@@ -44,6 +45,7 @@ fn the_page_follows_the_hand() {
     assert_eq!(difference(&first, &native(STILL_LIFE, &own)), 0);
     let label = page.value("picture.ariaLabel");
     assert!(label.as_str().unwrap().contains("hash-grid"), "{label}");
+    says(&mut page, ": CPU, ");
     says(&mut page, "ms for the whole picture, 400");
 
     // A drag turns; the way back leads to the same picture.

@@ -44,11 +44,21 @@ fn name() -> Option<&'static str> {
 
 impl Page {
     /// An empty page of this size; `home` is the only server that it may ask.
-    pub(crate) fn new(home: &str, [width, height]: [u32; 2]) -> Option<Self> {
+    pub(crate) fn new(home: &str, size: [u32; 2]) -> Option<Self> {
+        Self::open(home, size, &["--disable-gpu"])
+    }
+
+    /// The same with WebGPU, by a program that does as if it were a GPU.
+    pub(crate) fn with_gpu(home: &str, size: [u32; 2]) -> Option<Self> {
+        Self::open(home, size, &["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"])
+    }
+
+    fn open(home: &str, [width, height]: [u32; 2], how: &[&str]) -> Option<Self> {
         let Some(name) = name() else { return super::skip("no chromium on this machine") };
         let profile = tempfile::tempdir().unwrap();
         let process = Command::new(name)
-            .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0"])
+            .args(["--headless=new", "--no-sandbox", "--remote-debugging-port=0"])
+            .args(how)
             .args(["--no-first-run", "--disable-background-networking", "--disable-dev-shm-usage"])
             .arg(format!("--window-size={width},{height}"))
             .arg(format!("--user-data-dir={}", profile.path().display()))

@@ -1,0 +1,142 @@
+//! WebGPU, by a program that does as if it were a GPU: what real ones are asked for, slowly.
+
+use serde_json::{Value, json};
+
+use crate::common::{self, chromium::Page};
+use crate::{AT_REST, BYTES, STILL_LIFE, decode, difference, four_lanes, native, psnr, seen};
+use pocketnerf_web::Scene;
+
+/// Until the GPU has rendered a picture of this scene.
+const ON_GPU: &str = "(async () => {
+    for (;;) {
+        await scene.render(scene.camera(8, 8));
+        if (scene.stats.device === 'gpu') return true;
+        await new Promise((resolve) => setTimeout(resolve, 50));
+    }
+})()";
+
+#[test]
+fn a_gpu_renders_what_the_cpu_does() {
+    let Some(dist) = common::dist() else { return };
+    let home = common::server::serve(&dist);
+    let Some(mut page) = Page::with_gpu(&home, [200, 200]) else { return };
+    page.go(&format!("{home}/package.json"));
+    page.value(BYTES);
+    page.value(
+        "(async () => {
+            const { load } = await import('/pocketnerf.js');
+            const bytes = await (await fetch('/still-life.pnerf')).arrayBuffer();
+            globalThis.cpu = await load(bytes, { gpu: 'off' });
+            globalThis.refused = await load(bytes);
+            globalThis.scene = await load(bytes, { gpu: 'software' });
+        })()",
+    );
+    assert_eq!(page.value(ON_GPU), true);
+    for quality in [0.0, 1.0] {
+        let mut picture = |scene: &str| {
+            let render =
+                format!("{scene}.render({scene}.camera(90, 70), {{ quality: {quality} }})");
+            decode(&page.value(&format!("{render}.then((image) => text(image.data))")))
+        };
+        let (found, expected) = (picture("scene"), picture("cpu"));
+        let least = if quality == 1.0 { 50.0 } else { 30.0 };
+        let psnr = psnr(&found, &expected);
+        println!("quality {quality}: {psnr:.1} dB");
+        assert!(psnr >= least, "quality {quality}: {psnr} dB");
+        let stats = page.value("[scene.stats, cpu.stats]");
+        assert_eq!(json!([stats[0]["device"], stats[1]["device"]]), json!(["gpu", "cpu"]));
+        assert_eq!(stats[0]["rays"], 6300);
+        assert!(stats[0]["samples"].as_f64() > Some(1e4), "{stats}");
+    }
+
+    // Without being asked for it, no such program counts.
+    page.value("refused.render(refused.camera(90, 70)).then(() => true)");
+    assert_eq!(page.value("refused.stats.device"), "cpu");
+
+    // Only the newest picture.
+    let overtaken =
+        "Promise.all([500, 400, 30].map((side) => scene.render(scene.camera(side, side))))
+        .then((all) => [...all.map((image) => image && image.width), scene.stats.device])";
+    assert_eq!(page.value(overtaken), json!([null, null, 30, "gpu"]));
+
+    // Questions wait for no picture.
+    let asked = "(async () => {
+        const picture = scene.render(scene.camera(300, 300)).then(() => 'picture');
+        return Promise.race([picture, scene.pick(0, 0, scene.camera(300, 300))]);
+    })()";
+    assert_eq!(page.value(asked), Value::Null);
+
+    // A GPU that is lost in the middle of a picture: the CPU renders it.
+    page.value("globalThis.last = scene.render(scene.camera(400, 400)); true");
+    page.call("Browser.crashGpuProcess", json!({}));
+    assert_eq!(page.value("last.then((image) => image.width)"), 400);
+    assert_eq!(page.value("scene.stats.device"), "cpu");
+    assert_eq!(page.complaints, [""; 0]);
+}
+
+#[test]
+fn a_gpu_that_miscomputes_is_found() {
+    let Some(dist) = common::dist() else { return };
+    let home = common::server::serve(&dist);
+    let Some(mut page) = Page::with_gpu(&home, [200, 200]) else { return };
+    page.go(&format!("{home}/package.json"));
+    // Opens a file after a change of what the GPU is given.
+    page.value(
+        "globalThis.opened = async (change) => {
+            const { Gpu } = await import('/gpu.js');
+            const module = await WebAssembly.compileStreaming(fetch('/pocketnerf.wasm'));
+            const bytes = await (await fetch('/still-life.pnerf')).arrayBuffer();
+            const { writeBuffer } = GPUQueue.prototype;
+            GPUQueue.prototype.writeBuffer = function (buffer, offset, data) {
+                writeBuffer.call(this, buffer, offset, change(data));
+            };
+            return Gpu.open(module, new Uint8Array(bytes), 'software')
+                .then(() => 'opened', (error) => error.message)
+                .finally(() => Object.assign(GPUQueue.prototype, { writeBuffer }));
+        }; true",
+    );
+    assert_eq!(page.value("opened((data) => data)"), "opened");
+    // A model of zeros; a camera of zeros.
+    for change in [
+        "data.length > 144 ? data.slice().fill(0) : data",
+        "data.length === 36 ? data.slice().fill(0, 0, 16) : data",
+    ] {
+        let said = page.value(&format!("opened((data) => {change})"));
+        assert_eq!(said, "the GPU miscomputes", "{change}");
+    }
+}
+
+#[test]
+fn the_page_says_what_renders() {
+    let Some(dist) = common::dist() else { return };
+    let home = common::server::serve(&dist);
+    let Some(mut page) = Page::with_gpu(&home, [120, 200]) else { return };
+    let [mut width, mut height] = [0; 2];
+    let mut pictures = ["?gpu=off", "", "?gpu=software"].map(|asked| {
+        page.go(&format!("{home}/{asked}"));
+        page.until(AT_REST);
+        page.value(BYTES);
+        if asked.contains("software") {
+            let again = format!("{AT_REST} && (document.getElementById('reset').click(), false)");
+            page.until(&format!("figures.textContent.includes(': GPU, ') || {again}"));
+            page.until(AT_REST);
+        } else {
+            // Time enough for a GPU to be found, were it to count.
+            page.value("new Promise((resolve) => setTimeout(resolve, 1000))");
+            page.value("document.getElementById('reset').click()");
+            page.until(AT_REST);
+            let said = page.value("figures.textContent");
+            assert!(said.as_str().unwrap().contains(": CPU, "), "{said}");
+        }
+        [width, height] = ["width", "height"]
+            .map(|side| page.value(&format!("picture.{side}")).as_u64().unwrap() as u32);
+        seen(&mut page)
+    });
+    let scene = Scene::open(STILL_LIFE, four_lanes()).unwrap();
+    let expected = native(STILL_LIFE, &scene.own_camera(width, height));
+    let [off, refused, gpu] = &mut pictures;
+    assert_eq!((difference(off, &expected), difference(refused, &expected)), (0, 0));
+    assert!(psnr(gpu, &expected) >= 35.0, "{} dB", psnr(gpu, &expected));
+    assert!(gpu != off);
+    assert_eq!(page.complaints, [""; 0]);
+}

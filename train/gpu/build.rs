@@ -1,0 +1,23 @@
+//! Takes comments and most spaces out of the program's files, which web pages download.
+
+use std::path::PathBuf;
+use std::{env, fs};
+
+const FILES: &str = "src/shader/wgsl";
+
+fn main() -> std::io::Result<()> {
+    println!("cargo::rerun-if-changed={FILES}");
+    let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
+    for file in fs::read_dir(FILES)? {
+        let path = file?.path();
+        let text = fs::read_to_string(&path)?;
+        let lines = text.lines().map(str::trim);
+        let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
+        let mut kept: String = kept.flat_map(|line| [line, "\n"]).collect();
+        for spaced in [", ", " + ", " * ", ": ", " {"] {
+            kept = kept.replace(spaced, spaced.trim());
+        }
+        fs::write(out.join(path.file_name().unwrap_or_default()), kept)?;
+    }
+    Ok(())
+}
