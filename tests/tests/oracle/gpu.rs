@@ -1,7 +1,7 @@
 //! Pictures by the GPU against the CPU's own: every kind of field, stored type, shading,
 //! space and sampling. What does as if it were a GPU is good enough.
 
-use std::sync::OnceLock;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pocketnerf_core::field::Shading;
@@ -21,7 +21,11 @@ const LEAST: f64 = 50.0;
 const CAPABILITIES: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
 /// The GPU, if there is one; without one where tools are required, the tests fail.
-fn gpu() -> Option<&'static Gpu> {
+fn gpu() -> Option<(&'static Gpu, MutexGuard<'static, ()>)> {
+    // One test at a time: programs that act as a GPU compile for seconds, and a device is taken
+    // for lost that does not answer for a minute.
+    static ALONE: Mutex<()> = Mutex::new(());
+    let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
     let open = || match Gpu::open(Software::Allowed) {
         Ok(gpu) => Some(gpu),
@@ -31,7 +35,7 @@ fn gpu() -> Option<&'static Gpu> {
             None
         }
     };
-    GPU.get_or_init(open).as_ref()
+    Some((GPU.get_or_init(open).as_ref()?, alone))
 }
 
 fn finest(model: &Model<'_>) -> RenderOptions {
@@ -119,7 +123,7 @@ fn every_program_is_valid_everywhere() {
 
 #[test]
 fn grids_look_as_on_the_cpu() {
-    let Some(gpu) = gpu() else { return };
+    let Some((gpu, _alone)) = gpu() else { return };
     for (name, model) in some_grids() {
         assert_alike(gpu, &name, &model, [40, 30], &finest(&model));
     }
@@ -127,7 +131,7 @@ fn grids_look_as_on_the_cpu() {
 
 #[test]
 fn nerfs_and_hierarchical_samples_look_as_on_the_cpu() {
-    let Some(gpu) = gpu() else { return };
+    let Some((gpu, _alone)) = gpu() else { return };
     for (name, model) in some_nerfs() {
         assert_alike(gpu, &name, &model, [40, 30], &finest(&model));
     }
@@ -148,7 +152,7 @@ fn nerfs_and_hierarchical_samples_look_as_on_the_cpu() {
 /// A picture is the same however it comes about: again, of rays that are given, in parts.
 #[test]
 fn the_same_pictures_from_rays_and_again() {
-    let Some(gpu) = gpu() else { return };
+    let Some((gpu, _alone)) = gpu() else { return };
     let (_, mut model) = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, false);
     // Of a denser mist, so that rays end.
     if let AnyField::HashGrid(field) = &mut model.field {
@@ -180,7 +184,7 @@ fn the_same_pictures_from_rays_and_again() {
 /// A small file cannot ask for hours of work.
 #[test]
 fn more_samples_than_are_allowed_are_refused() {
-    let Some(gpu) = gpu() else { return };
+    let Some((gpu, _alone)) = gpu() else { return };
     let (_, mut model) = build(Recipe { occupancy: None, ..Recipe::PLAIN }, false);
     model.sampling.step = 1e-4;
     let options = RenderOptions { max_samples_per_pixel: 50, ..finest(&model) };
