@@ -1,4 +1,4 @@
-//! The window's pictures by a GPU. What does as if it were one is good enough.
+//! The window's pictures on a GPU; a software GPU will do.
 
 mod common;
 

@@ -12,7 +12,7 @@ const COLOR = 16;
 const DISTANCE = 8;
 /** Samples of a ray; WebAssembly says what is wrong with a file that asks for more. */
 const MOST_SAMPLES = 1 << 15;
-/** Programs that do as if they were a GPU are slower than WebAssembly. */
+/** Software GPUs are slower than WebAssembly. */
 const SOFTWARE = /swiftshader|llvmpipe|lavapipe|basic render/i;
 
 /** A model in a GPU's memory, and the program that renders it. */

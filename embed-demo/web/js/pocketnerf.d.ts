@@ -79,7 +79,7 @@ export interface Stats {
 }
 
 export interface LoadOptions {
-  /** `off`: the CPU renders. `software`: for tests, programs that do as if they were a GPU count as one. */
+  /** `off`: render on the CPU. `software`: accept a software GPU too, for tests. */
   gpu?: "off" | "software";
 }
 

@@ -1,5 +1,5 @@
 //! Pictures by the GPU against the CPU's own: every kind of field, stored type, shading,
-//! space and sampling. What does as if it were a GPU is good enough.
+//! space and sampling. A software GPU will do.
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -22,8 +22,7 @@ const CAPABILITIES: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
 /// The GPU, if there is one; without one where tools are required, the tests fail.
 fn gpu() -> Option<(&'static Gpu, MutexGuard<'static, ()>)> {
-    // One test at a time: programs that act as a GPU compile for seconds, and a device is taken
-    // for lost that does not answer for a minute.
+    // One test at a time: a software GPU compiles for seconds, and its device is shared.
     static ALONE: Mutex<()> = Mutex::new(());
     let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     static GPU: OnceLock<Option<Gpu>> = OnceLock::new();

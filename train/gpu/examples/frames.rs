@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p pocketnerf-gpu --example frames -- MODEL [WIDTH]`
 //!
-//! With `POCKETNERF_SOFTWARE_GPU` set, a program that does as if it were a GPU will do.
+//! With `POCKETNERF_SOFTWARE_GPU` set, a software GPU will do.
 
 use std::time::Instant;
 

@@ -23,7 +23,7 @@
 //! # let bytes = pocketnerf_formats::unpacked(&bytes)?;
 //! let file = pocketnerf_formats::open(&bytes)?;
 //! let camera = file.about.camera.expect("a trained model has one").camera();
-//! // Programs that do as if they were a GPU are for tests.
+//! // Software GPUs are for tests.
 //! match Gpu::open(Software::Allowed) {
 //!     Ok(gpu) => {
 //!         let options = RenderOptions::new(&file.model, SimdLevel::detect(), Tuning::FAST);

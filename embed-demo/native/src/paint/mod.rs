@@ -143,14 +143,11 @@ impl<'m> Painter<'m> {
         let options = RenderOptions::new(self.model, self.simd, Tuning::FAST);
         let options = RenderOptions { detail: quality, ..options };
         let range = self.range(&shot.camera);
-        #[cfg(feature = "gpu")]
-        let tiles = tiles.collect::<Vec<_>>();
+        let tiles: Vec<Tile> = tiles.collect();
         #[cfg(feature = "gpu")]
         if let Some(stats) = self.paint_on_gpu(shot, &options, &tiles, &range, picture) {
             return Ok(stats);
         }
-        #[cfg(feature = "gpu")]
-        let tiles = tiles.into_iter();
         let paint = |tile| {
             let mut worker = self.take(&options);
             let painted = self.paint_tile(shot, tile, &options, &range, &mut worker);
@@ -159,7 +156,7 @@ impl<'m> Painter<'m> {
         };
         // A bridge keeps the order of tiles: neighbours are painted at the same time.
         let painted: Result<Vec<_>, Error> =
-            self.pool.install(|| tiles.par_bridge().map(paint).collect());
+            self.pool.install(|| tiles.into_iter().par_bridge().map(paint).collect());
         let mut all = RenderStats::default();
         for (tile, (pixels, stats)) in painted? {
             picture.put(tile, &pixels);

@@ -1,4 +1,4 @@
-//! WebGPU, by a program that does as if it were a GPU: what real ones are asked for, slowly.
+//! WebGPU on a software GPU: it runs what a real one runs, slowly.
 
 use serde_json::{Value, json};
 

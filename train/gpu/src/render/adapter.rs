@@ -6,7 +6,7 @@ use wgpu::{Adapter, DeviceType, Instance, InstanceDescriptor};
 
 use super::Error;
 
-/// Whether a program that does as if it were a GPU counts as one.
+/// Whether a software GPU, such as llvmpipe, counts as a GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Software {
     /// It does not: it is slower than the CPU's own renderer.

@@ -15,9 +15,9 @@ pub(super) struct Bands {
 }
 
 impl Bands {
-    /// Nothing is known yet; never more than `most` pixels.
+    /// So little that a slow GPU renders the slowest model in time; never more than `most` pixels.
     pub(super) fn new(most: u32) -> Self {
-        Self { pixels: (1 << 12).min(most), most }
+        Self { pixels: (1 << 9).min(most), most }
     }
 
     /// Whole rows of the next band of a picture of this width, `left` of which are left.
@@ -46,7 +46,8 @@ mod tests {
     #[test]
     fn bands_follow_the_time() {
         let mut bands = Bands::new(1 << 20);
-        assert_eq!((bands.rows(100, 1000), bands.rows(100, 20)), (40, 20));
+        assert_eq!((bands.rows(20, 1000), bands.rows(20, 20)), (32, 20));
+        assert_eq!(bands.rows(9999, 1000), 8);
         // Ten times as fast as it need be: four times as many, then as many as there may be.
         bands.took(4000, Duration::from_millis(4));
         assert_eq!(bands.pixels, 16_000);

@@ -7,8 +7,8 @@ pub enum Error {
     /// There is none.
     #[error("no GPU was found")]
     NoAdapter,
-    /// There are only programs that do as if they were one.
-    #[error("no GPU was found but {0}, which computes on the CPU")]
+    /// There is only a software GPU.
+    #[error("no GPU was found but {0}, a software GPU that is slower than the CPU's own renderer")]
     Software(String),
     /// It cannot be opened.
     #[error("the GPU {name} cannot be opened: {reason}")]

@@ -16,7 +16,7 @@ const DISTANCE: u64 = 8;
 /// Bytes of a ray.
 const RAY: u64 = size_of::<Ray>() as u64;
 /// A GPU that does not answer for so long is taken for lost.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(180);
 
 #[derive(Debug)]
 pub(super) struct Program {
@@ -125,16 +125,17 @@ impl Program {
         let [colors, distances] = [COLOR, DISTANCE].map(|bytes| bytes * n);
         encoder.copy_buffer_to_buffer(&band.colors, 0, &band.read, 0, colors);
         encoder.copy_buffer_to_buffer(&band.distances, 0, &band.read, colors, distances);
-        queue.submit([encoder.finish()]);
-        self.read(&band.read, colors + distances, |bytes| {
+        let asked = queue.submit([encoder.finish()]);
+        self.read(asked, &band.read, colors + distances, |bytes| {
             let (colors, distances) = bytes.split_at(colors as usize);
             take(colors, distances.as_chunks().0)
         })
     }
 
-    /// Waits for all that was asked for, and hands over the first `bytes` of a buffer.
+    /// Waits for what was `asked` for, and hands over the first `bytes` of a buffer.
     fn read<T>(
         &self,
+        asked: wgpu::SubmissionIndex,
         buffer: &wgpu::Buffer,
         bytes: u64,
         take: impl FnOnce(&[u8]) -> T,
@@ -145,11 +146,13 @@ impl Program {
             // Nobody waits where polling has failed.
             let _ = sender.send(result);
         });
-        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) };
+        let wait = wgpu::PollType::Wait { submission_index: Some(asked), timeout: Some(PATIENCE) };
         let polled = self.gpu.device.poll(wait);
         self.gpu.check()?;
         polled.map_err(|error| failed(&error))?;
-        receiver.try_recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+        // Another thread that polls the same device may be the one that says it.
+        let result = receiver.recv_timeout(PATIENCE).map_err(|error| failed(&error))?;
+        result.map_err(|error| failed(&error))?;
         let mapped = buffer.get_mapped_range(..bytes).map_err(|error| failed(&error))?;
         let taken = take(&mapped);
         drop(mapped);

@@ -48,7 +48,7 @@ impl Page {
         Self::open(home, size, &["--disable-gpu"])
     }
 
-    /// The same with WebGPU, by a program that does as if it were a GPU.
+    /// The same with WebGPU, on a software GPU.
     pub(crate) fn with_gpu(home: &str, size: [u32; 2]) -> Option<Self> {
         Self::open(home, size, &["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"])
     }
