@@ -37,7 +37,7 @@ struct Arguments {
     /// the model file says, or 0.5]
     #[arg(long, value_name = "Q", value_parser = parse_quality, help_heading = "Rendering")]
     quality: Option<f32>,
-    /// What renders colours and depths: cpu, or gpu; where no GPU works, the CPU does
+    /// Device that renders colours and depths; if no GPU works, the CPU does
     #[cfg(feature = "gpu")]
     #[arg(long, value_enum, value_name = "DEVICE", default_value_t, help_heading = "Rendering")]
     device: Device,

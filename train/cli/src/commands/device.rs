@@ -7,7 +7,7 @@ use pocketnerf_train::picture::Device;
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Rendering")]
 pub(super) struct DeviceOption {
-    /// What renders: cpu, or gpu; where no GPU works, the CPU does
+    /// Device that renders; if no GPU works, the CPU does
     ///
     /// A GPU renders every pixel: --quality says when rays end and how long their last steps
     /// are, and no pixel is interpolated.
