@@ -10,7 +10,8 @@
 //!   same without it.
 //! * `hash-grid`, `nerf` (default): kinds of field, at least one; `nerf` also is the
 //!   paper's sampling.
-//! * `ndc` (default): the space of forward-facing captures, beside boxes.
+//! * `ndc`, `contracted` (default): the spaces of forward-facing captures and of scenes without
+//!   an end, beside boxes.
 //!
 //! # Example
 //! A fog that is denser to the right; `pocketnerf-formats` reads such a model from a file.

@@ -160,7 +160,6 @@ impl Workspace<'_> {
 }
 
 /// All of the scratch.
-#[derive(Debug)]
 pub(crate) struct Scratch<'s> {
     pub(crate) work: Workspace<'s>,
     pub(crate) samples: SampleBatch<'s>,
@@ -220,6 +219,7 @@ impl<'s> Scratch<'s> {
                 pixels: bytemuck::must_cast_slice_mut(take(tuning.rays)),
                 count: 0,
                 limits: RayLimits::NONE,
+                public: None,
             },
             active: bytemuck::must_cast_slice_mut(take(tuning.rays)),
             sums: take(tuning.rays * sums_len(limits.channels)),

@@ -4,12 +4,15 @@
 //! Public rays and distances are Euclidean and in scene units. A space has
 //! *local* coordinates of its own, in which it is a box and rays are straight:
 //! rays march there, in equal steps, and density is per local unit. Those of a
-//! [`Space::Box`] are scene units, so that nothing has to be done. Contracted
-//! space will be a further variant.
+//! [`Space::Box`] are scene units, so that nothing has to be done. In contracted space a
+//! ray is a few straight [pieces](Space::piece), one after another.
 
+#[cfg_attr(not(feature = "contracted"), path = "space/no_contracted.rs")]
+mod contracted;
 #[cfg_attr(not(feature = "ndc"), path = "space/no_ndc.rs")]
 mod ndc;
 
+pub use contracted::Contracted;
 use glam::Vec3;
 pub use ndc::Ndc;
 
@@ -28,6 +31,18 @@ pub enum Space {
     },
     /// What cameras that look the same way see, however far it is.
     Ndc(Ndc),
+    /// All that lies around the cameras, however far it is.
+    Contracted(Contracted),
+}
+
+/// A straight piece of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// A local ray, its direction a unit vector, on which the piece lies. Distances along it
+    /// go on from those along the piece before.
+    pub local: Ray,
+    /// Distance at which the next piece begins, if there is one.
+    pub end: f32,
 }
 
 /// The affine map from local coordinates into the unit cube: `u = (p - min) * scale`.
@@ -68,6 +83,7 @@ impl Space {
         match self {
             Self::Box { .. } => Ok(()),
             Self::Ndc(ndc) => ndc.validate(),
+            Self::Contracted(space) => space.validate(),
         }
     }
 
@@ -78,6 +94,7 @@ impl Space {
         match self {
             Self::Box { min, max } => [*min, *max],
             Self::Ndc(ndc) => ndc.bounds(),
+            Self::Contracted(space) => space.bounds(),
         }
     }
 
@@ -87,7 +104,7 @@ impl Space {
     pub const fn scene_box(&self) -> Option<[[f32; 3]; 2]> {
         match self {
             Self::Box { min, max } => Some([*min, *max]),
-            Self::Ndc(_) => None,
+            Self::Ndc(_) | Self::Contracted(_) => None,
         }
     }
 
@@ -100,15 +117,32 @@ impl Space {
         UnitMap { min, scale: 1.0 / side }
     }
 
-    /// The public `ray` in local coordinates, its direction a unit vector again;
-    /// `None` where it never enters them.
+    /// Whether rays may have several [pieces](Self::piece).
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_bent(&self) -> bool {
+        matches!(self, Self::Contracted(_))
+    }
+
+    /// The straight piece of the public `ray` on which the local distance `t` lies; `None`
+    /// where it never enters the space, or ends before.
+    #[inline(always)]
+    #[must_use]
+    pub fn piece(&self, ray: &Ray, t: f32) -> Option<Piece> {
+        let local = match self {
+            Self::Box { .. } => *ray,
+            Self::Ndc(ndc) => ndc.local(ray)?,
+            Self::Contracted(space) => return space.piece(ray, t),
+        };
+        Some(Piece { local, end: f32::INFINITY })
+    }
+
+    /// The public `ray` in local coordinates, its direction a unit vector again: its first
+    /// [piece](Self::piece). `None` where it never enters them.
     #[inline(always)]
     #[must_use]
     pub fn local(&self, ray: &Ray) -> Option<Ray> {
-        match self {
-            Self::Box { .. } => Some(*ray),
-            Self::Ndc(ndc) => ndc.local(ray),
-        }
+        self.piece(ray, 0.0).map(|piece| piece.local)
     }
 
     /// The distance along the public ray, scene units, of what lies at distance `t`
@@ -123,17 +157,7 @@ impl Space {
                 t
             }
             Self::Ndc(ndc) => ndc.depth(&ray(), t),
-        }
-    }
-
-    /// The direction of the public ray whose [local](Self::local) one is given, a unit
-    /// vector: what shading depends on.
-    #[inline(always)]
-    #[must_use]
-    pub fn direction(&self, local: &Ray) -> [f32; 3] {
-        match self {
-            Self::Box { .. } => local.direction,
-            Self::Ndc(ndc) => ndc.direction(local),
+            Self::Contracted(space) => space.depth(&ray(), t),
         }
     }
 
@@ -144,6 +168,7 @@ impl Space {
         match self {
             Self::Box { .. } => p,
             Self::Ndc(ndc) => ndc.scene_point(p),
+            Self::Contracted(space) => space.scene_point(p),
         }
     }
 
@@ -185,13 +210,24 @@ impl Space {
         (0..3).all(|axis| min[axis] <= p[axis] && p[axis] <= max[axis])
     }
 
-    /// In normalised device coordinates: how far a local ray goes until infinity.
+    /// How far the public `ray` goes until infinity, local units, where the space holds that.
     #[inline(always)]
     #[must_use]
-    pub fn whole_way(&self, local: &Ray) -> Option<f32> {
+    pub fn whole_way(&self, ray: &Ray) -> Option<f32> {
         match self {
             Self::Box { .. } => None,
-            Self::Ndc(ndc) => Some(ndc.length(local)),
+            Self::Ndc(ndc) => ndc.local(ray).map(|local| ndc.length(&local)),
+            Self::Contracted(space) => Some(space.length(ray)),
+        }
+    }
+
+    /// A distance from the [centre](Self::center) from which a camera sees all that matters,
+    /// scene units.
+    #[must_use]
+    pub fn viewing_distance(&self) -> f32 {
+        match self {
+            Self::Box { .. } | Self::Ndc(_) => 2.0 / self.unit_map().scale,
+            Self::Contracted(space) => space.viewing_distance(),
         }
     }
 

@@ -11,7 +11,8 @@
 //! * none: reading, `no_std` without a heap.
 //! * `alloc`: [`write`](write()) and [`ContainerWriter`].
 //! * `std` (default): [`write_atomically`], faster checksums.
-//! * `ndc` (default): the space of forward-facing captures, beside boxes.
+//! * `ndc`, `contracted` (default): the spaces of forward-facing captures and of scenes without
+//!   an end, beside boxes.
 //! * `hash-grid`, `nerf` (default): kinds of field. A file of a kind that is left out is
 //!   refused by name; at least one is needed. `all-kinds`: every kind of field and space.
 //! * `import`: [`import`], the checkpoints that other programs wrote.

@@ -115,7 +115,7 @@ impl<'a> ModelFile<'a> {
             let ahead = Camera::from_fov_x(width, height, 1.0, pose);
             return Camera { focal: [0.5 * width as f32 * ndc.slope[0]; 2], ..ahead };
         }
-        let (middle, distance) = (space.center(), 2.0 / space.unit_map().scale);
+        let (middle, distance) = (space.center(), space.viewing_distance());
         let [x, z] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| scene.to_model_direction(axis));
         let (sin, cos) = math::sin_cos(0.5);
         let eye = [0, 1, 2].map(|a| middle[a] + distance * (cos * x[a] + sin * z[a]));

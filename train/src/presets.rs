@@ -14,6 +14,7 @@ impl TrainConfig {
             seed: 0,
             aabb: None,
             ndc: None,
+            contracted: None,
             near: 0.0,
             far: None,
             occupancy_resolution: 128,

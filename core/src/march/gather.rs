@@ -4,6 +4,7 @@ use core::ops::Range;
 
 use fearless_simd::Simd;
 
+use crate::Ray;
 use crate::lanes::LANES;
 use crate::march::marcher::Marcher;
 use crate::march::ray_packet::RayPacket;
@@ -22,6 +23,12 @@ pub trait RayQueue {
 
     /// Notes its next step.
     fn skip_to(&mut self, ray: usize, next: f32);
+
+    /// The public ray, whose direction samples are seen from.
+    fn public(&self, ray: usize) -> Ray;
+
+    /// Notes that it goes on along another piece.
+    fn turn(&mut self, ray: usize, state: &RayState);
 }
 
 impl Marcher<'_> {
@@ -47,7 +54,12 @@ impl Marcher<'_> {
             while seen < active.len() && room > 0 && n_active - first < abreast {
                 let number = active[seen];
                 seen += 1;
-                let (state, samples) = queue.next_samples(number as usize, room);
+                let (mut state, mut samples) = queue.next_samples(number as usize, room);
+                if self.space().is_bent() && !state.is_active() {
+                    self.turn(&queue.public(number as usize), &mut state);
+                    queue.turn(number as usize, &state);
+                    (state, samples) = queue.next_samples(number as usize, room);
+                }
                 if state.is_active() {
                     (states[n_active - first], needed[n_active - first]) = (state, samples);
                     active[n_active] = number;
@@ -66,7 +78,11 @@ impl Marcher<'_> {
             for ((number, state), taken) in active[first..n_active].iter().zip(&states).zip(taken) {
                 let ray = *number as usize;
                 queue.advance(ray, state, start..start + taken);
-                batch.direct(state, self.space(), start, taken);
+                if batch.directed {
+                    let is_local = self.space().scene_box().is_some();
+                    let seen = if is_local { state.direction } else { queue.public(ray).direction };
+                    batch.direct(seen, start, taken);
+                }
                 start += taken;
                 if taken == 0 {
                     seekers.push(ray, state);

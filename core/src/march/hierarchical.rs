@@ -5,6 +5,7 @@
 //! see the same points.
 
 use crate::march::{Hierarchical, Reach};
+use crate::space::Piece;
 use crate::{Ray, Space};
 
 /// The part of a local ray that has samples.
@@ -19,26 +20,59 @@ pub struct Extent {
 }
 
 impl Hierarchical {
-    /// Where a [local](Space::local) ray has its samples; `None` where it has none.
-    /// `near` and `far` are the model's, `stretch` is how much farther they are along the
-    /// ray.
+    /// Where along its [local](Space::local) ones a public ray has its samples; `None` where
+    /// it has none. `near` and `far` are the model's, `stretch` is how much farther they are
+    /// along the ray.
     #[must_use]
     pub fn extent(
         &self,
         space: &Space,
-        local: &Ray,
+        ray: &Ray,
         [near, far]: [f32; 2],
         stretch: f32,
     ) -> Option<Extent> {
+        let way = space.whole_way(ray);
         if self.reach == Reach::Clipped {
-            let [near, far] = space.intersect(local, near, far)?;
-            return Some(Extent { near, far, end: far });
+            let [near, far] = match way.filter(|_| space.is_bent()) {
+                Some(way) => [near, far.min(way)],
+                None => space.intersect(&space.local(ray)?, near, far)?,
+            };
+            return (near <= far).then_some(Extent { near, far, end: far });
         }
-        let [near, far] = match space.whole_way(local) {
+        let [near, far] = match way {
             Some(length) => [0.0, length],
+            None if space.scene_box().is_none() => return None,
             None => [near, far].map(|distance| distance * stretch),
         };
         Some(Extent { near, far, end: ENDLESS })
+    }
+}
+
+/// Local points along a public ray, at distances that do not decrease.
+#[derive(Clone, Copy, Debug)]
+pub struct Points<'s> {
+    space: &'s Space,
+    ray: Ray,
+    piece: Option<Piece>,
+}
+
+impl<'s> Points<'s> {
+    /// Along a ray that enters the space.
+    #[must_use]
+    pub fn new(space: &'s Space, ray: Ray) -> Self {
+        Self { space, ray, piece: space.piece(&ray, 0.0) }
+    }
+
+    /// That at distance `t`: beyond the end of the ray, the last piece goes on.
+    #[inline(always)]
+    pub fn at(&mut self, t: f32) -> [f32; 3] {
+        if self.piece.is_some_and(|piece| t >= piece.end) {
+            self.piece = self.space.piece(&self.ray, t).or(self.piece);
+        }
+        let Some(Piece { local: Ray { origin: o, direction: d }, .. }) = self.piece else {
+            return [f32::NAN; 3];
+        };
+        [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
     }
 }
 

@@ -13,10 +13,11 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 use crate::lanes::LANES;
 use crate::march::MAX_STEPS;
 use crate::march::ray_packet::RayPacket;
+use crate::march::ray_state::RayState;
 use crate::march::register::{RayRegister, axes};
 use crate::march::stride::{Cell, Stride};
-use crate::space::UnitMap;
-use crate::{Model, Occupancy, Sampling, Space};
+use crate::space::{Piece, UnitMap};
+use crate::{Model, Occupancy, Ray, Sampling, Space};
 
 /// What marching needs of a model.
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +61,16 @@ impl<'a> Marcher<'a> {
     /// missing between the first and the last.
     #[inline(always)]
     pub fn enter<S: Simd>(&self, simd: S, packet: &mut RayPacket) {
+        if self.space.is_bent() {
+            for lane in 0..LANES {
+                let mut state = packet.state(lane);
+                let public = Ray { origin: state.origin, direction: state.direction };
+                (state.next, state.end) = (0.0, 0.0);
+                self.turn(&public, &mut state);
+                packet.put(lane, &state);
+            }
+            return;
+        }
         packet.make_local(&self.space);
         simd.vectorize(
             #[inline(always)]
@@ -69,6 +80,27 @@ impl<'a> Marcher<'a> {
                 }
             },
         );
+    }
+
+    /// Takes a ray that has no steps left on to the next piece of the public one that has
+    /// some, if there is one.
+    #[inline(never)]
+    pub(super) fn turn(&self, public: &Ray, state: &mut RayState) {
+        let Sampling { step, near, far, .. } = self.sampling;
+        let at = |k: f32| (k + state.phase) * step + near;
+        let begin = at(state.next);
+        let piece = if begin <= far { self.space.piece(public, begin) } else { None };
+        let Some(Piece { local, end }) = piece else {
+            state.stop();
+            return;
+        };
+        // The first step beyond: a little before, then on.
+        let mut last = ((end.min(far) - near) / step).min(MAX_STEPS as f32) as i32 as f32 - 2.0;
+        last = last.max(state.next);
+        while at(last) < end && at(last) <= far && last < MAX_STEPS as f32 {
+            last += 1.0;
+        }
+        *state = RayState { origin: local.origin, direction: local.direction, end: last, ..*state };
     }
 
     #[inline(always)]

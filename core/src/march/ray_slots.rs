@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use crate::Ray;
 use crate::lanes::LANES;
 use crate::march::composite::{self, Accumulated};
 use crate::march::{RUN, RayPacket, RayQueue, RayState};
@@ -111,7 +112,6 @@ impl SampleRun {
 }
 
 /// Rays on their way, and whose the samples of a batch are.
-#[derive(Debug)]
 pub(crate) struct RaySlots<'s> {
     /// [`RaySlot`]s.
     pub(crate) rays: &'s mut [[f32; RAY_LEN]],
@@ -122,6 +122,8 @@ pub(crate) struct RaySlots<'s> {
     /// Rays in use.
     pub(crate) count: usize,
     pub(crate) limits: RayLimits,
+    /// The public rays, by their pixels' numbers; none where those are the local ones.
+    pub(crate) public: Option<&'s dyn Fn(u32) -> Ray>,
 }
 
 impl RaySlots<'_> {
@@ -167,6 +169,18 @@ impl RayQueue for RaySlots<'_> {
     fn skip_to(&mut self, ray: usize, next: f32) {
         let mut slot = RaySlot::load(&self.rays[ray]);
         slot.state.next = next;
+        slot.store(&mut self.rays[ray]);
+    }
+
+    fn public(&self, ray: usize) -> Ray {
+        let RaySlot { state, .. } = RaySlot::load(&self.rays[ray]);
+        let local = Ray { origin: state.origin, direction: state.direction };
+        self.public.map_or(local, |public| public(self.pixels[ray]))
+    }
+
+    fn turn(&mut self, ray: usize, state: &RayState) {
+        let mut slot = RaySlot::load(&self.rays[ray]);
+        slot.state = *state;
         slot.store(&mut self.rays[ray]);
     }
 }

@@ -1,7 +1,5 @@
 //! A ray on its way through the space.
 
-use crate::{Ray, Space};
-
 /// A ray on its way, in the coordinates of its space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayState {
@@ -31,13 +29,6 @@ impl RayState {
         self.next < self.end
     }
 
-    /// The direction of the public ray, a unit vector.
-    #[inline(always)]
-    #[must_use]
-    pub fn public_direction(&self, space: &Space) -> [f32; 3] {
-        space.direction(&Ray { origin: self.origin, direction: self.direction })
-    }
-
     /// The local point at distance `t`.
     #[inline(always)]
     #[must_use]
@@ -46,9 +37,9 @@ impl RayState {
         [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
     }
 
-    /// Makes it end.
+    /// Makes it end, its later pieces too.
     #[inline(always)]
     pub fn stop(&mut self) {
-        self.next = self.end;
+        (self.next, self.end) = (f32::INFINITY, f32::INFINITY);
     }
 }

@@ -3,9 +3,7 @@
 use fearless_simd::{Simd, SimdBase};
 
 use crate::lanes::LANES;
-use crate::march::ray_state::RayState;
 use crate::march::take::RUN;
-use crate::space::Space;
 
 /// A batch of samples, in the caller's memory. All rows have the same length: `capacity`
 /// rounded up to a multiple of 16.
@@ -50,13 +48,11 @@ impl SampleBatch<'_> {
         self.len += count;
     }
 
-    /// Fills in the direction of the `count` samples from `first` on.
+    /// Fills in the direction of the ray of the `count` samples from `first` on.
     #[inline(always)]
-    pub(super) fn direct(&mut self, ray: &RayState, space: &Space, first: usize, count: usize) {
-        if self.directed {
-            for (row, d) in self.directions.iter_mut().zip(ray.public_direction(space)) {
-                row[first..first + count].fill(d);
-            }
+    pub(super) fn direct(&mut self, direction: [f32; 3], first: usize, count: usize) {
+        for (row, d) in self.directions.iter_mut().zip(direction) {
+            row[first..first + count].fill(d);
         }
     }
 }

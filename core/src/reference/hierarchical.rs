@@ -16,11 +16,11 @@
 
 use super::field::{Features, evaluate, place, shade};
 use super::math::exp;
-use super::ray::{RayResult, point};
-use super::space;
+use super::ray::RayResult;
+use super::space::Path;
 use crate::field::{AnyField, MAX_CHANNELS};
 use crate::march::{Hierarchical, MAX_SAMPLES, Reach};
-use crate::{Model, Ray, Space};
+use crate::{Model, Ray};
 
 /// Samples of a ray at most.
 const MOST: usize = 2 * MAX_SAMPLES as usize;
@@ -35,16 +35,16 @@ pub(super) fn march(
     let Hierarchical { n_coarse, n_fine, reach } = *hierarchical;
     let clipped = reach == Reach::Clipped;
     let (mut near, mut far) = (model.sampling.near, model.sampling.far);
-    let Some(local) = space::local(&model.space, ray) else { return RayResult::EMPTY };
+    let Some(path) = Path::new(&model.space, ray) else { return RayResult::EMPTY };
     // What the last sample stands for: all behind it, or nothing where the ray leaves the
     // space there.
     let last = if clipped { 0.0 } else { 1e10 };
     if clipped {
-        let reach = model.space.intersect(&local, near, far);
+        let reach = path.clipped(&model.space, [near, far]);
         let Some(reach) = reach else { return RayResult::EMPTY };
         [near, far] = reach;
-    } else if !matches!(model.space, Space::Box { .. }) {
-        (near, far) = (0.0, (1.0 - local.origin[2]) / local.direction[2]);
+    } else if let Some(way) = path.whole_way(&model.space) {
+        (near, far) = (0.0, way);
     } else if let (Reach::Depth, Some(axis)) = (reach, axis) {
         let cosine: f32 = (0..3).map(|a| axis[a] * ray.direction[a]).sum();
         if cosine > 1e-3 {
@@ -63,7 +63,7 @@ pub(super) fn march(
         let mut weights = [0.0; MOST];
         let mut transmittance = 1.0;
         for i in 0..n {
-            let Some((sigma, _)) = sample(model, coarse, [ray, &local], t[i], clipped) else {
+            let Some((sigma, _)) = sample(model, coarse, (ray, &path), t[i], clipped) else {
                 continue;
             };
             samples += 1;
@@ -81,7 +81,7 @@ pub(super) fn march(
     let (mut transmittance, mut opacity, mut distance) = (1.0, 0.0, 0.0);
     let mut sums: Features = [0.0; MAX_CHANNELS];
     for i in 0..n {
-        let Some((sigma, channels)) = sample(model, &model.field, [ray, &local], t[i], clipped)
+        let Some((sigma, channels)) = sample(model, &model.field, (ray, &path), t[i], clipped)
         else {
             continue;
         };
@@ -109,7 +109,7 @@ pub(super) fn march(
     RayResult {
         rgb: rgb.map(|c| c as f32),
         opacity: opacity as f32,
-        depth: space::depth(&model.space, ray, &local, distance / opacity) as f32,
+        depth: path.depth(&model.space, ray, distance / opacity) as f32,
         samples,
     }
 }
@@ -118,11 +118,11 @@ pub(super) fn march(
 fn sample(
     model: &Model<'_>,
     field: &AnyField<'_>,
-    [ray, local]: [&Ray; 2],
+    (ray, path): (&Ray, &Path),
     t: f32,
     clipped: bool,
 ) -> Option<(f64, Features)> {
-    let p = point(local, t);
+    let p = path.point(t)?;
     let u = if clipped { place(model, p)? } else { model.space.unit_map().apply(p) };
     Some(evaluate(field, u, ray.direction))
 }

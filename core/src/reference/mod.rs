@@ -20,8 +20,8 @@
 //! rgb = opacity · shade(Σ w_k f_k / W, d)            shading per ray
 //! ```
 //!
-//! Where the space is no box, the ray is the straight one in its own coordinates, and
-//! t, δ and σ are in their units; the depth is turned back into scene units at the end.
+//! Where the space is no box, the ray is the one in its own coordinates, straight or of
+//! straight pieces, and t, δ and σ are in their units; the depth is turned back into scene units at the end.
 //!
 //! The sum ends after the sample that takes T below `min_transmittance`; the ray
 //! then counts as opaque: opacity is 1, else W.
@@ -34,6 +34,8 @@
 //! Models need not have been verified: a NaN log density is empty space and a
 //! NaN colour is black, so no result ever holds NaN, and every ray ends.
 
+#[cfg_attr(not(feature = "contracted"), path = "no_contracted.rs")]
+mod contracted;
 mod field;
 mod harmonics;
 #[cfg(feature = "hash-grid")]

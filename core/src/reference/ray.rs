@@ -2,7 +2,7 @@
 
 use super::field::{Features, evaluate, place, shade};
 use super::math::exp;
-use super::space;
+use super::space::Path;
 use crate::field::MAX_CHANNELS;
 use crate::march::MAX_STEPS;
 use crate::{Model, Ray, Sampling};
@@ -81,7 +81,7 @@ impl Sums {
 /// Marches `ray` through a checked model.
 pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
     let Sampling { step, near, far, min_transmittance } = model.sampling;
-    let Some(local) = space::local(&model.space, ray) else { return RayResult::EMPTY };
+    let Some(path) = Path::new(&model.space, ray) else { return RayResult::EMPTY };
     let mut sums = Sums::NEW;
     let mut samples = 0;
     for k in 0..MAX_STEPS {
@@ -89,7 +89,7 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
         if t > far {
             break;
         }
-        let Some(u) = place(model, point(&local, t)) else { continue };
+        let Some(u) = path.point(t).and_then(|p| place(model, p)) else { continue };
         samples += 1;
         let (sigma, channels) = evaluate(&model.field, u, ray.direction);
         sums.add(sigma, f64::from(step), f64::from(t), &channels);
@@ -111,7 +111,7 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
     RayResult {
         rgb: rgb.map(|c| (alpha * c) as f32),
         opacity: alpha as f32,
-        depth: space::depth(&model.space, ray, &local, sums.distance / sums.opacity) as f32,
+        depth: path.depth(&model.space, ray, sums.distance / sums.opacity) as f32,
         samples,
     }
 }

@@ -1,27 +1,64 @@
 //! The coordinates in which a ray is marched along, in f64.
 
+use super::contracted::{self, Pieces};
+use super::ray;
 use crate::{Ray, Space};
 
-/// A ray in the coordinates of its space; directions that do not go there: `None`.
-///
-/// In normalised device coordinates it is the line from where the ray passes the near
-/// plane, or begins beyond it, to where it vanishes: to its direction's own image.
-pub(super) fn local(space: &Space, ray: &Ray) -> Option<Ray> {
-    match space {
-        Space::Box { .. } => Some(*ray),
-        Space::Ndc(ndc) => ndc::local(ndc, ray),
-    }
+/// A ray in the coordinates of its space.
+pub(super) enum Path {
+    /// It is straight there.
+    Straight(Ray),
+    /// It is a few straight pieces.
+    Bent(Pieces),
 }
 
-/// The distance along a public ray, scene units, of what lies at `t` along its
-/// local one: from the z of the point there back to scene units.
-pub(super) fn depth(space: &Space, ray: &Ray, local: &Ray, t: f64) -> f64 {
-    match space {
-        Space::Box { .. } => {
-            let _ = (ray, local);
-            t
+impl Path {
+    /// `None` for directions that do not go there.
+    ///
+    /// In normalised device coordinates it is the line from where the ray passes the near
+    /// plane, or begins beyond it, to where it vanishes: to its direction's own image.
+    pub(super) fn new(space: &Space, ray: &Ray) -> Option<Self> {
+        match space {
+            Space::Box { .. } => Some(Self::Straight(*ray)),
+            Space::Ndc(ndc) => ndc::local(ndc, ray).map(Self::Straight),
+            Space::Contracted(space) => Pieces::new(space, ray).map(Self::Bent),
         }
-        Space::Ndc(ndc) => ndc::depth(ndc, ray, local, t),
+    }
+
+    /// The local point at distance `t`.
+    pub(super) fn point(&self, t: f32) -> Option<[f32; 3]> {
+        match self {
+            Self::Straight(local) => Some(ray::point(local, t)),
+            Self::Bent(pieces) => pieces.point(t),
+        }
+    }
+
+    /// Distances between which samples lie that are spread over all that the model holds of
+    /// the ray, out of `near` to `far`.
+    pub(super) fn clipped(&self, space: &Space, [near, far]: [f32; 2]) -> Option<[f32; 2]> {
+        match self {
+            Self::Straight(local) => space.intersect(local, near, far),
+            Self::Bent(pieces) => Some([near, far.min(pieces.length())]),
+        }
+    }
+
+    /// How far it goes until infinity, where the space holds that.
+    pub(super) fn whole_way(&self, space: &Space) -> Option<f32> {
+        match self {
+            Self::Straight(_) if space.scene_box().is_some() => None,
+            Self::Straight(local) => Some((1.0 - local.origin[2]) / local.direction[2]),
+            Self::Bent(pieces) => Some(pieces.length()),
+        }
+    }
+
+    /// The distance along the public ray, scene units, of what lies at `t` along this one:
+    /// from the point there back to scene units.
+    pub(super) fn depth(&self, space: &Space, ray: &Ray, t: f64) -> f64 {
+        match (self, space) {
+            (Self::Bent(pieces), _) => pieces.depth(t),
+            (Self::Straight(local), Space::Ndc(ndc)) => ndc::depth(ndc, ray, local, t),
+            _ => t,
+        }
     }
 }
 
@@ -30,6 +67,7 @@ pub(super) fn point(space: &Space, p: [f32; 3]) -> Option<[f32; 3]> {
     match space {
         Space::Box { .. } => Some(p),
         Space::Ndc(ndc) => ndc::point(ndc, p),
+        Space::Contracted(space) => Some(contracted::point(space, p)),
     }
 }
 

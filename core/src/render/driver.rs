@@ -48,7 +48,9 @@ pub(super) fn render(
     }
     let level = options.simd.token()?;
     let RenderOptions { limits, tuning, skip, detail, .. } = *options;
+    let public = |number| source.ray(number);
     let mut scratch = Scratch::cut(scratch, limits, tuning);
+    scratch.slots.public = Some(&public);
     scratch.slots.limits = RayLimits {
         min_transmittance: detail.min_transmittance.max(model.sampling.min_transmittance),
         coarse_step_below: detail.coarse_step_below,

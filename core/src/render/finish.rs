@@ -22,7 +22,7 @@ impl RayGroup<'_, '_, '_, '_> {
         let model = self.model;
         match model.field.deferred() {
             None => self.write_sums(target),
-            Some(decoder) => self.shade(simd, decoder, target),
+            Some(decoder) => self.shade(simd, source, decoder, target),
         }
         if let Some(depth) = &mut target.depth {
             for (pixel, slot) in self.scratch.slots.iter() {
@@ -48,7 +48,14 @@ impl RayGroup<'_, '_, '_, '_> {
     /// Deferred shading: the colour network reads each hit ray's average
     /// features, `rgb = alpha * logistic(net(sum / opacity, direction))`.
     #[inline(always)]
-    fn shade<S: Simd>(&mut self, simd: S, decoder: &Decoder<'_>, target: &mut Target<'_>) {
+    fn shade<S: Simd>(
+        &mut self,
+        simd: S,
+        source: &(impl Source + ?Sized),
+        decoder: &Decoder<'_>,
+        target: &mut Target<'_>,
+    ) {
+        let is_local = self.model.space.scene_box().is_some();
         let channels = decoder.channels();
         let Scratch { work, samples, slots, sums, .. } = &mut self.scratch;
         let mut work = work.for_width(decoder.color.max_width());
@@ -65,7 +72,10 @@ impl RayGroup<'_, '_, '_, '_> {
                     for (row, sum) in work.a.chunks_mut(work.stride).zip(sums) {
                         row[n] = sum / accumulated.opacity;
                     }
-                    let direction = state.public_direction(&self.model.space);
+                    let direction = match is_local {
+                        true => state.direction,
+                        false => source.ray(slots.pixels[end]).direction,
+                    };
                     directions.iter_mut().zip(direction).for_each(|(row, d)| row[n] = d);
                     n += 1;
                 }

@@ -8,8 +8,8 @@ use fearless_simd::Simd;
 
 use crate::lanes::LANES;
 use crate::march::composite::{Lengths, opacities};
-use crate::march::hierarchical::{ENDLESS, Extent, evenly, inverse_cdf, merge, weights};
-use crate::march::{Hierarchical, Output, RayPacket, RaySlot, Reach, Stage, evaluate};
+use crate::march::hierarchical::{ENDLESS, Extent, Points, evenly, inverse_cdf, merge, weights};
+use crate::march::{Hierarchical, Output, RayPacket, RaySlot, RayState, Reach, Stage, evaluate};
 use crate::render::driver::Job;
 use crate::render::ray_group::RayGroup;
 use crate::render::source::Source;
@@ -56,7 +56,7 @@ pub(super) fn each_pixel<S: Simd>(
         let mut packet = RayPacket::EMPTY;
         job.source.fill(simd, &numbers[..n], &mut packet);
         for (lane, number) in numbers[..n].iter().enumerate() {
-            match rays.extent(&mut packet, lane) {
+            match rays.extent(&packet, lane) {
                 Some(extent) => {
                     rays.spread(group, extent);
                     group.scratch.slots.push(&packet, lane, *number);
@@ -125,15 +125,13 @@ impl Rays {
         }
     }
 
-    /// Takes the ray in a lane to local coordinates; returns where it has its samples.
-    fn extent(&self, packet: &mut RayPacket, lane: usize) -> Option<Extent> {
+    /// Where the ray in a lane has its samples.
+    fn extent(&self, packet: &RayPacket, lane: usize) -> Option<Extent> {
         let Sampling { near, far, .. } = self.sampling;
         let [origin, direction] =
             [&packet.origin, &packet.direction].map(|rows| [0, 1, 2].map(|a| rows[a][lane]));
-        let local = self.space.local(&Ray { origin, direction })?;
-        packet.set(lane, &local, 0.5);
         let stretch = self.axis.map_or(1.0, |axis| stretch(axis, direction));
-        self.hierarchical.extent(&self.space, &local, [near, far], stretch)
+        self.hierarchical.extent(&self.space, &Ray { origin, direction }, [near, far], stretch)
     }
 
     /// Spreads the samples of the next ray evenly.
@@ -183,8 +181,9 @@ impl Rays {
         let mut hits = 0;
         group.scratch.samples.len = 0;
         for ray in 0..group.count() {
-            let state = RaySlot::load(&group.scratch.slots.rays[ray]).state;
-            let direction = state.public_direction(&self.space);
+            let RayState { origin, direction, .. } =
+                RaySlot::load(&group.scratch.slots.rays[ray]).state;
+            let mut points = Points::new(&self.space, Ray { origin, direction });
             let mut is_hit = false;
             for i in 0..n {
                 let Scratch { samples, slots, hierarchical, .. } = &mut group.scratch;
@@ -192,7 +191,7 @@ impl Rays {
                 let distances = if round == Round::Coarse { &first[..n] } else { &second[..n] };
                 let t = distances[i];
                 let length = distances.get(i + 1).map_or(last, |next| next - t);
-                let Some(u) = self.place(group.model, state.at(t)) else {
+                let Some(u) = self.place(group.model, points.at(t)) else {
                     if round == Round::Coarse {
                         second[i] = 0.0;
                     }

@@ -74,9 +74,11 @@ impl RayGroup<'_, '_, '_, '_> {
             self.marcher.begin_at(simd, &mut packet, depths, axis);
         }
         (numbers.len()..LANES).for_each(|lane| packet.stop(lane));
+        let bent = self.marcher.space().is_bent();
         self.marcher.seek(simd, &mut packet);
         for (lane, number) in numbers.iter().enumerate() {
-            if packet.next[lane] < packet.end[lane] {
+            // Where rays bend, the next piece may meet one.
+            if packet.next[lane] < packet.end[lane] || packet.next[lane].is_finite() && bent {
                 self.scratch.slots.push(&packet, lane, *number);
             } else {
                 missed(*number);

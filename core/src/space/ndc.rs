@@ -109,16 +109,6 @@ impl Ndc {
         (depth as f32).min(f32::MAX)
     }
 
-    /// Where a local ray meets z' = 1 says where it goes.
-    pub(super) fn direction(&self, local: &Ray) -> [f32; 3] {
-        let Ray { origin: o, direction: d } = local;
-        let t = (1.0 - o[2]) / d[2];
-        let x = (o[0] + t * d[0]) / self.slope[0];
-        let y = (o[1] + t * d[1]) / self.slope[1];
-        let length = math::sqrt(x * x + y * y + 1.0);
-        [x / length, y / length, -1.0 / length]
-    }
-
     pub(super) fn scene_point(&self, p: [f32; 3]) -> [f32; 3] {
         let beyond = (1.0 - p[2]).max(1e-6);
         let z = -2.0 * self.near / beyond;
@@ -157,7 +147,6 @@ mod tests {
         let root = 6f32.sqrt();
         close(local.origin, [0.0, 2.0, -1.0]);
         close(local.direction, [-1.0 / root, -1.0 / root, 2.0 / root]);
-        close(NDC.direction(&local), ray.direction);
         // Half of the way: 1 / z has halved, z = -1. That is 3/2 + 3/4 along the ray,
         // at (-1/2, 3/4, -1).
         let space = Space::Ndc(NDC);
@@ -186,7 +175,6 @@ mod tests {
                 let length = math::sqrt(x * x + y * y + 1.0);
                 let ray = Ray { origin, direction: [x / length, y / length, -1.0 / length] };
                 let local = space.local(&ray).unwrap();
-                close(space.direction(&local), ray.direction);
                 let end = (1.0 - local.origin[2]) / local.direction[2];
                 let mut last = -1.0;
                 for k in 0..=100 {

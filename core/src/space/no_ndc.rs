@@ -27,10 +27,6 @@ impl Ndc {
         match *self {}
     }
 
-    pub(super) fn direction(&self, _: &Ray) -> [f32; 3] {
-        match *self {}
-    }
-
     pub(super) fn scene_point(&self, _: [f32; 3]) -> [f32; 3] {
         match *self {}
     }

@@ -5,6 +5,8 @@
 //! The tests hold the bytes of each.
 
 pub(crate) mod about;
+#[cfg(feature = "contracted")]
+mod contracted;
 pub(crate) mod field;
 #[cfg(feature = "ndc")]
 mod ndc;

@@ -4,6 +4,8 @@ use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::{Sampling, Space};
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "contracted")]
+use super::contracted;
 #[cfg(feature = "ndc")]
 use super::ndc;
 use super::{Fields, append};
@@ -14,6 +16,9 @@ const BOX: u8 = 0;
 
 /// Code of normalised device coordinates.
 const NDC: u8 = 1;
+
+/// Code of contracted space.
+const CONTRACTED: u8 = 2;
 
 /// SPACE after its code, kind [`BOX`]. Scene units.
 #[derive(Serialize, Deserialize)]
@@ -32,6 +37,9 @@ pub(crate) fn read_space(mut fields: Fields<'_>) -> Result<Space, FormatError> {
         }
         #[cfg(feature = "ndc")]
         NDC => Space::Ndc(ndc::read(&mut fields)?),
+        #[cfg(feature = "contracted")]
+        CONTRACTED => Space::Contracted(contracted::read(&mut fields)?),
+        code if code == CONTRACTED => return Err(FormatError::SpaceKind("contracted")),
         code if code == NDC => return Err(FormatError::SpaceKind("ndc")),
         code => return Err(fields.unknown("kind of space", code)),
     };
@@ -45,6 +53,8 @@ pub(crate) fn write_space<W: Extend<u8>>(space: &Space, bytes: W) -> Option<W> {
         Space::Box { min, max } => append(bytes, &(BOX, BoxV1 { min, max })),
         #[cfg(feature = "ndc")]
         Space::Ndc(ndc) => append(bytes, &(NDC, ndc::write(ndc))),
+        #[cfg(feature = "contracted")]
+        Space::Contracted(space) => append(bytes, &(CONTRACTED, contracted::write(space))),
         _ => None,
     }
 }
@@ -151,9 +161,13 @@ mod tests {
 
     #[test]
     fn a_space_that_is_left_out_is_refused_by_name() {
-        let error = read_space(fields(kind::SPACE, &[NDC])).unwrap_err();
-        let left_out = error == FormatError::SpaceKind("ndc");
-        assert_eq!(left_out, !cfg!(feature = "ndc"));
+        for (code, name, is_there) in [
+            (NDC, "ndc", cfg!(feature = "ndc")),
+            (CONTRACTED, "contracted", cfg!(feature = "contracted")),
+        ] {
+            let error = read_space(fields(kind::SPACE, &[code])).unwrap_err();
+            assert_eq!(error == FormatError::SpaceKind(name), !is_there);
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use pocketnerf_core::reference::{self, RayResult};
 use pocketnerf_core::{Model, Ray, RenderOptions, Sampling, SimdLevel, Space, Tuning};
 
-use crate::models::{Random, Recipe, camera, in_ndc};
+use crate::models::{Random, Recipe, camera, in_contracted, in_ndc};
 use crate::picture::{self, Picture, levels, options, whole};
 
 /// Most that a channel of a pixel may differ, premultiplied and in [0, 1]: a
@@ -24,7 +24,7 @@ fn every_kind_of_model_at_every_level() {
     let [mut empty, mut misty, mut opaque] = [0; 3];
     for recipe in Recipe::all() {
         let model = recipe.build();
-        for model in [model, in_ndc(model)] {
+        for model in [model, in_ndc(model), in_contracted(model)] {
             let mut expected = vec![RayResult::EMPTY; 33 * 17];
             reference::render_picture(&model, &camera, &mut expected).unwrap();
             for level in levels() {
@@ -59,7 +59,7 @@ pub(crate) fn compare(model: &Model<'_>, found: &Picture, expected: &[RayResult]
             squares += f64::from(a - b).powi(2);
         }
         if expected.opacity > 0.0 && rgba[3] > 0.0 {
-            // In normalised device coordinates steps are even in 1 / depth, about.
+            // In other spaces steps are even in 1 / depth, about.
             let of = |depth: f32| match model.space {
                 Space::Box { .. } => depth,
                 _ => 1.0 / depth,
@@ -79,7 +79,9 @@ pub(crate) fn compare(model: &Model<'_>, found: &Picture, expected: &[RayResult]
 fn the_field_is_evaluated_at_the_same_points() {
     let camera = camera(21, 13);
     let models = [None, Some(16), Some(24)].map(|occupancy| Recipe { occupancy, ..Recipe::PLAIN });
-    for mut model in models.iter().flat_map(|r| [r.build(), in_ndc(r.build())]) {
+    for mut model in
+        models.iter().flat_map(|r| [r.build(), in_ndc(r.build()), in_contracted(r.build())])
+    {
         // Nothing is hidden, and the last sample lies at `far` exactly.
         let (step, near, far) = (0.03125, 0.5, 0.5 + 64.5 * 0.03125);
         model.sampling = Sampling { step, near, far, min_transmittance: 0.0 };

@@ -7,7 +7,7 @@ use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::reference;
 use pocketnerf_core::{DType, Layout, Model, Ray, SamplingMode, TensorView, Tuning};
 
-use crate::models::{Encoding, Random, Recipe, camera, in_ndc};
+use crate::models::{Encoding, Random, Recipe, camera, in_contracted, in_ndc};
 use crate::picture::{self, Picture, levels, options, whole};
 
 #[track_caller]
@@ -58,8 +58,9 @@ fn rays_of_every_kind_of_number() {
     for shading in [Shading::PerSample, Shading::PerRay] {
         for occupancy in [None, Some(16)] {
             let model = Recipe { shading, occupancy, ..Recipe::PLAIN }.build();
-            for (model, level) in
-                [model, in_ndc(model)].iter().flat_map(|m| levels().map(move |l| (m, l)))
+            for (model, level) in [model, in_ndc(model), in_contracted(model)]
+                .iter()
+                .flat_map(|m| levels().map(move |l| (m, l)))
             {
                 let options = options(model, level, Tuning::FAST);
                 let found = picture::rays(model, &rays, &options);

@@ -2,17 +2,18 @@
 
 use pocketnerf_core::{Model, Ray, RenderOptions, Sampling, Space, Tile, Tuning};
 
-use crate::models::{Random, Recipe, camera, in_ndc, occupancy};
+use crate::models::{Random, Recipe, camera, in_contracted, in_ndc, occupancy};
 use crate::picture::{self, levels, options, whole};
 
 /// Most that a sum of weights may exceed 1: the rounding of its additions.
 const OPACITY_ROUNDING: f32 = 1e-6;
 
 /// Some of the models, one of each encoding, stored type and shading at least; some in
-/// normalised device coordinates.
+/// normalised device coordinates and in contracted space.
 fn some() -> impl Iterator<Item = Model<'static>> {
     let forwards = Recipe::all().skip(1).step_by(5).map(|recipe| in_ndc(recipe.build()));
-    Recipe::all().step_by(3).map(Recipe::build).chain(forwards)
+    let around = Recipe::all().skip(2).step_by(5).map(|recipe| in_contracted(recipe.build()));
+    Recipe::all().step_by(3).map(Recipe::build).chain(forwards).chain(around)
 }
 
 #[test]
@@ -81,10 +82,11 @@ fn colours_stay_below_alpha_and_nothing_is_exactly_nothing() {
                 } else {
                     let Sampling { near, far, .. } = model.sampling;
                     // From (.., .., 2.2) to the near plane, and on to z' = 0.9, z = -20.
-                    let [near, far] = if model.space.scene_box().is_some() {
-                        [near, far]
-                    } else {
-                        [3.2, 22.2 * 3.0]
+                    let [near, far] = match model.space {
+                        Space::Box { .. } => [near, far],
+                        Space::Ndc(_) => [3.2, 22.2 * 3.0],
+                        // From 0.1 radii to 1 / MARGIN of them.
+                        _ => [0.1 * 1.4, 1.4e5 * 2.0],
                     };
                     assert!(near < *depth && *depth < far, "{depth}");
                 }

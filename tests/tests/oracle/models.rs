@@ -5,7 +5,7 @@ use pocketnerf_core::encoding::{
 };
 use pocketnerf_core::field::{AnyField, Decoder, HashGridField, Shading};
 use pocketnerf_core::network::{Dense, Mlp};
-use pocketnerf_core::space::Ndc;
+use pocketnerf_core::space::{Contracted, Ndc};
 use pocketnerf_core::{
     Camera, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,
 };
@@ -264,6 +264,14 @@ pub(crate) fn in_ndc(model: Model<'static>) -> Model<'static> {
         sampling: Sampling { near: 0.25, ..model.sampling },
         ..model
     };
+    model.validate().expect("a space that is one");
+    model
+}
+
+/// The same field in contracted space, around the [camera] and beyond it: rays bend.
+pub(crate) fn in_contracted(model: Model<'static>) -> Model<'static> {
+    let space = Space::Contracted(Contracted { center: [0.3, -0.2, 0.1], radius: 1.4 });
+    let model = Model { space, sampling: Sampling { near: 0.1, ..model.sampling }, ..model };
     model.validate().expect("a space that is one");
     model
 }

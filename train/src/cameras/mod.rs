@@ -92,7 +92,7 @@ pub struct Circle {
 
 impl Circle {
     /// Around the middle of a space, as far from it as the model's own camera, or
-    /// at twice the longest side.
+    /// at twice the longest side; where the space has no end, as far as its cameras were.
     ///
     /// In front of a forward-facing capture, a circle within the place where its
     /// cameras stood, which looks at what is four times as far away as the near plane.
@@ -107,7 +107,7 @@ impl Circle {
             |c: &Camera| (0..3).map(|a| (c.position()[a] - target[a]).powi(2)).sum::<f32>().sqrt();
         let first = Orbit {
             target,
-            radius: own.map_or(2.0 / space.unit_map().scale, distance),
+            radius: own.map_or(space.viewing_distance(), distance),
             azimuth: 0.0,
             elevation: 0.5,
             axis: [0.0, 0.0, 1.0],

@@ -1,6 +1,6 @@
 //! Settings of a training run.
 
-use pocketnerf_core::space::Ndc;
+use pocketnerf_core::space::{Contracted, Ndc};
 use pocketnerf_core::{Error, Sampling, Space};
 
 use super::Adam;
@@ -22,6 +22,9 @@ pub struct TrainConfig {
     /// `Some`: a forward-facing capture, learnt in normalised device coordinates; there
     /// is no box in scene units then. [`ndc_of`](super::ndc_of) finds them.
     pub ndc: Option<Ndc>,
+    /// `Some`: a scene without an end, learnt in contracted space; there is no box in scene
+    /// units then. [`contracted_of`](super::contracted_of) finds it.
+    pub contracted: Option<Contracted>,
     /// Nothing is seen nearer to a camera than this, local units.
     pub near: f32,
     /// Nothing is seen farther than this; `None`: everything in the box.

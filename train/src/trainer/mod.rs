@@ -30,6 +30,7 @@ pub(crate) use optim::muon;
 pub use optim::schedule::{Length, Plan};
 pub use pixels::rays::{Backdrop, RaySource, Targets, TrainingRay};
 pub use prepass::scene_box::find_box;
+pub use prepass::scene_contracted::contracted_of;
 pub use prepass::scene_ndc::ndc_of;
 pub use prepass::visual_hull::VisualHull;
 pub use run::checkpoint::{self, Checkpoint, CheckpointError};

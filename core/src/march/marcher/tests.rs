@@ -33,6 +33,15 @@ impl RayQueue for Noting {
         assert!(next >= self.states[ray].next);
         self.states[ray].next = next;
     }
+
+    fn public(&self, ray: usize) -> Ray {
+        let RayState { origin, direction, .. } = self.states[ray];
+        Ray { origin, direction }
+    }
+
+    fn turn(&mut self, _: usize, _: &RayState) {
+        unreachable!("rays are straight in a box");
+    }
 }
 
 /// The distances of all samples along rays, at most `most` at a time, each for so many

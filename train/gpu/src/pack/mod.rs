@@ -82,6 +82,9 @@ impl Packed {
         if cfg!(not(feature = "ndc")) && model.space.scene_box().is_none() {
             return Err(Error::Feature("ndc"));
         }
+        if model.space.is_bent() {
+            return Err(Error::Feature("contracted space on a GPU"));
+        }
         let mut packed =
             Self { occupancy: cells::pack(model.occupancy.as_ref()), ..Self::default() };
         let mut weights = Weights::default();

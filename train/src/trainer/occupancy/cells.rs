@@ -169,7 +169,9 @@ pub(crate) fn all_cells(space: &Space, resolution: u32) -> Vec<u32> {
     let end = map.apply(max).map(|u| (u * n as f32).ceil() as u32);
     let inside = |cell: &u32| {
         let corner = [cell % n, cell / n % n, cell / (n * n)];
-        (0..3).all(|a| corner[a] < end[a])
+        // Contracted space ends where two coordinates lie beyond its cube.
+        let beyond = corner.iter().filter(|c| **c < n / 4 || **c >= n - n / 4).count();
+        (0..3).all(|a| corner[a] < end[a]) && (beyond < 2 || !space.is_bent())
     };
     (0..n * n * n).filter(inside).collect()
 }

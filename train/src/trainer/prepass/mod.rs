@@ -6,6 +6,7 @@ pub(crate) mod coarse_field;
 mod deadline;
 mod exposure;
 pub(crate) mod scene_box;
+pub(crate) mod scene_contracted;
 pub(crate) mod scene_ndc;
 pub(crate) mod visual_hull;
 
@@ -62,6 +63,12 @@ pub fn run(
         // All that the cameras see lies there, and silhouettes hide little of it.
         config.aabb = None;
         return prepared(source, None, Space::Ndc(ndc), config, (simd, deadline));
+    }
+    if let Some(contracted) = config.contracted {
+        config.aabb = None;
+        let known = dataset.bounds.filter(|_| dataset.reach.is_some());
+        let source = source.with_nearest(known.map(|[near, _]| near));
+        return prepared(source, None, Space::Contracted(contracted), config, (simd, deadline));
     }
     // Silhouettes say more than points do.
     let reach = dataset.reach.filter(|_| !has_alpha);

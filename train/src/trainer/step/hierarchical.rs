@@ -5,29 +5,27 @@
 use std::ops::Range;
 
 use fearless_simd::Simd;
-use pocketnerf_core::Space;
 use pocketnerf_core::lanes::LANES;
 use pocketnerf_core::march::Hierarchical;
 use pocketnerf_core::march::composite::{Lengths, opacities};
 use pocketnerf_core::march::hierarchical::{
-    ENDLESS, Extent, evenly, inverse_cdf, jitter, lengths, merge,
+    ENDLESS, Extent, Points, evenly, inverse_cdf, jitter, lengths, merge,
 };
 use pocketnerf_core::network::blocks::BLOCK;
+use pocketnerf_core::{Ray, Space};
 
 use super::group::{Group, Job};
 use crate::field::{HIERARCHICAL_RAYS, HierarchicalTraining, Network, Tape};
 use crate::random::{Random, normal};
 use crate::trainer::loss::{Rendered, loss};
 
-/// A ray in its space.
+/// A ray, and its part in the space.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     /// Number of the ray.
     ray: usize,
-    origin: [f32; 3],
-    direction: [f32; 3],
-    /// Where it looks in scene space.
-    view: [f32; 3],
+    /// In scene space.
+    public: Ray,
     /// Where it has its samples.
     extent: Extent,
 }
@@ -71,9 +69,10 @@ impl Samples {
         let map = space.unit_map();
         self.axes.iter_mut().for_each(Vec::clear);
         for (line, t) in lines.iter().zip(self.t.chunks_exact(n)) {
+            let mut points = Points::new(space, line.public);
             for t in t {
-                let u = map.apply([0, 1, 2].map(|a| line.origin[a] + t * line.direction[a]));
-                let values = u.into_iter().chain(line.view);
+                let u = map.apply(points.at(*t));
+                let values = u.into_iter().chain(line.public.direction);
                 self.axes.iter_mut().zip(values).for_each(|(axis, value)| axis.push(value));
             }
         }
@@ -178,10 +177,8 @@ impl Group {
     /// A ray's way through the space, where it has one.
     fn line(&self, ray: usize, job: &Job<'_>, sampling: &Hierarchical) -> Option<Line> {
         let public = self.rays[ray].ray;
-        let local = job.space.local(&public)?;
-        let extent = sampling.extent(&job.space, &local, job.reach, 1.0)?;
-        let (origin, direction, view) = (local.origin, local.direction, public.direction);
-        let line = Line { ray, origin, direction, view, extent };
+        let extent = sampling.extent(&job.space, &public, job.reach, 1.0)?;
+        let line = Line { ray, public, extent };
         (extent.near < extent.far).then_some(line)
     }
 

@@ -4,16 +4,17 @@ use std::mem::take;
 use std::ops::Range;
 
 use fearless_simd::Simd;
-use pocketnerf_core::AnyField;
 use pocketnerf_core::lanes::{LANES, transpose};
 use pocketnerf_core::march::composite::{self, Accumulated, Lengths, opacities};
 use pocketnerf_core::march::{
     self, Output, RayPacket, RayQueue, RayState, SampleBatch, SampleSink, march,
 };
 use pocketnerf_core::scratch::Workspace;
+use pocketnerf_core::{AnyField, Ray};
 
 use super::group::{BATCH, Group, Job, MIN_TRANSMITTANCE, Record, STRIDE, Worker, row_len};
 use crate::stopwatch::{Laps, Stage};
+use crate::trainer::pixels::rays::TrainingRay;
 
 impl Group {
     /// Density and channels along every ray until it is opaque.
@@ -53,6 +54,7 @@ impl Group {
         let mut work = Workspace { a, b, output, panel, stride: STRIDE };
         let needs_depth = job.needs_depth();
         let Self {
+            rays,
             states,
             accumulated,
             last_transmittance,
@@ -65,6 +67,7 @@ impl Group {
         } = self;
         let (coarse_step_below, step) = (job.coarse_step_below, job.step);
         let rays = TrainingRays {
+            rays,
             states,
             accumulated,
             last_transmittance,
@@ -89,6 +92,7 @@ fn refill<T: Clone>(values: &mut Vec<T>, n: usize, value: T) {
 
 /// A group's rays, and what is noted of a batch's samples.
 struct TrainingRays<'g> {
+    rays: &'g [TrainingRay],
     states: &'g mut [RayState],
     accumulated: &'g mut [Accumulated],
     last_transmittance: &'g mut [f32],
@@ -117,6 +121,14 @@ impl RayQueue for TrainingRays<'_> {
     #[inline(always)]
     fn skip_to(&mut self, ray: usize, next: f32) {
         self.states[ray].next = next;
+    }
+
+    fn public(&self, ray: usize) -> Ray {
+        self.rays[ray].ray
+    }
+
+    fn turn(&mut self, ray: usize, state: &RayState) {
+        self.states[ray] = *state;
     }
 }
 

@@ -4,7 +4,6 @@
 //! to the inverse of the squared distance. So fog before a camera learns faster than the scene,
 //! and explains a photograph that no other one contradicts.
 
-use pocketnerf_core::space::UnitMap;
 use pocketnerf_core::{Ray, Space};
 
 /// So many times the nearest depth of the scene: nearer samples are slowed down.
@@ -13,24 +12,31 @@ const TIMES: f32 = 2.0;
 /// How much less samples learn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlowBelow {
-    map: UnitMap,
+    space: Space,
     /// Inverse of the squared distance, unit lengths, from which on all is learnt.
     inverse: f32,
 }
 
 impl SlowBelow {
-    /// For a box in which nothing is nearer to a camera than `nearest`, scene units.
+    /// For a space in which nothing is nearer to a camera than `nearest`, scene units.
     pub(super) fn new(space: &Space, nearest: Option<f32>) -> Option<Self> {
-        space.scene_box()?;
-        let map = space.unit_map();
-        let distance = TIMES * nearest? * map.scale;
-        (distance > 0.0).then(|| Self { map, inverse: 1.0 / (distance * distance) })
+        let unit = match space {
+            Space::Box { .. } => 1.0,
+            Space::Contracted(contracted) => contracted.radius,
+            _ => return None,
+        };
+        let distance = TIMES * nearest? / unit * space.unit_map().scale;
+        (distance > 0.0).then(|| Self { space: *space, inverse: 1.0 / (distance * distance) })
     }
 
     /// The share of its gradient that the sample of a ray at unit point `u` learns from.
     #[inline(always)]
     pub(super) fn share(&self, ray: &Ray, u: [f32; 3]) -> f32 {
-        let o = self.map.apply(ray.origin);
+        let o = match &self.space {
+            Space::Contracted(space) => space.local_point(ray.origin),
+            _ => ray.origin,
+        };
+        let o = self.space.unit_map().apply(o);
         let square: f32 = (0..3).map(|a| (u[a] - o[a]) * (u[a] - o[a])).sum();
         (square * self.inverse).min(1.0)
     }

@@ -57,6 +57,9 @@ impl Info {
         let space = match file.model.space {
             Space::Box { .. } => json!("box"),
             Space::Ndc(ndc) => json!({"ndc": {"near": ndc.near, "slope": ndc.slope}}),
+            Space::Contracted(space) => {
+                json!({"contracted": {"center": space.center, "radius": space.radius}})
+            }
             _ => return Err("this build does not know the model's kind of space".into()),
         };
         let parameters: usize = file.tensors().map(|(_, t)| t.rows() * t.cols()).sum();

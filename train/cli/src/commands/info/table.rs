@@ -78,6 +78,13 @@ fn space(value: &Value) -> String {
         let near = ndc["near"].as_f64().unwrap_or(f64::NAN);
         return format!("normalised device coordinates beyond z = {:.3}", -near);
     }
+    let contracted = &value["space"]["contracted"];
+    if !contracted.is_null() {
+        let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+        let [x, y, z] = [0, 1, 2].map(|a| number(&contracted["center"][a]));
+        let radius = number(&contracted["radius"]);
+        return format!("contracted beyond {radius:.3} from ({x:.3}, {y:.3}, {z:.3})");
+    }
     let corner = |i: usize| {
         let of = |a: usize| value["aabb"][i][a].as_f64().unwrap_or(f64::NAN);
         format!("({:.3}, {:.3}, {:.3})", of(0), of(1), of(2))

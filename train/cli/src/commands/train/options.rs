@@ -117,9 +117,10 @@ impl Train {
             Length::Seconds(seconds) => (Some(seconds), None),
             Length::Steps(steps) => (None, Some(steps)),
         };
-        let (space, near) = match config.ndc {
-            None => (SpaceKind::Box, config.near),
-            Some(ndc) => (SpaceKind::Ndc, ndc.near),
+        let (space, near) = match (config.ndc, config.contracted) {
+            (Some(ndc), _) => (SpaceKind::Ndc, ndc.near),
+            (_, Some(contracted)) => (SpaceKind::Contracted, config.near * contracted.radius),
+            _ => (SpaceKind::Box, config.near),
         };
         let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
         let kept = self.scene.exposure.filter(|exposure| *exposure == Exposure::Off);

@@ -3,9 +3,9 @@
 use std::fmt;
 
 use clap::ValueEnum;
-use pocketnerf_core::space::Ndc;
+use pocketnerf_core::space::{Contracted, Ndc};
 use pocketnerf_train::dataset::Dataset;
-use pocketnerf_train::trainer::{TrainConfig, ndc_of};
+use pocketnerf_train::trainer::{TrainConfig, contracted_of, ndc_of};
 
 use crate::commands::Failure;
 use crate::commands::parse::{parse_box, parse_color};
@@ -17,6 +17,8 @@ pub(super) enum SpaceKind {
     Box,
     /// Normalised device coordinates: all that forward-facing cameras see, to infinity
     Ndc,
+    /// Contracted space: all that cameras see around them, to infinity
+    Contracted,
 }
 
 /// Nothing is nearer to a camera than this share of the nearest depth that a dataset knows: fog
@@ -97,10 +99,12 @@ impl SceneOptions {
     pub(super) fn apply(&self, config: &mut TrainConfig, dataset: &Dataset) -> Result<(), Failure> {
         config.aabb = self.aabb;
         config.ndc = self.ndc(dataset)?;
+        config.contracted = self.contracted(dataset)?;
         if config.ndc.is_none() {
             let known = dataset.bounds.map(|[near, _]| NEAREST * near);
             let known = known.filter(|near| self.far.is_none_or(|far| *near < far));
             config.near = self.near.or(known).unwrap_or(config.near);
+            config.near /= config.contracted.map_or(1.0, |contracted| contracted.radius);
             config.far = self.far;
         }
         // Images with alpha are on white in the original NeRF.
@@ -110,13 +114,41 @@ impl SceneOptions {
         Ok(())
     }
 
+    /// The coordinates of a scene without an end, if asked for.
+    fn contracted(&self, dataset: &Dataset) -> Result<Option<Contracted>, Failure> {
+        if self.space != Some(SpaceKind::Contracted) {
+            return Ok(None);
+        }
+        if let Some((option, _)) = self.limit() {
+            return Err(format!(
+                "{option}: expected none with --space contracted, which holds all that the \
+                 cameras see"
+            )
+            .into());
+        }
+        let cameras: Vec<_> = dataset.views.iter().map(|view| view.camera).collect();
+        let contracted = contracted_of(&cameras).map(Some);
+        contracted.ok_or_else(|| {
+            format!(
+                "{}: --space contracted: all cameras are in one place, expected them around \
+                 what they look at; give --space box",
+                dataset.source
+            )
+            .into()
+        })
+    }
+
+    /// What limits the scene.
+    fn limit(&self) -> Option<(&'static str, bool)> {
+        let limits = [("--aabb", self.aabb.is_some()), ("--far", self.far.is_some())];
+        limits.into_iter().find(|(_, given)| *given)
+    }
+
     /// The coordinates of a forward-facing capture, by default or if asked for. A box that is
     /// given rules them out.
     fn ndc(&self, dataset: &Dataset) -> Result<Option<Ndc>, Failure> {
         let near = self.near.unwrap_or(1.0);
-        let limits = [("--aabb", self.aabb.is_some()), ("--far", self.far.is_some())];
-        let limit = limits.into_iter().find(|(_, given)| *given);
-        match (self.space, limit) {
+        match (self.space, self.limit()) {
             (Some(SpaceKind::Ndc), None) => {}
             (Some(SpaceKind::Ndc), Some((option, _))) => {
                 return Err(format!(

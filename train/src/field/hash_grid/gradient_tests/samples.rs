@@ -21,6 +21,14 @@ impl RayQueue for Alone {
     fn skip_to(&mut self, _: usize, next: f32) {
         self.0.next = next;
     }
+
+    fn public(&self, _: usize) -> Ray {
+        Ray { origin: self.0.origin, direction: self.0.direction }
+    }
+
+    fn turn(&mut self, _: usize, _: &RayState) {
+        unreachable!("rays are straight in a box");
+    }
 }
 
 /// Unit coordinates of all samples along a ray.

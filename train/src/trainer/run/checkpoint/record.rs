@@ -128,6 +128,10 @@ impl RecordV1 {
                 Space::Ndc(ndc) => Some(ndc),
                 _ => None,
             },
+            contracted: match space {
+                Space::Contracted(contracted) => Some(contracted),
+                _ => None,
+            },
             near: config.near,
             far: config.far,
             occupancy_resolution,
@@ -183,6 +187,7 @@ impl ConfigV1 {
             seed,
             aabb,
             ndc: _,
+            contracted: _,
             near,
             far,
             occupancy_resolution: _,
