@@ -6,9 +6,16 @@ use pocketnerf_core::render::RenderStats;
 use pocketnerf_core::{Camera, Display, Error, Model};
 use serde::Serialize;
 
+use crate::cameras::distances;
 use crate::dataset::Dataset;
-use crate::metrics::{Metrics, Scores, composite_on, depth_error, quantile, quantize_all};
+use crate::metrics::{
+    Metrics, Scores, composite_on, depth_error, psnr_far_near, quantile, quantize_all,
+};
 use crate::picture::{self, Antialias, Device, Renderer};
+
+/// What lies farther away than this many times the mean distance of the cameras from what they
+/// look at is far.
+const FAR: f32 = 3.0;
 
 /// One view's result.
 #[derive(Clone, Debug, Serialize)]
@@ -24,6 +31,12 @@ pub struct ViewScore {
     /// Share of pixels where something is rendered and nothing is there, or the other way
     /// round; `null` where the truth is not known.
     pub depth_missed: Option<f64>,
+    /// PSNR of what is far away, see [`Evaluation::psnr_far`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub psnr_far: Option<f64>,
+    /// PSNR of the rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub psnr_near: Option<f64>,
 }
 
 /// Results over a split.
@@ -57,6 +70,14 @@ pub struct Evaluation {
     pub depth_error: Option<f64>,
     /// Mean of the views' shares of missed pixels, over the views that have one.
     pub depth_missed: Option<f64>,
+    /// Mean over views of the PSNR of those pixels whose true depth is more than three times
+    /// the mean distance of the cameras from what they look at, the sky's among them. Only of
+    /// opaque images whose true depths are known; left out of JSON otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub psnr_far: Option<f64>,
+    /// The same of all other pixels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub psnr_near: Option<f64>,
     /// Every view.
     pub per_view: Vec<ViewScore>,
     /// Median rendering time.
@@ -121,6 +142,7 @@ pub fn evaluate_on(
     let one_ray = Antialias::Off;
     let deep = picture::Settings { depth: true, antialias: one_ray, ..*settings };
     let mut deep = Renderer::new(model, &deep);
+    let limit = far_from(dataset);
     for (i, view) in dataset.views.iter().enumerate() {
         let begun = Instant::now();
         let rendered = renderer.render_through(&view.camera, &view.lens)?;
@@ -139,11 +161,17 @@ pub fn evaluate_on(
             }
             None => None,
         };
+        let [psnr_far, psnr_near] = match (&view.depth, limit) {
+            (Some(depth), Some(limit)) => psnr_far_near(&picture, &truth, depth, limit, mask),
+            _ => [None; 2],
+        };
         per_view.push(ViewScore {
             name: view.name.clone(),
             scores,
             depth_error: depth.and_then(|depth| depth.mean),
             depth_missed: depth.map(|depth| depth.missed),
+            psnr_far,
+            psnr_near,
         });
         each(i, &picture, &truth);
     }
@@ -173,6 +201,8 @@ pub fn evaluate_on(
         lpips: of_all(|scores| scores.lpips),
         depth_error: mean_of_known(per_view.iter().filter_map(|view| view.depth_error)),
         depth_missed: mean_of_known(per_view.iter().filter_map(|view| view.depth_missed)),
+        psnr_far: mean_of_known(per_view.iter().filter_map(|view| view.psnr_far)),
+        psnr_near: mean_of_known(per_view.iter().filter_map(|view| view.psnr_near)),
         per_view,
         seconds_per_frame: median,
         frames_per_second: 1.0 / median.max(1e-9),
@@ -191,6 +221,14 @@ pub fn worst(per_view: &[ViewScore]) -> Vec<usize> {
     let mut views: Vec<usize> = (0..per_view.len()).collect();
     views.sort_by(|a, b| per_view[*a].scores.psnr.total_cmp(&per_view[*b].scores.psnr));
     views
+}
+
+/// The depth beyond which opaque images show what is far away.
+fn far_from(dataset: &Dataset) -> Option<f32> {
+    let cameras: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
+    let (_, distances) = distances(&cameras);
+    let mean = distances.iter().sum::<f32>() / distances.len().max(1) as f32;
+    (!dataset.has_alpha).then_some(FAR * mean)
 }
 
 /// The mean of what there is.

@@ -10,25 +10,45 @@ const STEP: f32 = 0.44;
 /// The angle that spreads any number of points evenly around an axis, in turns.
 const GOLDEN_ANGLE: f64 = 0.381_966_011_250_105;
 
-/// Places on a part of a sphere around the origin, which all cameras look at.
+/// Places around the origin, which all cameras look at, or past.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Region {
-    /// Distance of every camera from the origin, scene units.
-    pub(super) distance: f32,
+    /// Distance of the first and of the last view from the origin, scene units.
+    pub(super) distances: [f32; 2],
     /// What the distance may be multiplied with: cameras stay outside of solids.
     factors: [f32; 2],
     /// Sine of the elevation of the first and of the last view.
     sines: [f32; 2],
+    /// How far behind the origin the point lies that a camera looks at, level with it.
+    past: f32,
     /// Horizontal field of view in radians.
     pub(super) fov_x: f32,
 }
 
 /// Around an object, from −9° to 75°; the field of view of the Blender NeRF scenes.
-pub(super) const AROUND: Region =
-    Region { distance: 4.0, factors: [0.4, 100.0], sines: [-0.16, 0.966], fov_x: 0.691_111_2 };
+pub(super) const AROUND: Region = Region {
+    distances: [4.0; 2],
+    factors: [0.4, 100.0],
+    sines: [-0.16, 0.966],
+    past: 0.0,
+    fov_x: 0.691_111_2,
+};
 /// Across the middle of a room, from −17° to 30°, with a wide lens.
-pub(super) const INSIDE: Region =
-    Region { distance: 0.95, factors: [0.5, 1.2], sines: [-0.3, 0.5], fov_x: 1.25 };
+pub(super) const INSIDE: Region = Region {
+    distances: [0.95; 2],
+    factors: [0.5, 1.2],
+    sines: [-0.3, 0.5],
+    past: 0.0,
+    fov_x: 1.25,
+};
+/// Around an object outdoors, from −3° to 33° and ever closer, past it at the horizon.
+pub(super) const OUTDOORS: Region = Region {
+    distances: [4.0, 2.5],
+    factors: [0.5, 1.1],
+    sines: [-0.05, 0.55],
+    past: 1.5,
+    fov_x: 1.1,
+};
 
 impl Region {
     /// The training views climb a spiral of five turns around the scene, so that
@@ -50,11 +70,11 @@ impl Region {
 
     /// So many views, spread evenly over the region, the distance multiplied.
     pub(super) fn spread(&self, n: usize, distance_factor: f32) -> Vec<Camera> {
-        let distance = self.distance * distance_factor.clamp(self.factors[0], self.factors[1]);
+        let factor = distance_factor.clamp(self.factors[0], self.factors[1]);
         let view = |i: usize| {
             let turns = i as f64 * GOLDEN_ANGLE;
             let azimuth = (turns - turns.floor()) as f32 * TAU;
-            self.camera([i as f32 + 0.5, n as f32], azimuth, distance)
+            self.camera([i as f32 + 0.5, n as f32], azimuth, factor)
         };
         (0..n).map(view).collect()
     }
@@ -65,24 +85,30 @@ impl Region {
         let mut azimuth = 0.0;
         (0..2 * TRAIN_VIEWS).map(move |k| {
             let place = [k as f32, (2 * TRAIN_VIEWS - 1) as f32];
-            let view = self.camera(place, azimuth, self.distance);
+            let view = self.camera(place, azimuth, 1.0);
             azimuth += 0.5 * STEP / self.elevation(place)[0];
             view
         })
     }
 
     /// Cosine and sine of the elevation at place `i` of `n` from the lowest to the highest.
-    fn elevation(&self, [i, n]: [f32; 2]) -> [f32; 2] {
-        let [low, high] = self.sines;
-        let sine = low + (high - low) * i / n;
+    fn elevation(&self, place: [f32; 2]) -> [f32; 2] {
+        let sine = between(self.sines, place);
         [math::sqrt(1.0 - sine * sine), sine]
     }
 
-    fn camera(&self, place: [f32; 2], azimuth: f32, distance: f32) -> Camera {
+    fn camera(&self, place: [f32; 2], azimuth: f32, distance_factor: f32) -> Camera {
         let [cosine, sine] = self.elevation(place);
         let (s, c) = math::sin_cos(azimuth);
+        let distance = between(self.distances, place) * distance_factor;
         let eye = [cosine * c, cosine * s, sine].map(|x| x * distance);
-        let pose = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0]);
+        let target = [-self.past * c, -self.past * s, 0.0];
+        let pose = Camera::look_at(eye, target, [0.0, 0.0, 1.0]);
         Camera::from_fov_x(SIZE, SIZE, self.fov_x, pose)
     }
+}
+
+/// From `low` to `high`, at place `i` of `n`.
+fn between([low, high]: [f32; 2], [i, n]: [f32; 2]) -> f32 {
+    low + (high - low) * i / n
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::ops::Range;
 
 /// Bodies that share a ball around them, in the order of the list.
-const GROUP: usize = 8;
+pub(super) const GROUP: usize = 8;
 
 /// One solid thing.
 #[derive(Clone, Copy, Debug)]
@@ -16,11 +16,13 @@ pub(super) struct Body {
     pub(super) shape: Shape,
     pub(super) surface: Surface,
     casts_shadow: bool,
+    /// Centre and radius of a ball around it; of a wire, around its first part.
+    ball: (DVec3, f64),
 }
 
 impl Body {
     pub(super) fn new(shape: Shape, surface: Surface) -> Self {
-        Self { shape, surface, casts_shadow: surface.casts_shadow() }
+        Self { shape, surface, casts_shadow: surface.casts_shadow(), ball: shape.bound(0) }
     }
 
     /// The same, but the lamp shines through it.
@@ -36,6 +38,8 @@ pub(super) struct Contents {
     /// No two of them overlap.
     pub(super) media: Vec<Medium>,
     pub(super) light: Light,
+    /// Whether rays that meet nothing end on a sky.
+    pub(super) has_sky: bool,
     /// Neighbours in the list, each with centre and radius of the ball around them.
     groups: Vec<(Range<usize>, DVec3, f64)>,
     /// Whether rays may run exactly along an axis.
@@ -58,12 +62,17 @@ impl Contents {
                 (range, middle, balls.iter().map(reach).fold(0.0, f64::max))
             })
             .collect();
-        Self { bodies, media, light, groups, along_axes: false }
+        Self { bodies, media, light, has_sky: false, groups, along_axes: false }
     }
 
     /// Opaque bodies alone, in daylight.
     pub(super) fn solid(bodies: Vec<Body>) -> Self {
         Self::new(bodies, Vec::new(), Light::outdoors())
+    }
+
+    /// The same under a sky.
+    pub(super) fn under_sky(self) -> Self {
+        Self { has_sky: true, ..self }
     }
 
     /// The same, but rays may run exactly along an axis: shapes divide by zero then, and may
@@ -87,7 +96,7 @@ impl Contents {
             if i == index || !body.casts_shadow {
                 return false;
             }
-            let (center, radius) = body.shape.bound(0);
+            let (center, radius) = body.ball;
             meets_ball(center, radius, p, towards) && body.shape.enter(p, towards).is_some()
         })
     }

@@ -17,6 +17,7 @@ mod scene;
 mod scenes;
 mod shading;
 mod shapes;
+mod sky;
 #[cfg(test)]
 mod spectrum;
 mod surface;

@@ -1,6 +1,6 @@
 //! The built-in scenes by name: their datasets, and their truth from any camera.
 
-use super::cameras::{AROUND, INSIDE, Region};
+use super::cameras::{AROUND, INSIDE, OUTDOORS, Region};
 use super::{render, scenes};
 use crate::dataset::{Dataset, Split, View};
 use pocketnerf_core::Camera;
@@ -8,7 +8,8 @@ use pocketnerf_core::Camera;
 /// A built-in scene.
 ///
 /// Each but the first shows one thing at which radiance fields fail. Cameras look at the
-/// origin; but for the room, everything lies within 1.25 units of it in x and y.
+/// origin, in the village a little past it; but for the room and the village, everything lies
+/// within 1.25 units of it in x and y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scene {
     /// A still life: a bit of everything.
@@ -28,11 +29,14 @@ pub enum Scene {
     White,
     /// A furnished room, 3.8 × 3.4 × 2.2 units, seen from inside.
     Room,
+    /// A well on an endless meadow, houses and trees around it, houses and hills far away, and
+    /// a sky, all opaque.
+    Village,
 }
 
 impl Scene {
     /// All scenes.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::StillLife,
         Self::Wires,
         Self::Glossy,
@@ -41,6 +45,7 @@ impl Scene {
         Self::Fog,
         Self::White,
         Self::Room,
+        Self::Village,
     ];
 
     /// Its name on a command line: `still-life`, `wires` and so on.
@@ -55,6 +60,7 @@ impl Scene {
             Self::Fog => "fog",
             Self::White => "white",
             Self::Room => "room",
+            Self::Village => "village",
         }
     }
 
@@ -93,11 +99,12 @@ impl Scene {
     /// What these cameras see, in their order: any number of any size, from anywhere outside
     /// of solid bodies. View i is called `prefix/i`, with two digits or more.
     ///
-    /// Pixels are straight RGBA on a transparent background; alpha is coverage and opacity.
+    /// Pixels are straight RGBA on a transparent background, or the village's sky; alpha is
+    /// coverage and opacity.
     /// Depth is where transmittance falls to one half along the ray through the pixel's
     /// centre, scene units: the distance of the first surface, but for glass and fog. It is
-    /// infinite where that much light passes, so a pixel at an outline may be partly covered
-    /// and still have infinite depth.
+    /// infinite where that much light passes, and on the sky, so a pixel at an outline may be
+    /// partly covered and still have infinite depth.
     #[must_use]
     pub fn views(self, cameras: &[Camera], prefix: &str) -> Vec<View> {
         let contents = scenes::contents(self);
@@ -115,9 +122,10 @@ impl Scene {
     /// `n` cameras of [`SIZE`](super::SIZE), spread evenly over the part of a sphere on which
     /// the scene's views lie, and not on their path.
     ///
-    /// All look at the origin, from `distance_factor` times the distance of the views: 4
-    /// units, in the room 0.95. The factor is held within 0.4 and 100, in the room within 0.5
-    /// and 1.2, so that no camera enters a body.
+    /// All look as the views do, from `distance_factor` times their distance from the origin:
+    /// 4 units, in the room 0.95, in the village 4 (the lowest) to 2.5 (the highest). The
+    /// factor is held within 0.4 and 100, in the room within 0.5 and 1.2, in the village
+    /// within 0.5 and 1.1, so that no camera enters a body.
     #[must_use]
     pub fn cameras(self, n: usize, distance_factor: f32) -> Vec<Camera> {
         self.region().spread(n, distance_factor)
@@ -125,6 +133,10 @@ impl Scene {
 
     /// Where its views lie.
     fn region(self) -> &'static Region {
-        if self == Self::Room { &INSIDE } else { &AROUND }
+        match self {
+            Self::Room => &INSIDE,
+            Self::Village => &OUTDOORS,
+            _ => &AROUND,
+        }
     }
 }

@@ -19,6 +19,11 @@ pub(super) enum Shape {
     /// An ellipsoid with any axes: `axes` are unit vectors at right angles, along the first
     /// of which it is longest.
     Leaf { center: DVec3, axes: DMat3, radii: DVec3 },
+    /// A roof: a prism whose ridge runs above the middle of its base along `turn`, a unit
+    /// vector; `half` is half the base's length along the ridge and half its width.
+    Gable { base: DVec3, half: DVec2, height: f64, turn: DVec2 },
+    /// All that lies below a height.
+    Ground { height: f64 },
 }
 
 /// Where a ray enters a solid.
@@ -109,11 +114,21 @@ impl Shape {
                 let hit = upright.enter(turned * (origin - center), turned * direction)?;
                 Some(Hit { normal: axes * hit.normal, ..hit })
             }
+            Self::Gable { base, half, height, turn } => {
+                let (o, d) = (into_block(origin - base, turn), into_block(direction, turn));
+                let ([t, leave], normal) = gable(half, height, o, d);
+                let normal = into_block(normal.normalize(), DVec2::new(turn.x, -turn.y));
+                (t > 0.0 && t <= leave).then_some(Hit { t, normal })
+            }
+            Self::Ground { height } => {
+                let t = (height - origin.z) / direction.z;
+                (direction.z < 0.0 && t > 0.0).then_some(Hit { t, normal: DVec3::Z })
+            }
         }
     }
 
     /// Distances along the line at which it enters and leaves; behind the origin they are
-    /// negative. `None` where it passes by, and for wires, which are open.
+    /// negative. `None` where it passes by, and for wires and the ground, which are open.
     pub(super) fn span(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
         let [from, to] = match *self {
             Self::Ellipsoid { center, radii } => {
@@ -134,7 +149,11 @@ impl Shape {
                 let upright = Self::Ellipsoid { center: DVec3::ZERO, radii };
                 upright.span(turned * (origin - center), turned * direction)?
             }
-            Self::Wire { .. } => return None,
+            Self::Gable { base, half, height, turn } => {
+                let (o, d) = (into_block(origin - base, turn), into_block(direction, turn));
+                gable(half, height, o, d).0
+            }
+            Self::Wire { .. } | Self::Ground { .. } => return None,
         };
         (from < to).then_some([from, to])
     }
@@ -154,6 +173,8 @@ impl Shape {
                 let piece = (to - from) / f64::from(self.parts());
                 (from + piece * (f64::from(part) + 0.5), 0.5 * piece.length() + radius)
             }
+            Self::Gable { base, half, height, .. } => (base, half.length().max(height)),
+            Self::Ground { .. } => (DVec3::ZERO, f64::INFINITY),
         }
     }
 
@@ -199,6 +220,26 @@ fn slabs(half: DVec3, o: DVec3, d: DVec3) -> [DVec3; 2] {
     let middle = -o / d;
     let reach = (half / d).abs();
     [middle - reach, middle + reach]
+}
+
+/// Where a line enters and leaves a roof whose ridge runs along x above the origin, and the
+/// outward normal (of any length) where it enters.
+fn gable(half: DVec2, height: f64, o: DVec3, d: DVec3) -> ([f64; 2], DVec3) {
+    let slope = |side: f64| (DVec3::new(0.0, side / half.y, 1.0 / height), 1.0);
+    let sides =
+        [(DVec3::X, half.x), (-DVec3::X, half.x), (-DVec3::Z, 0.0), slope(1.0), slope(-1.0)];
+    let (mut enter, mut leave, mut normal) = (f64::NEG_INFINITY, f64::INFINITY, DVec3::Z);
+    for (outward, limit) in sides {
+        let (along, room) = (outward.dot(d), limit - outward.dot(o));
+        if along > 0.0 {
+            leave = leave.min(room / along);
+        } else if along < 0.0 && room / along > enter {
+            (enter, normal) = (room / along, outward);
+        } else if along == 0.0 && room < 0.0 {
+            leave = f64::NEG_INFINITY;
+        }
+    }
+    ([enter, leave], normal)
 }
 
 /// `v` in the axes of a block whose x axis is `turn`.

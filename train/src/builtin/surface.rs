@@ -57,6 +57,9 @@ pub(super) enum Surface {
     Stripes { period: f64, colours: [DVec3; 2] },
     /// Clouds of two colours, some as wide as `cell` and weaker ones a quarter as wide.
     Mottled { cell: f64, colours: [DVec3; 2] },
+    /// Grass around a round place of gravel on the z axis. The farther away, the coarser, and
+    /// plain in the end: what a pixel cannot show is not there.
+    Meadow,
 }
 
 impl Surface {
@@ -90,6 +93,7 @@ impl Surface {
                 let cloud = 0.5 + 0.4 * noise(p, cell) + 0.2 * noise(p, 0.25 * cell);
                 mix3(a, b, cloud.clamp(0.0, 1.0))
             }
+            Self::Meadow => meadow(p),
         }
     }
 
@@ -141,6 +145,31 @@ fn marble(p: DVec3) -> DVec3 {
     (mix3(red, DVec3::new(0.98, 0.78, 0.55), 0.8 * vein) + DVec3::splat(grain)).max(DVec3::ZERO)
 }
 
-fn mix3(a: DVec3, b: DVec3, t: f64) -> DVec3 {
+/// Grass and gravel at `p`.
+fn meadow(p: DVec3) -> DVec3 {
+    /// Sides of grains, scene units.
+    const CELLS: [f64; 5] = [0.07, 0.28, 1.1, 4.5, 18.0];
+    /// How far away from the axis grains of side 1 are gone, squared. Cameras stand near the
+    /// axis, a unit above the ground: what a pixel covers of it grows with the square of the
+    /// distance.
+    const REACH: f64 = 225.0;
+    let from_axis = p.truncate().length_squared();
+    let grain: f64 = CELLS
+        .into_iter()
+        .map(|cell| (cell, (1.0 - from_axis / (REACH * cell)).max(0.0)))
+        .filter(|(_, left)| *left > 0.0)
+        .map(|(cell, left)| left * left * noise(p, cell))
+        .sum();
+    let shade = (0.5 + 0.22 * grain).clamp(0.0, 1.0);
+    let grass = mix3(DVec3::new(0.24, 0.38, 0.14), DVec3::new(0.56, 0.62, 0.30), shade);
+    if from_axis > 9.0 {
+        return grass;
+    }
+    let gravel = mix3(DVec3::new(0.44, 0.38, 0.32), DVec3::new(0.80, 0.74, 0.64), shade);
+    let edge = (3.0 * (1.9 - from_axis.sqrt() + 0.4 * noise(p, 0.5))).clamp(0.0, 1.0);
+    mix3(grass, gravel, edge)
+}
+
+pub(super) fn mix3(a: DVec3, b: DVec3, t: f64) -> DVec3 {
     a + (b - a) * t
 }

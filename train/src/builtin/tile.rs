@@ -5,6 +5,7 @@ use super::medium::{self, Passage};
 use super::render::ray;
 use super::shading::{SAMPLES, shade};
 use super::shapes::{Hit, Shape};
+use super::sky::sky;
 use glam::{DVec3, DVec4};
 use pocketnerf_core::Camera;
 use std::borrow::Cow;
@@ -83,7 +84,7 @@ impl<'a> Tile<'a> {
 
     /// Whether nothing can be seen in it.
     pub(super) fn is_empty(&self) -> bool {
-        self.bodies.is_empty() && self.media.is_empty()
+        self.bodies.is_empty() && self.media.is_empty() && !self.contents.has_sky
     }
 
     /// Colour and depth of pixel (`x`, `y`).
@@ -150,9 +151,11 @@ impl<'a> Tile<'a> {
 
     /// Premultiplied colour, and opacity; `sample` chooses the lamp's point.
     fn colour(&self, met: &Met, (origin, direction): (DVec3, DVec3), sample: usize) -> DVec4 {
-        let behind = met.first.map_or((DVec3::ZERO, 0.0), |(body, hit)| {
-            (shade(self.contents, body, hit, origin, direction, sample), 1.0)
-        });
+        let behind = match met.first {
+            Some((body, hit)) => (shade(self.contents, body, hit, origin, direction, sample), 1.0),
+            None if self.contents.has_sky => (sky(direction), 1.0),
+            None => (DVec3::ZERO, 0.0),
+        };
         let (colour, alpha) = medium::composite(&met.layers, behind);
         colour.extend(alpha)
     }

@@ -2,9 +2,11 @@
 //!
 //! Both pictures are 8-bit RGB: what an image file can hold, so that anyone can
 //! measure again from the files.
-//! [`Metrics::compare`] measures all there is to measure; depths are [`depth_error`]'s.
+//! [`Metrics::compare`] measures all there is to measure; depths are [`depth_error`]'s,
+//! and what is far away is [`psnr_far_near`]'s.
 
 mod depth;
+mod far;
 mod lpips;
 mod mask;
 mod ms_ssim;
@@ -17,6 +19,7 @@ mod ssim;
 mod window;
 
 pub use depth::{DepthError, depth_error};
+pub use far::psnr_far_near;
 pub use lpips::{Lpips, LpipsError};
 pub use ms_ssim::ms_ssim;
 use pocketnerf_core::{ColorSpace, pixel};

@@ -26,7 +26,8 @@ pub(super) struct Eval {
     model: PathBuf,
     /// Dataset folder, or `builtin` or `builtin:NAME`: a built-in scene
     ///
-    /// NAME: still-life (as without a name), wires, glossy, glass, foliage, fog, white or room.
+    /// NAME: still-life (as without a name), wires, glossy, glass, foliage, fog, white, room or
+    /// village.
     data: PathBuf,
     /// Folder for side-by-side pictures: rendering, image, difference
     ///
@@ -215,7 +216,10 @@ fn others(result: &Evaluation, metrics: &Metrics) -> String {
         (&format!("LPIPS ({network})"), result.lpips),
     ];
     let known = named.iter().filter_map(|(name, score)| Some(format!(", {name} {:.4}", (*score)?)));
-    known.collect()
+    let parts = [("far parts", result.psnr_far), ("near parts", result.psnr_near)];
+    let parts =
+        parts.iter().filter_map(|(what, psnr)| Some(format!(", {what} {:.2} dB", (*psnr)?)));
+    known.chain(parts).collect()
 }
 
 /// Moves the camera's rays, `n` along a side of a pixel, to where the model expects them in

@@ -124,7 +124,7 @@ fn built_in_scenes_are_told_apart() {
         line,
         "builtin:wire: no such built-in scene; expected one of builtin:still-life, \
          builtin:wires, builtin:glossy, builtin:glass, builtin:foliage, builtin:fog, \
-         builtin:white, builtin:room"
+         builtin:white, builtin:room, builtin:village"
     );
 }
 

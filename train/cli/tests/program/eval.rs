@@ -2,6 +2,8 @@
 
 use std::process::Command;
 
+use pocketnerf_train::builtin::Scene;
+use pocketnerf_train::dataset::Split;
 use serde_json::Value;
 
 const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../embed-demo/still-life.pnerf");
@@ -66,4 +68,47 @@ fn smaller_pictures_are_not_jagged() {
     let [many, one] = [&auto, &off].map(|found| figure(found, "samples_per_ray"));
     assert!(many < one && 4.0 * many > one, "{many} {one}");
     assert_eq!(auto["depth_error"], off["depth_error"]);
+}
+
+/// Far and near parts of opaque photographs have figures of their own, which together make
+/// that of the whole picture; a scene that is cut out has none.
+#[test]
+fn far_and_near_parts_are_told_apart() {
+    let eval = |data: &str, more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
+        command.args(["eval", MODEL, data, "--downscale-factor", "16"]).args(more);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let json = |data| serde_json::from_str::<Value>(&eval(data, &["--json"])).unwrap();
+    let still_life = json("builtin");
+    for key in ["psnr_far", "psnr_near"] {
+        assert!(still_life.get(key).is_none() && still_life["per_view"][0].get(key).is_none());
+    }
+    assert!(!eval("builtin", &[]).contains("far parts"));
+
+    // The room's cameras stand 0.95 units from the point that all look at.
+    let truth = Scene::Room.dataset(Split::Test, 16).views;
+    let found = json("builtin:room");
+    let views = found["per_view"].as_array().unwrap();
+    let figure = |of: &Value, key: &str| of[key].as_f64().unwrap();
+    let mut sums = [0.0; 2];
+    for (view, truth) in views.iter().zip(&truth) {
+        let depths = truth.depth.as_ref().unwrap();
+        let far = depths.iter().filter(|t| **t > 3.0 * 0.95).count() as f64;
+        let near = depths.len() as f64 - far;
+        assert!(far > 0.0 && near > 0.0, "{}", truth.name);
+        let error = |key| 10.0_f64.powf(-0.1 * figure(view, key));
+        let whole = (error("psnr_far") * far + error("psnr_near") * near) / (far + near);
+        assert!((whole / error("psnr") - 1.0).abs() < 1e-9, "{}", truth.name);
+        sums[0] += figure(view, "psnr_far");
+        sums[1] += figure(view, "psnr_near");
+    }
+    let [far, near] = sums.map(|sum| sum / truth.len() as f64);
+    assert!((figure(&found, "psnr_far") - far).abs() < 1e-9);
+    assert!((figure(&found, "psnr_near") - near).abs() < 1e-9);
+    let said = eval("builtin:room", &[]);
+    let parts = format!(", far parts {far:.2} dB, near parts {near:.2} dB");
+    assert!(said.lines().last().unwrap().contains(&parts), "{said}{parts}");
 }

@@ -1,5 +1,6 @@
 //! A small bush: hundreds of leaves on twigs, each a few pixels wide and much less thick.
 
+use super::GOLDEN_TURN;
 use crate::builtin::contents::Body;
 use crate::builtin::noise::random;
 use crate::builtin::shapes::Shape;
@@ -13,8 +14,6 @@ const LEAVES: u32 = 16;
 const RADII: DVec3 = DVec3::new(0.095, 0.050, 0.003);
 /// The trunk's foot and top.
 const TRUNK: [DVec3; 2] = [DVec3::new(0.0, 0.0, -0.72), DVec3::new(0.03, -0.02, 0.25)];
-/// Cosine and sine of the golden angle: twigs go in all directions.
-const TURN: DVec2 = DVec2::new(-0.737_368_878, 0.675_490_294);
 
 pub(super) fn bodies() -> Vec<Body> {
     let pot = Shape::Cylinder { base: dvec3(0.0, 0.0, -1.0), radius: 0.24, height: 0.30 };
@@ -24,7 +23,7 @@ pub(super) fn bodies() -> Vec<Body> {
     ];
     let mut around = DVec2::X;
     for i in 0..TWIGS {
-        around = TURN.rotate(around);
+        around = GOLDEN_TURN.rotate(around);
         let share = f64::from(i) / f64::from(TWIGS - 1);
         let from = TRUNK[0].lerp(TRUNK[1], 0.30 + 0.70 * share);
         // The higher, the shorter and steeper.

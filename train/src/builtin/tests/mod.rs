@@ -2,6 +2,7 @@
 
 mod scenes;
 mod still_life;
+mod village;
 
 use glam::DVec3;
 use pocketnerf_core::Camera;

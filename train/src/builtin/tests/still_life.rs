@@ -96,7 +96,7 @@ fn stone_is_as_fine_as_the_pixels() {
         panic!("the stone is a block");
     };
     for outward in [DVec3::new(-turn.x, -turn.y, 0.0), DVec3::new(-turn.y, turn.x, 0.0)] {
-        let eye = center + outward * f64::from(AROUND.distance);
+        let eye = center + outward * f64::from(AROUND.distances[0]);
         let [eye, target] = [eye, center].map(|v| v.to_array().map(|x| x as f32));
         let pose = Camera::look_at(eye, target, [0.0, 0.0, 1.0]);
         let camera = Camera::from_fov_x(SIZE, SIZE, AROUND.fov_x, pose);

@@ -24,7 +24,8 @@ pub(in crate::commands) struct Train {
     /// Reads Blender (transforms_train.json), instant-ngp and nerfstudio (transforms.json),
     /// COLMAP (sparse/0 and the like), LLFF (poses_bounds.npy) and DeepVoxels.
     ///
-    /// NAME: still-life (as without a name), wires, glossy, glass, foliage, fog, white or room.
+    /// NAME: still-life (as without a name), wires, glossy, glass, foliage, fog, white, room or
+    /// village.
     pub(super) data: PathBuf,
     /// Model file to write
     #[arg(long, value_name = "FILE")]

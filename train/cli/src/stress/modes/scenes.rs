@@ -80,6 +80,17 @@ pub(super) const MODES: &[Mode] = &[
         published: "nerfacc #234: a tight box gives grey pictures",
         case: |_, context| built_in("room", context),
     },
+    Mode {
+        name: "village",
+        what: "a scene without an end, up to the sky",
+        unit: "on",
+        strengths: &[1.0],
+        quick: 1.0,
+        bar: Bar::Psnr(22.0),
+        cause: "A box ends before the scene does: what lies beyond becomes fog before the cameras.",
+        published: "NeRF++, mip-NeRF 360: coordinates that shrink what is far away",
+        case: |_, context| built_in("village", context),
+    },
 ];
 
 /// A built-in scene, once: beside the still life.
