@@ -294,7 +294,8 @@ typedef struct PnrfError {
     char text[PNRF_ERROR_TEXT];
 } PnrfError;
 
-// Facts about a model, in numbers.
+// Facts about a model, in numbers. The box of contracted space, which has no end, is the cube
+// that keeps its shape.
 typedef struct PnrfInfo {
     // Length of the file.
     uint64_t bytes;
@@ -327,7 +328,7 @@ typedef struct PnrfInfo {
     // sRGB; 0: all colours are sRGB, as in image files.
     uint32_t is_linear;
     // 1: queries about points, segments and rays are supported; 0: the model is in normalised
-    // device coordinates, for pictures only.
+    // device coordinates or in contracted space, for pictures only.
     uint32_t has_queries;
     // 1: the file has its own view; see `pnrf_default_camera`.
     uint32_t has_camera;

@@ -9,7 +9,8 @@ use crate::model::Model;
 use crate::options::unknown;
 use crate::status::{Error, Failure, Status, call};
 
-/// Facts about a model, in numbers.
+/// Facts about a model, in numbers. The box of contracted space, which has no end, is the cube
+/// that keeps its shape.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Info {
@@ -44,7 +45,7 @@ pub struct Info {
     /// sRGB; 0: all colours are sRGB, as in image files.
     pub is_linear: u32,
     /// 1: queries about points, segments and rays are supported; 0: the model is in normalised
-    /// device coordinates, for pictures only.
+    /// device coordinates or in contracted space, for pictures only.
     pub has_queries: u32,
     /// 1: the file has its own view; see `pnrf_default_camera`.
     pub has_camera: u32,
@@ -56,8 +57,7 @@ impl Info {
     fn of(model: &Model) -> Self {
         let (file, scene) = (model.file(), model.scene());
         let space = &file.model.space;
-        // The bounds of a space other than a box contain all that can be seen.
-        let [box_min, box_max] = space.bounds();
+        let ([box_min, box_max], unit) = extent(space);
         let half = |a: usize| 0.5 * (box_max[a] - box_min[a]);
         let diagonal = (0..3).map(|a| half(a) * half(a)).sum::<f32>().sqrt();
         Self {
@@ -72,7 +72,7 @@ impl Info {
             scale: scene.scale,
             rotation: std::array::from_fn(|i| scene.rotation[i / 3][i % 3]),
             translation: scene.translation,
-            step: scene.scale * file.model.sampling.step,
+            step: scene.scale * unit * file.model.sampling.step,
             background: file.model.display.background,
             is_linear: (file.model.display.color_space == ColorSpace::Linear).into(),
             has_queries: matches!(space, Space::Box { .. }).into(),
@@ -80,6 +80,16 @@ impl Info {
             quality: file.about.quality.unwrap_or(0.5),
         }
     }
+}
+
+/// The box of a space, and its unit of length in scene units. The bounds of normalised device
+/// coordinates contain all that can be seen.
+fn extent(space: &Space) -> ([[f32; 3]; 2], f32) {
+    if !space.is_bent() {
+        return (space.bounds(), 1.0);
+    }
+    let (center, radius) = (space.center(), space.viewing_distance());
+    ([center.map(|c| c - radius), center.map(|c| c + radius)], radius)
 }
 
 /// Writes facts about a model, in numbers, to `info`.

@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// A camera on a circle around the scene, z up.
 fn orbit(model: &Model<'_>, view: u32) -> Camera {
     let target = model.space.center();
-    let radius = 1.8 / model.space.unit_map().scale;
+    let radius = 0.9 * model.space.viewing_distance();
     let (azimuth, up) = (TAU * view as f32 / VIEWS as f32, [0.0, 0.0, 1.0]);
     let orbit = Orbit { target, radius, azimuth, elevation: 0.46, axis: up, up };
     Camera::from_fov_x(SIDE, SIDE, 0.7, orbit.pose())

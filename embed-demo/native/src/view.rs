@@ -46,15 +46,17 @@ impl View {
     #[must_use]
     pub fn around(start: Camera, space: &Space, up: Vec3) -> Self {
         let [eye, ahead] = [start.position(), start.axis()].map(Vec3::from);
-        let is_around = space.scene_box().is_some();
         let along = (Vec3::from(space.center()) - eye).dot(ahead);
-        let far = match space {
-            Space::Ndc(ndc) => 4.0 * ndc.near,
-            _ => along,
+        let (far, is_around) = match space {
+            Space::Ndc(ndc) => (4.0 * ndc.near, false),
+            _ => (along, true),
+        };
+        let side = match space {
+            Space::Contracted(contracted) => 2.0 * contracted.radius,
+            _ => 1.0 / space.unit_map().scale,
         };
         // A camera that looks away from the scene turns around a point in front of it.
-        let least = 0.1 / space.unit_map().scale;
-        let target = eye + ahead * far.max(least);
+        let target = eye + ahead * far.max(0.1 * side);
         let own_up = column(&start, 1);
         let up = if is_around && own_up.dot(up) > 0.5 { up } else { own_up };
         Self { start, target, up, is_around, yaw: 0.0, rise: 0.0, distance: 1.0, pan: Vec3::ZERO }
@@ -175,6 +177,7 @@ fn column(camera: &Camera, c: usize) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pocketnerf_core::space::Contracted;
 
     const SPACE: Space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
 
@@ -182,6 +185,17 @@ mod tests {
     fn view() -> View {
         let pose = Camera::look_at([4.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
         View::around(Camera::from_fov_x(200, 100, PI / 2.0, pose), &SPACE, Vec3::Z)
+    }
+
+    #[test]
+    fn a_scene_without_an_end_is_turned_like_a_box() {
+        let space = |center| Space::Contracted(Contracted { center, radius: 5.0 });
+        let start = view().start;
+        let around = View::around(start, &space([0.0; 3]), Vec3::Z);
+        assert_eq!(around.orbit(4), view().orbit(4));
+        // The centre lies behind the camera: around a point a tenth of the cube's side ahead.
+        let away = View::around(start, &space([6.0, 0.0, 0.0]), Vec3::Z).orbit(2)[1];
+        assert!(is_at(&away, [2.0, 0.0, 0.0]), "{:?}", away.camera(200, 100).position());
     }
 
     fn is_at(view: &View, eye: [f32; 3]) -> bool {

@@ -3,7 +3,9 @@
 mod common;
 
 use common::{STILL_LIFE, picture, read_png, repository, viewer};
-use pocketnerf_core::Camera;
+use pocketnerf_core::space::Contracted;
+use pocketnerf_core::{Camera, Model, Space};
+use pocketnerf_formats::Precision;
 use pocketnerf_view::view::View;
 
 const GOLDEN: &str = "tests/golden/hash-grid-f16.pnerf";
@@ -82,15 +84,34 @@ fn modes_show_different_things() {
         assert!(!seen.contains(&picture), "{mode}");
         seen.push(picture);
     }
-    // A forward-facing capture has all but normals.
-    for (mode, is_there) in [("depth", true), ("normals", false), ("occupancy", true)] {
-        let path = folder.path().join(format!("ndc-{mode}"));
-        let mut command = viewer();
-        command.arg(repository("tests/golden/ndc-f16.pnerf"));
-        let command = command.args(["--mode", mode, "--size", "32x24", "--out"]).arg(&path);
-        let output = command.output().unwrap();
-        assert_eq!(output.status.success(), is_there, "{output:?}");
-        assert_eq!(path.exists(), is_there);
+    // A forward-facing capture has all but normals, and so has a scene without an end.
+    let golden = std::fs::read(repository(GOLDEN)).unwrap();
+    let golden = pocketnerf_formats::open(&golden).unwrap();
+    let space = Space::Contracted(Contracted { center: [0.0; 3], radius: 4.0 });
+    let model = Model { space, ..golden.model };
+    let contracted = folder.path().join("contracted.pnerf");
+    let bytes = pocketnerf_formats::write(&model, &golden.about, Precision::F16).unwrap();
+    std::fs::write(&contracted, bytes).unwrap();
+    for file in [repository("tests/golden/ndc-f16.pnerf"), contracted] {
+        let mut seen = Vec::new();
+        for (mode, is_there) in
+            [("colour", true), ("depth", true), ("normals", false), ("occupancy", true)]
+        {
+            let path = folder.path().join("another.png");
+            let mut command = viewer();
+            command.arg(&file);
+            let command = command.args(["--mode", mode, "--size", "32x24", "--out"]).arg(&path);
+            let output = command.output().unwrap();
+            assert_eq!(output.status.success(), is_there, "{output:?}");
+            assert_eq!(path.exists(), is_there);
+            if is_there {
+                let (_, rgb) = read_png(&path);
+                assert!(!seen.contains(&rgb), "{mode}");
+                assert!(rgb.as_chunks::<3>().0.iter().any(|p| *p != rgb[..3]), "{mode}");
+                seen.push(rgb);
+                std::fs::remove_file(path).unwrap();
+            }
+        }
     }
 }
 

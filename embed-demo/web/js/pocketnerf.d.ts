@@ -27,7 +27,7 @@ export interface Info {
   dataset: string;
   /** The file's own view (`isOwn`), or one beside the scene; `tangent` is that of half its horizontal field of view. */
   camera: { pose: number[]; tangent: number; width: number; height: number; isOwn: boolean };
-  /** The centre of the scene, and the longest side of the box around it. */
+  /** The centre of the scene, and the longest side of the box around it; of a scene without an end, of the part that keeps its shape. */
   center: [number, number, number];
   size: number;
   /** The background, 0 to 1, in the model's own colour space. */
@@ -36,7 +36,7 @@ export interface Info {
   isLinear: boolean;
   /** The default quality of pictures. */
   quality: number;
-  /** Whether `pick` is supported: not for forward-facing captures. */
+  /** Whether `pick` is supported: not for forward-facing captures and scenes without an end. */
   hasDepth: boolean;
   /** Distance between samples along a ray. */
   step: number;
@@ -46,7 +46,7 @@ export interface Info {
   box: { min: number[]; max: number[] };
   /** From the model's coordinates: scale * rotation * model + translation; rotation row after row. */
   scene: { scale: number; rotation: number[]; translation: number[] };
-  /** Forward-facing captures: distance of the nearest object. */
+  /** Forward-facing captures: distance of the nearest object; else 0. */
   near: number;
 }
 

@@ -37,12 +37,13 @@ export class Orbit {
     const { pose } = info.camera;
     const [right, up, back, eye] = [0, 1, 2, 3].map((c) => column(pose, c));
     this.#axes = [right, up, back];
-    const along = info.hasDepth ? -dot(add(info.center, eye, -1), back) : 4 * info.near;
+    const isAround = info.near === 0;
+    const along = isAround ? -dot(add(info.center, eye, -1), back) : 4 * info.near;
     // A camera that looks away from the scene turns around a point in front of it.
     this.#far = Math.max(along, 0.1 * info.size);
     this.#target = add(eye, back, -this.#far);
     // Up in the scene, or, if the camera lies on its side, in its picture.
-    this.#up = info.hasDepth && up[2] > 0.5 ? [0, 0, 1] : up;
+    this.#up = isAround && up[2] > 0.5 ? [0, 0, 1] : up;
     this.reset();
   }
 

@@ -31,8 +31,9 @@ impl Facts {
         push(&view.camera_to_world);
         push(&[tangent, size[0] as f32, size[1] as f32, flag(own.is_some())]);
         // 20: the centre of the scene, and the longest side of its box.
+        let ([min, max], unit) = extent(space);
         push(&scene.to_dataset(space.center()));
-        push(&[scene.scale / space.unit_map().scale]);
+        push(&[scene.scale * (0..3).map(|a| max[a] - min[a]).fold(0.0, f32::max)]);
         // 24
         push(&model.display.background);
         push(&[flag(model.display.color_space == ColorSpace::Linear)]);
@@ -40,11 +41,11 @@ impl Facts {
         push(&[
             file.about.quality.unwrap_or(0.5),
             flag(matches!(space, Space::Box { .. })),
-            scene.scale * model.sampling.step,
+            scene.scale * unit * model.sampling.step,
             model.occupancy.map_or(1.0, |occupancy| occupancy.fraction()),
         ]);
         // 32: the box in the model's coordinates, and the transform to the dataset's.
-        space.bounds().iter().for_each(|corner| push(corner));
+        [min, max].iter().for_each(|corner| push(corner));
         push(&[scene.scale]);
         scene.rotation.iter().for_each(|row| push(row));
         push(&scene.translation);
@@ -58,6 +59,16 @@ impl Facts {
     pub const fn quality(&self) -> f32 {
         self.0[28]
     }
+}
+
+/// The box of a space, and its unit of length in scene units. That of contracted space, which has
+/// no end, is the cube that keeps its shape.
+fn extent(space: &Space) -> ([[f32; 3]; 2], f32) {
+    if !space.is_bent() {
+        return (space.bounds(), 1.0);
+    }
+    let (center, radius) = (space.center(), space.viewing_distance());
+    ([center.map(|c| c - radius), center.map(|c| c + radius)], radius)
 }
 
 fn near(space: &Space) -> f32 {

@@ -2,8 +2,9 @@
 
 use pocketnerf_core::query::Depth;
 use pocketnerf_core::render::Tiles;
+use pocketnerf_core::space::Contracted;
 use pocketnerf_core::{
-    Camera, ColorSpace, Display, Model, RenderOptions, SimdLevel, Tuning, render_tile,
+    Camera, ColorSpace, Display, Model, RenderOptions, SimdLevel, Space, Tuning, render_tile,
 };
 use pocketnerf_formats::Precision;
 use pocketnerf_web::Scene;
@@ -86,6 +87,38 @@ fn a_linear_model_is_shown_in_srgb() {
     scene.begin(&Camera::from_fov_x(8, 8, 0.7, away), 0.5).unwrap();
     // 0.5 in sRGB is 187.5 of 255.
     assert!(scene.tile(0).unwrap().1.as_chunks().0.iter().all(|p| *p == [188, 188, 188, 255]));
+}
+
+/// What the page turns around, and how near it goes: the cube that keeps its shape.
+#[test]
+fn a_scene_without_an_end_is_looked_at_from_within_its_cube() {
+    let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    let space = Space::Contracted(Contracted { center: [1.0, -2.0, 0.5], radius: 3.0 });
+    let about = pocketnerf_formats::About {
+        camera: None,
+        scene: pocketnerf_formats::Scene::default(),
+        ..file.about
+    };
+    let model = Model { space, ..file.model };
+    let bytes = pocketnerf_formats::write(&model, &about, Precision::I8).unwrap().leak();
+    let mut scene = Scene::open(bytes, SimdLevel::detect()).unwrap();
+    let facts = scene.facts().0;
+    assert_eq!(facts[20..24], [1.0, -2.0, 0.5, 6.0]);
+    // No distances, and no nearest object; steps in the cube are three times as long as a unit's.
+    assert_eq!((facts[29], facts[51]), (0.0, 0.0));
+    assert_eq!(facts[30], 3.0 * file.model.sampling.step);
+    assert_eq!(facts[32..38], [-2.0, -5.0, -2.5, 4.0, 1.0, 3.5]);
+    // A camera of the cube's size away from its centre sees something, as a GPU would.
+    let camera = scene.own_camera(32, 32);
+    let eye = camera.position();
+    let away: f32 = (0..3).map(|a| (eye[a] - facts[20 + a]).powi(2)).sum::<f32>().sqrt();
+    assert!((away - 3.0).abs() < 1e-4, "{away}");
+    scene.begin(&camera, 1.0).unwrap();
+    let (_, pixels) = scene.tile(0).unwrap();
+    assert!(pixels.as_chunks::<4>().0.iter().any(|p| *p != pixels[..4]));
+    assert!(scene.parts().unwrap().program().contains("RADIUS"));
+    let refused = scene.pick(&camera, [16.0; 2]).unwrap_err();
+    assert!(refused.contains("not a box"), "{refused}");
 }
 
 #[test]

@@ -7,11 +7,11 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::render::{Detail, SamplingMode};
-use pocketnerf_core::{AnyField, Camera, Model, RenderOptions, SimdLevel, Tuning};
+use pocketnerf_core::{AnyField, Camera, Model, Ray, RenderOptions, SimdLevel, Tuning};
 use pocketnerf_gpu::{Gpu, Renderer, Software, pack::Packed, shader};
 
-use crate::models::{Encoding, Recipe, camera, in_ndc};
-use crate::picture::{tile, whole};
+use crate::models::{Encoding, Random, Recipe, camera, in_contracted, in_ndc};
+use crate::picture::{Picture, rays, tile, whole};
 
 /// How like they have to be, dB.
 const LEAST: f64 = 50.0;
@@ -48,8 +48,11 @@ fn finest(model: &Model<'_>) -> RenderOptions {
 /// share whose depth differs by more than half a percent.
 fn likeness(gpu: &Gpu, model: &Model<'_>, camera: &Camera, options: &RenderOptions) -> (f64, f64) {
     let mut renderer = Renderer::new(gpu, model, options).unwrap();
-    let found = renderer.render(camera).unwrap();
     let expected = tile(model, camera, whole(camera), options);
+    compared(renderer.render(camera).unwrap(), &expected)
+}
+
+fn compared(found: &pocketnerf_gpu::Picture, expected: &Picture) -> (f64, f64) {
     assert!(found.hits > 0 && found.samples >= found.hits);
     let (mut dense, mut far_off) = (0, 0);
     let pixels = found.rgba.as_chunks::<4>().0.iter().zip(found.depth.iter().zip(&expected.depth));
@@ -70,27 +73,43 @@ fn assert_alike(gpu: &Gpu, name: &str, model: &Model<'_>, size: [u32; 2], option
     assert!(far_off <= 0.05, "{name}: {far_off:.3} of the depths differ");
 }
 
-/// A model, and whether it is in normalised device coordinates.
-fn build(recipe: Recipe, ndc: bool) -> (String, Model<'static>) {
+/// Where a model is.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    Box,
+    Contracted,
+    Ndc,
+}
+
+impl Place {
+    const ALL: [Self; 3] = [Self::Box, Self::Contracted, Self::Ndc];
+}
+
+fn build(recipe: Recipe, place: Place) -> (String, Model<'static>) {
     let model = recipe.build();
-    (format!("{recipe:?}, NDC: {ndc}"), if ndc { in_ndc(model) } else { model })
+    let model = match place {
+        Place::Box => model,
+        Place::Contracted => in_contracted(model),
+        Place::Ndc => in_ndc(model),
+    };
+    (format!("{recipe:?}, {place:?}"), model)
 }
 
 /// Compiling a program takes a CPU seconds: of each kind of grid one with colours of samples and
-/// one with colours of rays, every stored type, with and without cells, every third in
-/// normalised device coordinates.
+/// one with colours of rays, every stored type, with and without cells, in each of the spaces.
 fn some_grids() -> impl Iterator<Item = (String, Model<'static>)> {
     let grids: Vec<Recipe> =
         Recipe::all().filter(|recipe| !matches!(recipe.encoding, Encoding::Nerf(_))).collect();
     let n_encodings = grids.len() / 12;
     let one =
         move |i: usize| grids[12 * (i / 2) + [[0, 7, 9, 8], [6, 3, 11, 10]][i % 2][i / 2 % 4]];
-    (0..2 * n_encodings).map(move |i| build(one(i), i % 3 == 2))
+    (0..2 * n_encodings).map(move |i| build(one(i), Place::ALL[i % 3]))
 }
 
 /// Of every kind of vanilla NeRF one.
 fn some_nerfs() -> impl Iterator<Item = (String, Model<'static>)> {
-    Recipe::nerfs().skip(1).step_by(2).enumerate().map(|(i, recipe)| build(recipe, i % 3 == 2))
+    let some = Recipe::nerfs().skip(1).step_by(2).enumerate();
+    some.map(|(i, recipe)| build(recipe, Place::ALL[i % 3]))
 }
 
 fn hierarchically(model: &Model<'_>, reach: Reach, n_fine: u32) -> RenderOptions {
@@ -103,8 +122,8 @@ fn hierarchically(model: &Model<'_>, reach: Reach, n_fine: u32) -> RenderOptions
 fn every_program_is_valid_everywhere() {
     let mut n = 0;
     for (i, recipe) in Recipe::all().enumerate() {
-        for ndc in [false, true] {
-            let (name, model) = build(recipe, ndc);
+        for place in Place::ALL {
+            let (name, model) = build(recipe, place);
             let packed = Packed::new(&model).unwrap();
             let reach = [Reach::Clipped, Reach::Distance, Reach::Depth][i % 3];
             for options in [finest(&model), hierarchically(&model, reach, [40, 0][i % 2])] {
@@ -117,7 +136,7 @@ fn every_program_is_valid_everywhere() {
             }
         }
     }
-    assert!(n > 300, "{n}");
+    assert!(n > 450, "{n}");
 }
 
 #[test]
@@ -134,8 +153,8 @@ fn nerfs_and_hierarchical_samples_look_as_on_the_cpu() {
     for (name, model) in some_nerfs() {
         assert_alike(gpu, &name, &model, [40, 30], &finest(&model));
     }
-    let grid = build(Recipe::PLAIN, false);
-    let deferred = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, true);
+    let grid = build(Recipe::PLAIN, Place::Box);
+    let deferred = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, Place::Ndc);
     let nerfs = some_nerfs().filter(|(name, _)| name.contains("coarse: true"));
     let samplings = [(Reach::Clipped, 40), (Reach::Depth, 0), (Reach::Distance, 32)];
     let mut n = 0;
@@ -148,11 +167,46 @@ fn nerfs_and_hierarchical_samples_look_as_on_the_cpu() {
     assert!(n > 2, "{n}");
 }
 
+/// Rays in all directions, from within the cube and from outside: some of one piece, some of
+/// several, with the samples and depths of the CPU.
+#[test]
+fn rays_bend_as_on_the_cpu() {
+    let Some((gpu, _alone)) = gpu() else { return };
+    let mut random = Random(41);
+    let mut ray = |i: usize| {
+        let reach = [1.2, 9.0][i % 2];
+        let origin = [0.3, -0.2, 0.1].map(|center| center + reach * random.signed());
+        let direction = [(); 3].map(|()| random.signed());
+        let length = direction.iter().map(|d| d * d).sum::<f32>().sqrt();
+        Ray { origin, direction: direction.map(|d| d / length) }
+    };
+    let some: Vec<Ray> = (0..1600).map(&mut ray).collect();
+    let deferred = Recipe { shading: Shading::PerRay, occupancy: None, ..Recipe::PLAIN };
+    let nerf = Recipe::nerfs().find(|recipe| format!("{recipe:?}").contains("coarse: true"));
+    let [plain, deferred, nerf] =
+        [Recipe::PLAIN, deferred, nerf.unwrap()].map(|recipe| build(recipe, Place::Contracted));
+    for ((name, model), options) in [
+        (&plain, finest(&plain.1)),
+        (&deferred, finest(&deferred.1)),
+        (&nerf, hierarchically(&nerf.1, Reach::Distance, 32)),
+        (&nerf, hierarchically(&nerf.1, Reach::Clipped, 40)),
+    ] {
+        let mut renderer = Renderer::new(gpu, model, &options).unwrap();
+        let found = renderer.render_rays(&some, 40, [0.0, 0.0, -1.0]).unwrap();
+        let expected = rays(model, &some, &options);
+        let (psnr, far_off) = compared(found, &expected);
+        assert!(psnr >= LEAST + 10.0, "{name}: {psnr:.1} dB");
+        assert!(far_off <= 0.01, "{name}: {far_off:.3} of the depths differ");
+        let off = found.samples.abs_diff(expected.stats.samples);
+        assert!(off <= expected.stats.samples / 500, "{name}: {off} samples more or less");
+    }
+}
+
 /// A picture is the same however it comes about: again, of rays that are given, in parts.
 #[test]
 fn the_same_pictures_from_rays_and_again() {
     let Some((gpu, _alone)) = gpu() else { return };
-    let (_, mut model) = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, false);
+    let (_, mut model) = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, Place::Box);
     // Of a denser mist, so that rays end.
     if let AnyField::HashGrid(field) = &mut model.field {
         field.decoder.log_density_bias += 4.0;
@@ -184,7 +238,7 @@ fn the_same_pictures_from_rays_and_again() {
 #[test]
 fn more_samples_than_are_allowed_are_refused() {
     let Some((gpu, _alone)) = gpu() else { return };
-    let (_, mut model) = build(Recipe { occupancy: None, ..Recipe::PLAIN }, false);
+    let (_, mut model) = build(Recipe { occupancy: None, ..Recipe::PLAIN }, Place::Box);
     model.sampling.step = 1e-4;
     let options = RenderOptions { max_samples_per_pixel: 50, ..finest(&model) };
     let refused = Renderer::new(gpu, &model, &options).unwrap_err().to_string();

@@ -9,8 +9,8 @@
 //! * `wgpu` (default): runs the program. Without it, only `pack`, `shader` and [`Frame`] are
 //!   there, for hosts that have a GPU's interface of their own, as web pages do; no standard
 //!   library.
-//! * `nerf`, `ndc`: vanilla NeRFs and forward-facing captures, beside hash grids in a box; part
-//!   of `wgpu`.
+//! * `nerf`, `ndc`, `contracted`: vanilla NeRFs, forward-facing captures and scenes without an
+//!   end, beside hash grids in a box; part of `wgpu`.
 //!
 //! # Example
 #![cfg_attr(feature = "wgpu", doc = "```")]

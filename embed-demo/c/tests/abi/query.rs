@@ -8,8 +8,9 @@ use pocketnerf_c::{
     pnrf_segment_transmittance, pnrf_sphere_clear, pnrf_text,
 };
 use pocketnerf_core::query::{Depth, normal};
-use pocketnerf_core::{Ray, SimdLevel, Tuning};
-use pocketnerf_formats::open;
+use pocketnerf_core::space::Contracted;
+use pocketnerf_core::{Model, Ray, SimdLevel, Space, Tuning};
+use pocketnerf_formats::{Precision, open, write};
 
 use crate::{GOLDEN, Open, STILL_LIFE, done, usual_options};
 
@@ -148,10 +149,37 @@ fn a_model_tells_what_it_is() {
     assert_eq!(all, ["tiny", "hash-grid", "none", "pocketnerf-tests", "nothing"]);
 }
 
+/// The golden model in a cube of 4 around (1, -1, 0.5), and beyond.
+fn contracted() -> Vec<u8> {
+    let golden = open(GOLDEN).unwrap();
+    let space = Space::Contracted(Contracted { center: [1.0, -1.0, 0.5], radius: 2.0 });
+    let model = Model { space, ..golden.model };
+    write(&model, &golden.about, Precision::F16).unwrap()
+}
+
 #[test]
-fn a_model_in_device_coordinates_is_not_asked() {
-    let model = Open::new(include_bytes!("../../../../tests/golden/ndc-f16.pnerf"), 0);
-    assert_eq!(info(&model).has_queries, 0);
+fn a_cube_stands_for_a_scene_without_an_end() {
+    let bytes = contracted();
+    let of = |flags| info(&Open::new(&bytes, flags));
+    let (own, told) = (of(OPEN_MODEL_COORDINATES), of(0));
+    assert_eq!((own.center, own.box_min), ([1.0, -1.0, 0.5], [-1.0, -3.0, -1.5]));
+    assert_eq!(own.box_max, [3.0, 1.0, 2.5]);
+    assert!((own.radius - 2.0 * 3f32.sqrt()).abs() < 1e-6, "{}", own.radius);
+    let golden = open(GOLDEN).unwrap();
+    assert_eq!(own.step, 2.0 * golden.model.sampling.step);
+    let scale = golden.about.scene.scale;
+    assert_eq!((told.radius, told.step), (scale * own.radius, scale * own.step));
+}
+
+#[test]
+fn models_in_bent_coordinates_are_not_asked() {
+    for bytes in [include_bytes!("../../../../tests/golden/ndc-f16.pnerf"), &contracted()[..]] {
+        is_not_asked(&Open::new(bytes, 0));
+    }
+}
+
+fn is_not_asked(model: &Open) {
+    assert_eq!(info(model).has_queries, 0);
     let (point, mut occupied) = ([0.0; 3], 7u8);
     let status =
         unsafe { pnrf_occupied(model.0, point.as_ptr(), 1, &raw mut occupied, null_mut()) };

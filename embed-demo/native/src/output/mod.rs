@@ -34,7 +34,7 @@ impl Request {
     /// One line: what could not be rendered or written.
     pub fn run(&self, painter: &Painter<'_>, view: &View) -> Result<String, Failure> {
         if !painter.shows(self.mode) {
-            return Err("a forward-facing capture has no normals; give another --mode".into());
+            return Err("only a scene in a box has normals; give another --mode".into());
         }
         match (self.terminal, self.orbit) {
             (Some(width), _) => self.text(painter, view, width),

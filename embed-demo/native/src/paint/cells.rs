@@ -1,7 +1,7 @@
 //! The cells of a model's occupancy grid, drawn as if they were solid.
 
 use pocketnerf_core::occupancy::BLOCK;
-use pocketnerf_core::space::UnitMap;
+use pocketnerf_core::space::{Piece, UnitMap};
 use pocketnerf_core::{Model, Occupancy, Ray};
 
 /// Cells along each side of a block.
@@ -66,14 +66,26 @@ impl<'m> Cells<'m> {
     /// The first occupied cell along a ray.
     #[must_use]
     pub fn first(&self, ray: &Ray) -> Option<Face> {
-        let ray = self.model.space.local(ray)?;
+        let mut begin = 0.0;
+        while let Some(Piece { local, end }) = self.model.space.piece(ray, begin) {
+            let found = self.along(&local, [begin, end]);
+            if found.is_some() || end == f32::INFINITY {
+                return found;
+            }
+            begin = end;
+        }
+        None
+    }
+
+    /// The same along a part of a local ray.
+    fn along(&self, ray: &Ray, part: [f32; 2]) -> Option<Face> {
         let per_unit = self.map.scale * self.resolution;
         let from = self.map.apply(ray.origin).map(|u| u * self.resolution);
         let speed = ray.direction.map(|d| d * per_unit);
-        let ([mut t, end], mut axis) = self.inside(from, speed)?;
+        let ([mut t, end], mut axis) = self.inside(from, speed, part)?;
         // Slightly into the cell, so rounding does not select the one before.
         let nudge = 1e-3 / per_unit;
-        while t < end {
+        while t + nudge < end {
             let at = [0, 1, 2].map(|a| from[a] + (t + nudge) * speed[a]);
             let cell = at.map(|v| v.max(0.0) as u32);
             let Some(occupancy) = &self.model.occupancy else {
@@ -89,9 +101,14 @@ impl<'m> Cells<'m> {
         None
     }
 
-    /// Where a ray enters and leaves the model's box, and across which axis it enters.
-    fn inside(&self, from: [f32; 3], speed: [f32; 3]) -> Option<([f32; 2], usize)> {
-        let ([mut enters, mut leaves], mut axis) = ([0f32, f32::INFINITY], 2);
+    /// Where a part of a ray enters and leaves the model's box, and across which axis it enters.
+    fn inside(
+        &self,
+        from: [f32; 3],
+        speed: [f32; 3],
+        [mut enters, mut leaves]: [f32; 2],
+    ) -> Option<([f32; 2], usize)> {
+        let mut axis = 2;
         for a in 0..3 {
             let ends = [-from[a] / speed[a], (self.corner[a] - from[a]) / speed[a]];
             let [first, last] = if speed[a] < 0.0 { [ends[1], ends[0]] } else { ends };
@@ -138,6 +155,8 @@ pub fn color(face: &Face) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pocketnerf_core::Space;
+    use pocketnerf_core::space::Contracted;
 
     #[test]
     fn finds_the_cell_of_the_golden_file() {
@@ -169,6 +188,49 @@ mod tests {
         assert!(met > 0);
         let [low, high] = cells.bounds();
         assert!((0..3).all(|a| min[a] <= low[a] && low[a] < high[a] && high[a] <= max[a]));
+    }
+
+    #[test]
+    fn bent_rays_meet_the_cells_of_all_their_pieces() {
+        let bytes = include_bytes!("../../../../tests/golden/hash-grid-f16.pnerf");
+        let file = pocketnerf_formats::open(bytes).unwrap();
+        let space = Space::Contracted(Contracted { center: [0.5; 3], radius: 2.0 });
+        let model = Model { space, ..file.model };
+        let (cells, occupancy) = (Cells::new(&model), model.occupancy.unwrap());
+        let [mut first, mut later, mut none] = [0; 3];
+        for i in 0..600 {
+            // Around the sphere, from three places.
+            let (height, angle) = (0.99 - i as f32 / 300.0, 2.4 * i as f32);
+            let across = (1.0 - height * height).max(0.0).sqrt();
+            let direction = [across * angle.cos(), across * angle.sin(), height];
+            let origin = [[0.6, 0.4, 0.3], [-0.9, 0.7, 2.1], [7.0, -3.0, 1.0]][i % 3];
+            let ray = Ray { origin, direction };
+            let found = cells.first(&ray);
+            let until = found.map_or(f32::INFINITY, |face| face.t);
+            let at = |t: f32| {
+                let local = space.piece(&ray, t)?.local;
+                let p = [0, 1, 2].map(|a| local.origin[a] + t * local.direction[a]);
+                Some(cells.map.apply(p).map(|u| u * cells.resolution))
+            };
+            // Nothing is passed by, and there is something where it says so.
+            for t in (0..).map(|k| k as f32 * 2e-3).take_while(|t| *t < until - 1e-3) {
+                let Some([x, y, z]) = at(t).map(|at| at.map(|v| v as u32)) else { break };
+                assert!(!occupancy.cell(x, y, z), "{t} of {until}, {ray:?}");
+            }
+            let Some(Face { t, cell, .. }) = found else {
+                none += 1;
+                continue;
+            };
+            let point = at(t + 1e-4).unwrap();
+            let inside = |a: usize| (point[a] - cell[a] as f32 - 0.5).abs() < 0.51;
+            assert!(
+                occupancy.cell(cell[0], cell[1], cell[2]) && (0..3).all(inside),
+                "{point:?} {cell:?}"
+            );
+            let is_first = t < space.piece(&ray, 0.0).unwrap().end;
+            *(if is_first { &mut first } else { &mut later }) += 1;
+        }
+        assert!(first > 20 && later > 20 && none > 20, "{first} {later} {none}");
     }
 
     #[test]

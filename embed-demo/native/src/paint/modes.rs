@@ -35,18 +35,22 @@ impl Mode {
 pub struct Range {
     /// Distance shown red, scene units.
     pub near: f32,
-    /// Distance shown blue; infinite in a forward-facing capture, where colours follow
-    /// 1 / depth.
+    /// Distance shown blue; infinite in a forward-facing capture and where a scene has no end:
+    /// there colours follow 1 / depth.
     pub far: f32,
 }
 
 impl Range {
     /// From the nearest to the farthest point of the occupied box, so colours depend neither
-    /// on the tile nor on the size of the picture.
+    /// on the tile nor on the size of the picture. Where a scene has no end, from a quarter of
+    /// the way that cameras are from its centre.
     #[must_use]
     pub fn seen(camera: &Camera, space: &Space, occupied: [[f32; 3]; 2]) -> Self {
-        if let Space::Ndc(ndc) = space {
-            return Self { near: ndc.near, far: f32::INFINITY };
+        let without_end = |near| Self { near, far: f32::INFINITY };
+        match space {
+            Space::Ndc(ndc) => return without_end(ndc.near),
+            Space::Contracted(_) => return without_end(0.25 * space.viewing_distance()),
+            _ => {}
         }
         let ([min, max], eye) = (occupied, camera.position());
         let length = |d: [f32; 3]| d.iter().map(|v| v * v).sum::<f32>().sqrt();
@@ -78,6 +82,7 @@ fn turbo(x: f32) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pocketnerf_core::space::Contracted;
 
     #[test]
     fn ranges_reach_from_the_nearest_point_to_the_farthest() {
@@ -89,6 +94,9 @@ mod tests {
         assert!((range.far - 33f32.sqrt()).abs() < 1e-6);
         let inside = Range::seen(&camera, &space, [[-8.0; 3], [8.0; 3]]);
         assert_eq!(inside.near, 0.0);
+        let space = Space::Contracted(Contracted { center: [1.0; 3], radius: 8.0 });
+        let endless = Range { near: 2.0, far: f32::INFINITY };
+        assert_eq!(Range::seen(&camera, &space, space.bounds()), endless);
     }
 
     #[test]

@@ -211,7 +211,7 @@ impl App<'_> {
         let show = &mut self.show;
         match command {
             Command::Mode(mode) if !show.painter().shows(mode) => {
-                self.say("a forward-facing capture has no normals".to_owned());
+                self.say("only a scene in a box has normals".to_owned());
                 return Ok(());
             }
             Command::Mode(mode) => show.mode = mode,

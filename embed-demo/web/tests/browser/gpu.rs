@@ -1,10 +1,15 @@
 //! WebGPU on a software GPU: it runs what a real one runs, slowly.
 
+use pocketnerf_core::space::Contracted;
+use pocketnerf_core::{Model, Space};
+use pocketnerf_formats::Precision;
+use pocketnerf_view::view::View;
+use pocketnerf_web::Scene;
 use serde_json::{Value, json};
 
 use crate::common::{self, chromium::Page};
-use crate::{AT_REST, BYTES, STILL_LIFE, decode, difference, four_lanes, native, psnr, seen};
-use pocketnerf_web::Scene;
+use crate::{AT_REST, BYTES, STILL_LIFE, decode, difference, encode, four_lanes};
+use crate::{native, psnr, seen};
 
 /// Until the GPU has rendered a picture of this scene.
 const ON_GPU: &str = "(async () => {
@@ -71,6 +76,57 @@ fn a_gpu_renders_what_the_cpu_does() {
     page.call("Browser.crashGpuProcess", json!({}));
     assert_eq!(page.value("last.then((image) => image.width)"), 400);
     assert_eq!(page.value("scene.stats.device"), "cpu");
+    assert_eq!(page.complaints, [""; 0]);
+}
+
+/// The still life as if it reached to infinity: the browser's own compiler takes the program, and
+/// the page's camera turns as the window's does.
+#[test]
+fn a_scene_without_an_end() {
+    let Some(dist) = common::dist() else { return };
+    let home = common::server::serve(&dist);
+    let Some(mut page) = Page::with_gpu(&home, [200, 200]) else { return };
+    let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    let space = Space::Contracted(Contracted { center: [0.2, -0.1, 0.3], radius: 1.5 });
+    let about = pocketnerf_formats::About { camera: None, ..file.about };
+    let model = Model { space, ..file.model };
+    let bytes = pocketnerf_formats::write(&model, &about, Precision::I8).unwrap();
+    page.go(&format!("{home}/package.json"));
+    page.value(BYTES);
+    page.value(&format!(
+        "(async () => {{
+            const {{ load }} = await import('/pocketnerf.js');
+            const bytes = Uint8Array.from(atob('{}'), (c) => c.charCodeAt(0)).buffer;
+            globalThis.cpu = await load(bytes.slice(), {{ gpu: 'off' }});
+            globalThis.scene = await load(bytes, {{ gpu: 'software' }});
+        }})()",
+        encode(&bytes)
+    ));
+    assert_eq!(page.value(ON_GPU), true);
+    let [found, expected] = ["scene", "cpu"].map(|scene| {
+        let render = format!("{scene}.render({scene}.camera(90, 70), {{ quality: 1 }})");
+        decode(&page.value(&format!("{render}.then((image) => text(image.data))")))
+    });
+    let psnr = psnr(&found, &expected);
+    println!("{psnr:.1} dB");
+    assert!(psnr >= 50.0, "{psnr} dB");
+    let mut view = View::new(&pocketnerf_formats::open(&bytes).unwrap());
+    view.drag([30.0, -20.0], 120);
+    view.approach(0.7);
+    let expected = file.about.scene.camera_to_dataset(&view.camera(160, 120)).camera_to_world;
+    let found = page.value(
+        "(async () => {
+            const { Orbit } = await import('/orbit.js');
+            const orbit = new Orbit(scene);
+            orbit.drag(30, -20, 120);
+            orbit.approach(0.7);
+            return orbit.camera(160, 120).pose;
+        })()",
+    );
+    for (i, expected) in expected.into_iter().enumerate() {
+        let found = found[i].as_f64().unwrap();
+        assert!((found - f64::from(expected)).abs() < 1e-5, "{i}: {found} {expected}");
+    }
     assert_eq!(page.complaints, [""; 0]);
 }
 

@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 use pocketnerf_core::AnyField;
 use pocketnerf_core::encoding::spherical_harmonics;
 use pocketnerf_core::field::{HashGridField, Shading};
-use pocketnerf_core::{DType, Error, Model};
+use pocketnerf_core::{DType, Error, Model, Space};
 
 #[cfg(feature = "nerf")]
 pub(crate) use fourier::{PackedFourier, PackedWaves};
@@ -79,11 +79,12 @@ impl Packed {
     /// Whatever [`Model::validate`] reports, or [`Error::Feature`].
     pub fn new(model: &Model<'_>) -> Result<Self, Error> {
         model.validate()?;
-        if cfg!(not(feature = "ndc")) && model.space.scene_box().is_none() {
-            return Err(Error::Feature("ndc"));
-        }
-        if model.space.is_bent() {
-            return Err(Error::Feature("contracted space on a GPU"));
+        match model.space {
+            Space::Ndc(_) if cfg!(not(feature = "ndc")) => return Err(Error::Feature("ndc")),
+            Space::Contracted(_) if cfg!(not(feature = "contracted")) => {
+                return Err(Error::Feature("contracted"));
+            }
+            _ => {}
         }
         let mut packed =
             Self { occupancy: cells::pack(model.occupancy.as_ref()), ..Self::default() };

@@ -2,9 +2,9 @@
 //! models, behind the constants and the layers of one.
 //!
 //! A pixel is an invocation: `ray.wgsl` makes its ray, `space_*.wgsl` takes it into the
-//! coordinates of the space, `march.wgsl` or `hierarchical.wgsl` finds samples along it, with
-//! `cells.wgsl` to skip what is empty, and asks the field: `hash_grid.wgsl` and `decoder.wgsl`,
-//! or `vanilla.wgsl`.
+//! coordinates of the space, where it is `straight.wgsl` or a few straight pieces, `march.wgsl`
+//! or `hierarchical.wgsl` finds samples along it, with `cells.wgsl` to skip what is empty, and
+//! asks the field: `hash_grid.wgsl` and `decoder.wgsl`, or `vanilla.wgsl`.
 
 mod hash_grid;
 mod network;
@@ -30,7 +30,7 @@ use text::Text;
 pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> String {
     let mut text = Text::default();
     text.file(wgsl!("ray"));
-    text.file(wgsl!("enter"));
+    text.file(wgsl!("place"));
     text.file(wgsl!("product"));
     space(&mut text, &model.space);
     match &model.occupancy {
@@ -44,6 +44,7 @@ pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> St
     text.number("STEP", sampling.step);
     text.number("NEAR", sampling.near);
     text.number("FAR", sampling.far);
+    text.number("MAX_STEPS", MAX_STEPS as f32);
     let is_hierarchical = match options.sampling {
         #[cfg(feature = "nerf")]
         SamplingMode::Hierarchical(hierarchical) => {
@@ -51,7 +52,6 @@ pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> St
             true
         }
         _ => {
-            text.number("MAX_STEPS", MAX_STEPS as f32);
             text.whole("MAX_SAMPLES", options.max_samples_per_pixel.saturating_add(1));
             text.flag("SKIP", options.skip);
             text.file(wgsl!("march"));
@@ -73,6 +73,13 @@ fn space(text: &mut Text, space: &Space) {
     text.point("BOX_MAX", max);
     text.number("UNIT_SCALE", space.unit_map().scale);
     match space {
+        #[cfg(feature = "contracted")]
+        Space::Contracted(contracted) => {
+            text.point("CENTER", contracted.center);
+            text.number("RADIUS", contracted.radius);
+            text.file(wgsl!("space_contracted"));
+            return;
+        }
         #[cfg(feature = "ndc")]
         Space::Ndc(ndc) => {
             text.number("NDC_NEAR", ndc.near);
@@ -81,6 +88,7 @@ fn space(text: &mut Text, space: &Space) {
         }
         _ => text.file(wgsl!("space_box")),
     }
+    text.file(wgsl!("straight"));
 }
 
 #[cfg(feature = "nerf")]

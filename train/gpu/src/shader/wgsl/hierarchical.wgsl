@@ -7,13 +7,9 @@ var<private> t_coarse: array<f32, N_COARSE>;
 var<private> coarse_weight: array<f32, N_COARSE>;
 var<private> t_all: array<f32, N_ALL>;
 
-// Whether the field is asked at distance `t`.
-fn is_sampled(local: Ray, t: f32) -> bool {
-    if !CLIPPED {
-        return true;
-    }
-    let p = local.origin + t * local.direction;
-    return is_inside(p) && around(unit(p)).is_occupied;
+// Whether the field is asked at a local point.
+fn is_sampled(p: vec3f) -> bool {
+    return !CLIPPED || (is_inside(p) && around(unit(p)).is_occupied);
 }
 
 // Where the bin between samples i and i + 1 begins and ends.
@@ -27,12 +23,15 @@ fn passes(sigma: f32, length: f32) -> f32 {
 }
 
 // The weights of the evenly spaced samples; how many the field was asked at.
-fn weigh(ray: Ray, local: Ray) -> u32 {
+fn weigh(entered: Local) -> u32 {
+    var local = entered;
     var transmittance = 1.0f;
     var samples = 0u;
     for (var i = 0u; i < N_COARSE; i++) {
         coarse_weight[i] = 0.0f;
-        if !is_sampled(local, t_coarse[i]) {
+        local = local_at(local, t_coarse[i]);
+        let p = local.ray.origin + t_coarse[i] * local.ray.direction;
+        if !is_sampled(p) {
             continue;
         }
         samples += 1u;
@@ -40,8 +39,7 @@ fn weigh(ray: Ray, local: Ray) -> u32 {
         if i + 1u < N_COARSE {
             length = t_coarse[i + 1u] - t_coarse[i];
         }
-        let u = unit(local.origin + t_coarse[i] * local.direction);
-        let passed = passes(coarse_sigma(u), length);
+        let passed = passes(coarse_sigma(unit(p)), length);
         coarse_weight[i] = transmittance * (1.0f - passed);
         transmittance *= passed;
     }
@@ -81,14 +79,13 @@ fn refine() {
 }
 
 fn trace(ray: Ray) -> Seen {
-    let entered = to_local(ray);
-    if !entered.is_there {
+    var local = to_local(ray);
+    if !local.is_there {
         return NOTHING;
     }
-    let local = entered.ray;
     var reach = whole_way(local);
     if CLIPPED {
-        reach = intersect(local, NEAR, FAR);
+        reach = way_inside(local);
         if !(reach.x <= reach.y) {
             return NOTHING;
         }
@@ -102,7 +99,7 @@ fn trace(ray: Ray) -> Seen {
     }
     var samples = 0u;
     if N_FINE > 0u {
-        samples = weigh(ray, local);
+        samples = weigh(local);
     }
     refine();
     var transmittance = 1.0f;
@@ -111,7 +108,9 @@ fn trace(ray: Ray) -> Seen {
     var sums: Channels;
     for (var i = 0u; i < N_ALL; i++) {
         let t = t_all[i];
-        if !is_sampled(local, t) {
+        local = local_at(local, t);
+        let p = local.ray.origin + t * local.ray.direction;
+        if !is_sampled(p) {
             continue;
         }
         samples += 1u;
@@ -119,7 +118,7 @@ fn trace(ray: Ray) -> Seen {
         if i + 1u < N_ALL {
             length = t_all[i + 1u] - t;
         }
-        let point = evaluate(unit(local.origin + t * local.direction), ray.direction);
+        let point = evaluate(unit(p), ray.direction);
         let passed = passes(point.sigma, length);
         let weight = transmittance * (1.0f - passed);
         transmittance *= passed;
@@ -139,5 +138,5 @@ fn trace(ray: Ray) -> Seen {
         sums[c] /= opacity;
     }
     let color = opacity * ray_color(sums, ray.direction);
-    return Seen(vec4f(color, opacity), scene_depth(ray, local, distance / opacity), samples);
+    return Seen(vec4f(color, opacity), scene_depth(ray, local.ray, distance / opacity), samples);
 }

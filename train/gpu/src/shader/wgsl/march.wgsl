@@ -38,47 +38,36 @@ fn steps_at(transmittance: f32) -> f32 {
     return select(later, 1.0f, transmittance >= below);
 }
 
-fn distance_of(k: f32) -> f32 {
-    return (k + 0.5f) * STEP + NEAR;
-}
-
-fn is_outside(ray: Ray, k: f32) -> bool {
-    let t = distance_of(k);
-    return t > FAR || !is_inside(ray.origin + t * ray.direction);
-}
-
 fn trace(ray: Ray) -> Seen {
-    let local = to_local(ray);
+    var local = to_local(ray);
     if !local.is_there {
         return NOTHING;
     }
-    let reach = intersect(local.ray, NEAR, FAR);
-    if !(reach.x <= reach.y) {
-        return NOTHING;
-    }
-    // A little outside, then in.
-    var k = max(trunc((reach.x - NEAR) / STEP) - 2.0f, 0.0f);
-    var end = min(trunc((reach.y - NEAR) / STEP) + 3.0f, MAX_STEPS);
-    for (var i = 0u; i < 8u && k < end && is_outside(local.ray, k); i++) {
-        k += 1.0f;
-    }
-    for (var i = 0u; i < 8u && k < end && is_outside(local.ray, end - 1.0f); i++) {
-        end -= 1.0f;
-    }
+    let first = first_steps(local);
+    var k = first.x;
+    var end = first.y;
     let least = frame.detail.x;
-    let stride = stride(local.ray);
+    var across = stride(local.ray);
     var steps = 1.0f;
     var transmittance = 1.0f;
     var opacity = 0.0f;
     var distance = 0.0f;
     var samples = 0u;
     var sums: Channels;
-    while k < end && samples < MAX_SAMPLES {
+    while samples < MAX_SAMPLES {
+        if !(k < end) {
+            k = end;
+            end = turn(&local, k);
+            if !(k < end) {
+                break;
+            }
+            across = stride(local.ray);
+        }
         let t = distance_of(min(k + (steps - 1.0f) * 0.5f, end - 1.0f));
         let u = unit(local.ray.origin + t * local.ray.direction);
         let cells = around(u);
         if !cells.is_occupied {
-            k += select(1.0f, steps_to_leave(local.ray, stride, u, cells, t), SKIP);
+            k += select(1.0f, steps_to_leave(local.ray, across, u, cells, t), SKIP);
             continue;
         }
         let point = evaluate(u, ray.direction);

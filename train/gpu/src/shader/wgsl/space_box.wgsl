@@ -14,6 +14,6 @@ fn scene_depth(ray: Ray, local: Ray, t: f32) -> f32 {
 }
 
 // How far a ray goes at most, where samples are hierarchical and reach beyond the box.
-fn whole_way(local: Ray) -> vec2f {
+fn whole_way(local: Local) -> vec2f {
     return vec2f(NEAR, FAR);
 }

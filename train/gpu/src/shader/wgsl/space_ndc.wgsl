@@ -44,6 +44,6 @@ fn scene_depth(ray: Ray, local: Ray, t: f32) -> f32 {
     return path.begin + path.half_way * share / (1.0f - share);
 }
 
-fn whole_way(local: Ray) -> vec2f {
-    return vec2f(0.0f, (1.0f - local.origin.z) / local.direction.z);
+fn whole_way(local: Local) -> vec2f {
+    return vec2f(0.0f, (1.0f - local.ray.origin.z) / local.ray.direction.z);
 }
