@@ -56,7 +56,8 @@ fn ply(form: &str) -> Vec<u8> {
     for point in points() {
         match form {
             "ascii" => {
-                bytes.extend(format!("9 {} {} {} 8\n", point[0], point[1], point[2]).bytes())
+                let [x, y, z] = point;
+                bytes.extend(format!("9 {x} {y} {z} 8\n").bytes());
             }
             _ => {
                 bytes.push(9);
@@ -105,7 +106,7 @@ fn points_say_where_the_scene_is() {
         }),
         (
             Some(ply("ascii").iter().map(|c| if *c == b'x' { b'q' } else { *c }).collect()),
-            "the points of sparse_pc.ply are not used: no number of vertices",
+            "the points of sparse_pc.ply are not used: verteq before vertices, expected these first",
         ),
     ] {
         if let Some(bytes) = bytes {

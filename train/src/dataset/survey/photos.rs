@@ -32,7 +32,7 @@ impl Photos {
                 let at = folder.join(inside);
                 let names = images::names(&at, &images::EXTENSIONS).unwrap_or_default();
                 found.extend(names.into_iter().map(|name| (inside.clone(), name)));
-                next.extend(folders(&at).into_iter().map(|name| join(inside, &name)));
+                next.extend(folders(&at, depth == 0).into_iter().map(|name| join(inside, &name)));
             }
             if depth == 1 {
                 let (own, others) = found.into_iter().partition(|(inside, _)| inside == "images");
@@ -82,10 +82,14 @@ impl Photos {
     }
 }
 
-/// The folders in one, sorted; links are not followed.
-fn folders(folder: &Path) -> Vec<String> {
+/// The folders in one, sorted. Links may lead in circles and are followed only if asked for.
+fn folders(folder: &Path, follow: bool) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let folders = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
+    let is_folder = |entry: &std::fs::DirEntry| match follow {
+        true => entry.path().is_dir(),
+        false => entry.file_type().is_ok_and(|kind| kind.is_dir()),
+    };
+    let folders = entries.filter(is_folder);
     let names = folders.map(|entry| entry.file_name().to_string_lossy().into_owned());
     let is_hidden = |name: &String| name.starts_with('.') || OTHERS.contains(&name.as_str());
     let mut names: Vec<String> = names.filter(|name| !is_hidden(name)).collect();
@@ -113,12 +117,20 @@ mod tests {
             std::fs::create_dir_all(file.parent().unwrap()).unwrap();
             std::fs::write(file, "").unwrap();
         }
+        // A linked folder counts; what is linked deeper inside may lead in circles.
+        let other = tempfile::tempdir().unwrap();
+        std::fs::write(other.path().join("e.jpg"), "").unwrap();
+        #[cfg(unix)]
+        for (from, to) in [(other.path(), "linked"), (folder.path(), "x/circle")] {
+            std::os::unix::fs::symlink(from, folder.path().join(to)).unwrap();
+        }
         let photos = Photos::new(folder.path());
         let find = |label| photos.find(label);
         assert_eq!(find("a"), Ok(Some("a.jpg")));
         assert_eq!(find("D:\\flight\\a.png"), Ok(Some("images/A.png")));
         assert_eq!(find("b.tif"), Ok(Some("images/b.JPG")));
         assert_eq!(find("d"), Ok(None));
+        assert_eq!(find("e"), Ok(cfg!(unix).then_some("linked/e.jpg")));
         let several = find("c").unwrap_err();
         assert_eq!(
             several,

@@ -73,8 +73,7 @@ pub(super) fn read(folder: &Path, file: &Path) -> Result<Cameras, DatasetError> 
 
 /// Names and numbers of all lines.
 fn rows(text: &str) -> Result<Vec<(&str, Row)>, String> {
-    let lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
-    let mut lines = lines.map(|(line, place)| (line, place));
+    let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
     let (first, _) = lines.next().ok_or("the file is empty")?;
     if first.contains(';') {
         return Err("columns between semicolons, expected commas".to_owned());

@@ -73,7 +73,13 @@ pub(super) fn read(
 }
 
 fn not_readable(file: &Path, what: String) -> DatasetError {
-    let hint = "undistort the images to a pinhole or OpenCV camera first";
+    let moves = ["\"rolling_shutter\"", "\"transform_matrix_start\""].contains(&what.as_str());
+    let hint = match moves {
+        true => {
+            "the camera moved while it took images row after row: give one transform_matrix each"
+        }
+        false => "undistort the images to a pinhole or OpenCV camera first",
+    };
     DatasetError::NotReadable { file: file.to_owned(), what, hint }
 }
 
