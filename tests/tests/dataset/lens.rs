@@ -16,9 +16,12 @@ fn pixels_are_those_of_their_rays() {
     let camera = Camera::from_fov_x(37, 21, 0.9, pose);
     let settings = Settings { quality: 1.0, depth: true, ..Settings::default() };
     let mut renderer = Renderer::new(&model, &settings);
-    for lens in
-        [Lens::open_cv([-0.3, 0.1, 0.0, 0.0], [0.01, 0.02]), Lens::fisheye([0.1, 0.0, 0.0, 0.0])]
-    {
+    for lens in [
+        Lens::open_cv([-0.3, 0.1, 0.0, 0.0], [0.01, 0.02]),
+        Lens::fisheye([0.1, 0.0, 0.0, 0.0]),
+        Lens::open_cv([-0.3, 0.1, 0.0, 0.0], [0.0; 2]).skewed(0.1),
+        Lens::Equirectangular,
+    ] {
         let picture = renderer.render_through(&camera, &lens).unwrap().clone();
         let mut seen = 0;
         for (i, pixel) in picture.rgba.chunks_exact(4).enumerate() {

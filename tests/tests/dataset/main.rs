@@ -4,10 +4,14 @@
 mod colmap;
 mod deepvoxels;
 mod fixture;
+mod images;
 mod lens;
 mod llff;
+mod mutated;
+mod phone;
 mod real;
 mod refusals;
+mod survey;
 mod transforms;
 
 use fixture::{Scene, cut, frames};

@@ -116,7 +116,7 @@ fn images_that_are_wrong() {
     let cases: [(Break, &str); 7] = [
         (
             |image| std::fs::remove_file(image).unwrap(),
-            "D/train/r_0: no such image (nor with .png, .jpg or .jpeg added); D/transforms_train.json lists 2 frames and 1 of",
+            "D/train/r_0: no such image (nor with .png, .jpg and the like added); D/transforms_train.json lists 2 frames and 1 of",
         ),
         (|image| cut(image, 60), "D/train/r_0.png: unreadable image: "),
         (
@@ -124,8 +124,8 @@ fn images_that_are_wrong() {
             "D/train/r_0.png: unreadable image: the file has 0 bytes; expected",
         ),
         (
-            |image| std::fs::write(image, "GIF89a and more").unwrap(),
-            "D/train/r_0.png: unreadable image: neither PNG nor JPEG; expected a whole PNG or JPEG",
+            |image| std::fs::write(image, "PNG and more").unwrap(),
+            "D/train/r_0.png: unreadable image: neither PNG nor JPEG, WebP, TIFF or EXR; expected a",
         ),
         (
             |image| {

@@ -8,17 +8,18 @@ use rayon::prelude::*;
 
 use super::images::{self, Image};
 use super::listing::{Frame, Listing, Mask};
+use super::turn::{Found, Turn, upright};
 use super::{DatasetError, LoadOptions, View, memory};
 
 /// A dataset is refused where more than one image in so many is unreadable.
 const TOO_MANY: usize = 10;
 
-/// Decodes and downscales the images of a listing. A few that are unreadable are left out,
-/// with a note.
+/// Decodes and downscales the images of a listing; what the user should know of them. A few that
+/// are unreadable are left out.
 pub(super) fn views(
     listing: &Listing,
     options: &LoadOptions,
-) -> Result<(Vec<View>, Option<String>), DatasetError> {
+) -> Result<(Vec<View>, Vec<String>), DatasetError> {
     let folder = &listing.folder;
     let LoadOptions { downscale_factor: factor, deadline, memory: free, .. } = *options;
     let names = find_all(listing)?;
@@ -38,15 +39,17 @@ pub(super) fn views(
     let decoded = decoded.into_iter().flatten();
     let (mut views, mut unreadable) = (Vec::with_capacity(total), Vec::new());
     let mut first: Option<([u32; 2], String)> = None;
+    let mut found = Found::default();
     for ((name, frame), decoded) in names.into_iter().zip(&listing.frames).zip(decoded) {
         // The first error in the dataset's order, whichever came first in time.
-        let Decoded { size, image, mask } = match decoded {
+        let Decoded { size, image, mask, turn, was_linear } = match decoded {
             Err(error @ DatasetError::UnreadableImage { .. }) => {
                 unreadable.push(error);
                 continue;
             }
             decoded => decoded?,
         };
+        found.add(turn, was_linear, &name);
         let (first_size, first) = first.get_or_insert_with(|| (size, name.clone()));
         if frame.intrinsics.shared && size != *first_size {
             return Err(DatasetError::ImageSize {
@@ -57,22 +60,21 @@ pub(super) fn views(
             });
         }
         let camera = camera(folder, &name, frame, size)?.downscaled(factor);
+        let mask = without_edges(mask, &camera, frame.edge);
         let mask = without_blind(mask, &camera, frame);
         if mask.as_ref().is_some_and(|mask| mask.iter().all(|counts| *counts == 0)) {
             return Err(DatasetError::NothingCounts { image: folder.join(name) });
         }
         views.push(View { lens: frame.lens, mask, ..View::new(name, camera, image.rgba) });
     }
+    let mut notes = found.notes();
     let count = unreadable.len();
-    let mut unreadable = unreadable.into_iter();
-    match unreadable.next() {
-        None => Ok((views, None)),
-        Some(error) if count * TOO_MANY > total => Err(error),
-        Some(error) => {
-            let note = format!("{error}; {count} of {total} images are left out");
-            Ok((views, Some(note)))
-        }
+    match unreadable.into_iter().next() {
+        None => {}
+        Some(error) if count * TOO_MANY > total => return Err(error),
+        Some(error) => notes.push(format!("{error}; {count} of {total} images are left out")),
     }
+    Ok((views, notes))
 }
 
 /// The camera of a frame's image at its full size.
@@ -111,10 +113,15 @@ struct Decoded {
     size: [u32; 2],
     image: Image,
     mask: Option<Vec<u8>>,
+    turn: Turn,
+    /// Whether its colours were linear.
+    was_linear: bool,
 }
 
 fn decode(folder: &Path, name: &str, frame: &Frame, factor: u32) -> Result<Decoded, DatasetError> {
-    let mut image = images::decode(&folder.join(name))?;
+    let stored = images::read(&folder.join(name))?;
+    let was_linear = stored.was_linear;
+    let (mut image, turn) = upright(stored, frame);
     let size = image.size;
     let same_size = |path: &Path, other: &Image| match other.size == size {
         true => Ok(()),
@@ -149,13 +156,30 @@ fn decode(folder: &Path, name: &str, frame: &Frame, factor: u32) -> Result<Decod
             Some(images::downscaled_mask(mask.size, &counts, smaller))
         }
     };
-    Ok(Decoded { size, image: image.downscaled(factor)?, mask })
+    Ok(Decoded { size, image: image.downscaled(factor)?, mask, turn, was_linear })
 }
 
 /// Whether one size is a larger one of the same shape; a side may be rounded by a pixel.
 fn is_larger(size: [u32; 2], than: [u32; 2]) -> bool {
     let ([w, h], [x, y]) = (size.map(u64::from), than.map(u64::from));
     w > x && h > y && (w * y).abs_diff(h * x) <= w.max(h)
+}
+
+/// The mask without a part of the width along each edge.
+fn without_edges(mask: Option<Vec<u8>>, camera: &Camera, part: f64) -> Option<Vec<u8>> {
+    let [width, height] = [camera.width, camera.height];
+    let edge = (part * f64::from(width)).round() as u32;
+    if edge == 0 {
+        return mask;
+    }
+    let mut mask = mask.unwrap_or_else(|| vec![255; width as usize * height as usize]);
+    let is_inside = |v: u32, side: u32| (edge..side.saturating_sub(edge)).contains(&v);
+    for (y, row) in (0..).zip(mask.chunks_exact_mut(width as usize)) {
+        for (x, counts) in (0..).zip(row) {
+            *counts = if is_inside(x, width) && is_inside(y, height) { *counts } else { 0 };
+        }
+    }
+    Some(mask)
 }
 
 /// The mask without pixels at which the lens shows nothing.

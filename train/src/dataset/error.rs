@@ -8,7 +8,8 @@ use crate::pose::PoseProblem;
 
 /// What can be read.
 const CONVENTIONS: &str = "transforms_train.json (Blender), transforms.json (instant-ngp, nerfstudio), \
-     poses_bounds.npy with images (LLFF), sparse/0 with images (COLMAP), train/SCENE/{rgb,pose,intrinsics.txt} (DeepVoxels)";
+     poses_bounds.npy with images (LLFF), sparse/0 with images (COLMAP), train/SCENE/{rgb,pose,intrinsics.txt} (DeepVoxels), \
+     or photographs with cameras of Metashape (.xml), RealityCapture (.csv), Polycam (keyframes), Record3D (metadata) or 3d Scanner App (frame_*.json)";
 
 /// Why a dataset was refused. Each message is one line.
 #[derive(Debug, thiserror::Error)]
@@ -96,7 +97,7 @@ pub enum DatasetError {
     },
     /// Images are missing.
     #[error(
-        "{}: no such image (nor with .png, .jpg or .jpeg added); {} lists {total} frames and {missing} of their images missing: \
+        "{}: no such image (nor with .png, .jpg and the like added); {} lists {total} frames and {missing} of their images missing: \
          add the images or take the frames out of the list",
         one_line(.image), one_line(.file)
     )]
@@ -111,7 +112,7 @@ pub enum DatasetError {
         total: usize,
     },
     /// An image cannot be decoded.
-    #[error("{}: unreadable image: {}; expected a whole PNG or JPEG file", one_line(.image), escape(.problem))]
+    #[error("{}: unreadable image: {}; expected a whole PNG, JPEG, WebP, TIFF or EXR file", one_line(.image), escape(.problem))]
     UnreadableImage {
         /// The image.
         image: PathBuf,
@@ -256,6 +257,16 @@ pub enum DatasetError {
         file: PathBuf,
         /// What was found, and what was expected.
         problem: String,
+    },
+    /// What another program has exported is wrong, or not all that is needed.
+    #[error("{}: {}; {hint}", one_line(.file), escape(.problem))]
+    Export {
+        /// The file, or the folder.
+        file: PathBuf,
+        /// What was found, and what was expected.
+        problem: String,
+        /// What to export instead.
+        hint: &'static str,
     },
     /// More than one scene.
     #[error("{}: several scenes: {}; give the folder of one, as train/SCENE", one_line(.folder), escape(.scenes))]

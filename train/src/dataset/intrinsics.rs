@@ -3,6 +3,8 @@
 
 use pocketnerf_core::Camera;
 
+use crate::lens::Lens;
+
 /// Along one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Focal {
@@ -12,6 +14,8 @@ pub(super) enum Focal {
     Pixels(f64),
     /// Image heights.
     Heights(f64),
+    /// That with which a whole turn is as wide as the image and half a turn as high.
+    Panorama,
 }
 
 /// What a file says of a camera.
@@ -34,13 +38,52 @@ impl Intrinsics {
         Self { size: None, focal, center: [None; 2], shared: true }
     }
 
+    /// A panorama, perhaps of a known width and height.
+    pub(super) const fn panorama(size: Option<[f64; 2]>) -> Self {
+        let focal = [Some(Focal::Panorama); 2];
+        Self { size, focal, center: [None; 2], shared: false }
+    }
+
+    /// Width and height, focal lengths and principal point in pixels, of a camera with this lens;
+    /// else what was found and what was expected.
+    pub(super) fn from_pixels(
+        size: [f64; 2],
+        [fx, fy, cx, cy]: [f64; 4],
+        lens: &Lens,
+    ) -> Result<Self, String> {
+        let [width, height] = size;
+        if !size.iter().all(|side| (1.0..1e6).contains(side)) {
+            return Err(format!("{width}x{height} pixels, expected 1x1 to below a million"));
+        }
+        if let Some(f) = [fx, fy].iter().find(|f| !(1e-3..1e7).contains(*f)) {
+            return Err(format!("its focal length is {f}, expected pixels above 0"));
+        }
+        if let Some(c) = [cx, cy].iter().find(|c| !(-1e6..1e6).contains(*c)) {
+            return Err(format!("its principal point is at {c}, expected pixels"));
+        }
+        let is_large = |k: &&f64| !(-1e6..1e6).contains(*k);
+        if let Some(k) = lens.coefficients().iter().find(is_large) {
+            return Err(format!("a lens coefficient is {k}, expected a small one"));
+        }
+        let focal = [fx, fy].map(|f| Some(Focal::Pixels(f)));
+        // Images of a camera may have been made smaller by different factors.
+        Ok(Self { size: Some(size), focal, center: [cx, cy].map(Some), shared: false })
+    }
+
+    /// Whether an image of this size has the shape that the file says; a side may be rounded by
+    /// a pixel.
+    pub(super) fn fits(&self, size: [u32; 2]) -> bool {
+        let [width, height] = size.map(f64::from);
+        let own = self.size.unwrap_or([width, height]);
+        (width * own[1] - height * own[0]).abs() <= own[0].max(own[1])
+    }
+
     /// The camera for an image of this size; `None` if that has another shape
     /// than the file says.
     pub(super) fn camera(&self, size: [u32; 2], pose: [f32; 16]) -> Option<Camera> {
         let [width, height] = size.map(f64::from);
         let own = self.size.unwrap_or([width, height]);
-        // A side may be rounded by a pixel.
-        if (width * own[1] - height * own[0]).abs() > own[0].max(own[1]) {
+        if !self.fits(size) {
             return None;
         }
         let scale = [width / own[0], height / own[1]];
@@ -48,6 +91,7 @@ impl Intrinsics {
             Some(Focal::Angle(angle)) => Some(0.5 * own[a] / (0.5 * angle).tan()),
             Some(Focal::Pixels(pixels)) => Some(pixels),
             Some(Focal::Heights(heights)) => Some(heights * own[1]),
+            Some(Focal::Panorama) => Some(own[a] / ([2.0, 1.0][a] * std::f64::consts::PI)),
             None => None,
         };
         let x = pixels(0).or(pixels(1))?;

@@ -51,12 +51,18 @@ pub(super) struct Frame {
     pub(super) mask: Option<Mask>,
     /// Another image whose red channel is this one's alpha.
     pub(super) alpha: Option<String>,
+    /// This part of the width does not count along each edge.
+    pub(super) edge: f64,
 }
 
 impl Frame {
     /// A frame of which nothing else is known.
     pub(super) fn new(path: String, pose: [f32; 16], intrinsics: Intrinsics, lens: Lens) -> Self {
-        Self { path, pose, intrinsics, lens, mask: None, alpha: None }
+        Self { path, pose, intrinsics, lens, mask: None, alpha: None, edge: 0.0 }
+    }
+
+    pub(super) fn is_fisheye(&self) -> bool {
+        matches!(self.lens, Lens::Fisheye(_))
     }
 }
 

@@ -16,10 +16,12 @@ mod listing;
 mod llff;
 mod memory;
 mod npy;
+mod phone;
 mod recognise;
 mod report;
-
+mod survey;
 mod transforms;
+mod turn;
 mod view;
 mod write;
 
@@ -87,10 +89,10 @@ pub fn load_with(
     let listing = list(path, split, options)?;
     let downscale_factor = listing.factor.unwrap_or(options.downscale_factor);
     let options = &LoadOptions { downscale_factor, ..*options };
-    let (views, unreadable) = decode::views(&listing, options)?;
+    let (views, found) = decode::views(&listing, options)?;
     let Listing { format, bounds, aabb, reach, background, .. } = listing;
     let (forward_facing, mut notes) = (listing.forward_facing, listing.notes);
-    notes.extend(unreadable);
+    notes.extend(found);
     let dataset = Dataset::new(path.display().to_string(), format, split, views);
     notes.extend_from_slice(&dataset.notes);
     Ok(Dataset { bounds, aabb, reach, background, forward_facing, notes, ..dataset })
@@ -119,10 +121,13 @@ fn list(path: &Path, split: Split, options: &LoadOptions) -> Result<Listing, Dat
         Convention::Llff => llff::list(path, split, options)?,
         Convention::Colmap => colmap::list(path, split, options)?,
         Convention::DeepVoxels => deepvoxels::list(path, split)?,
+        Convention::Phone(app) => phone::list(app, path, split, options)?,
+        Convention::Survey(program) => survey::list(program, path, split, options)?,
     };
     if listing.folder.as_os_str().is_empty() {
         listing.folder = path.to_owned();
     }
+    capture::surround(&mut listing);
     Ok(listing)
 }
 

@@ -2,7 +2,7 @@
 
 use pocketnerf_core::Camera;
 
-use super::{Lens, pixels, seen_from};
+use super::{Lens, pixels, seen_from, sphere};
 
 /// What a lens shows of a ball.
 enum Shown {
@@ -33,6 +33,10 @@ impl Lens {
         // What is seen, a radius on its plane or an angle, and how much of that on all sides.
         let (at, spread, bend) = match self {
             Self::Pinhole => return Shown::Unknown,
+            Self::Equirectangular => {
+                let shown = sphere::ball(center, radius);
+                return shown.map_or(Shown::Unknown, |(at, spread)| Shown::Disc(at, spread));
+            }
             Self::OpenCv(bend) => {
                 if z <= 2.0 * radius {
                     return if z > -radius { Shown::Unknown } else { Shown::Nothing };
@@ -54,7 +58,7 @@ impl Lens {
         }
         let end = at + spread;
         let stretch = match self {
-            Self::Pinhole | Self::OpenCv(_) => bend.steepest(end),
+            Self::Pinhole | Self::Equirectangular | Self::OpenCv(_) => bend.steepest(end),
             // Around the axis, a circle's circumference is that of sin θ.
             Self::Fisheye(_) if end < 0.75 * std::f64::consts::PI => {
                 bend.steepest(end) * (end / end.sin()).max(1.0)

@@ -12,11 +12,14 @@ pub struct Bend {
     pub(super) tangential: [f64; 2],
     /// s₁ and s₂: a thin prism.
     pub(super) prism: [f64; 2],
+    /// How much x grows with y after all that: rows of the sensor that are not at right angles
+    /// to its columns.
+    pub(super) skew: f64,
 }
 
 impl Bend {
     pub(super) const fn radial(radial: Radial) -> Self {
-        Self { radial, tangential: [0.0; 2], prism: [0.0; 2] }
+        Self { radial, tangential: [0.0; 2], prism: [0.0; 2], skew: 0.0 }
     }
 
     /// Whether points move on lines through the middle.
@@ -26,7 +29,10 @@ impl Bend {
 
     /// Where a point moves; `None` where the lens does not show it.
     pub(super) fn distort(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
-        (x.hypot(y) <= self.radial.limit).then(|| self.apply([x, y]))
+        (x.hypot(y) <= self.radial.limit).then(|| {
+            let [x, y] = self.apply([x, y]);
+            [x + self.skew * y, y]
+        })
     }
 
     fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
@@ -41,7 +47,8 @@ impl Bend {
 
     /// The point that moves there, and whether there is one; else the farthest on that side.
     /// The radial part alone, then Newton's method, whose end is checked.
-    pub(super) fn invert(&self, shown: [f64; 2]) -> ([f64; 2], bool) {
+    pub(super) fn invert(&self, [x, y]: [f64; 2]) -> ([f64; 2], bool) {
+        let shown = [x - self.skew * y, y];
         let radius = shown[0].hypot(shown[1]);
         let (r, found) = self.radial.invert(radius);
         let first = shown.map(|v| if radius > 0.0 { v * (r / radius) } else { v });
@@ -73,6 +80,6 @@ impl Bend {
     /// At least how much a short way is stretched anywhere up to a radius.
     pub(super) fn steepest(&self, r: f64) -> f64 {
         let [p, s] = [self.tangential, self.prism].map(|[a, b]| a.abs() + b.abs());
-        self.radial.curve.steepest(r) + 8.0 * p * r + 2.0 * s * r
+        (self.radial.curve.steepest(r) + 8.0 * p * r + 2.0 * s * r) * (1.0 + self.skew.abs())
     }
 }

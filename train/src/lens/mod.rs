@@ -9,6 +9,7 @@ mod ball;
 mod bend;
 mod radial;
 mod render;
+mod sphere;
 
 use std::f64::consts::PI;
 
@@ -31,6 +32,9 @@ pub enum Lens {
     /// As OpenCV's fisheye: a direction at the angle θ from the axis is shown at the
     /// radius θ on its side, and that point moves.
     Fisheye(Bend),
+    /// A panorama: normalised image points are longitude and latitude, radians. What asks
+    /// [`Camera`] itself for a ray gets that of a pinhole camera.
+    Equirectangular,
 }
 
 /// The largest angle from the axis that an OpenCV lens shows: a plane has no image
@@ -91,14 +95,33 @@ impl Lens {
     #[must_use]
     pub fn thin_prism_fisheye(k: [f64; 4], p: [f64; 2], s: [f64; 2]) -> Self {
         let radial = Radial::new(Curve::Polynomial(k), PI, |angle| angle);
-        Self::Fisheye(Bend { radial, tangential: p, prism: s })
+        Self::Fisheye(Bend { tangential: p, prism: s, ..Bend::radial(radial) })
     }
 
-    /// `pinhole`, `opencv`, `full-opencv`, `fov`, `fisheye` or `thin-prism-fisheye`.
+    /// The same lens before a sensor on which x also grows with y, by this much. A panorama has
+    /// none.
+    #[must_use]
+    pub fn skewed(self, skew: f64) -> Self {
+        if skew == 0.0 {
+            return self;
+        }
+        match self {
+            Self::Pinhole => Self::on_a_plane(Curve::Polynomial([0.0; 4]), [0.0; 2]).skewed(skew),
+            Self::OpenCv(bend) => Self::OpenCv(Bend { skew, ..bend }),
+            Self::Fisheye(bend) => Self::Fisheye(Bend { skew, ..bend }),
+            Self::Equirectangular => self,
+        }
+    }
+
+    /// `pinhole`, `opencv`, `full-opencv`, `fov`, `fisheye`, `thin-prism-fisheye`,
+    /// `skewed-opencv`, `skewed-fisheye` or `equirectangular`.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Self::Pinhole => "pinhole",
+            Self::Equirectangular => "equirectangular",
+            Self::OpenCv(bend) if bend.skew != 0.0 => "skewed-opencv",
+            Self::Fisheye(bend) if bend.skew != 0.0 => "skewed-fisheye",
             Self::OpenCv(bend) => match bend.radial.curve {
                 Curve::Polynomial(_) => "opencv",
                 Curve::Rational(..) => "full-opencv",
@@ -109,8 +132,8 @@ impl Lens {
         }
     }
 
-    /// Coefficients: k₁ to k₄ (k₆ of a rational lens) or ω, p₁, p₂, and s₁ and s₂ of a thin
-    /// prism.
+    /// Coefficients: k₁ to k₄ (k₆ of a rational lens) or ω, p₁, p₂, s₁ and s₂ of a thin prism,
+    /// and the skew of a skewed sensor.
     #[must_use]
     pub fn coefficients(&self) -> Vec<f64> {
         let (Self::OpenCv(bend) | Self::Fisheye(bend)) = self else { return Vec::new() };
@@ -123,6 +146,9 @@ impl Lens {
         if bend.prism != [0.0; 2] {
             all.extend(bend.prism);
         }
+        if bend.skew != 0.0 {
+            all.push(bend.skew);
+        }
         all
     }
 
@@ -134,6 +160,7 @@ impl Lens {
             Self::Pinhole => (z > 0.0).then(|| [x / z, y / z]),
             Self::OpenCv(bend) if z > 0.0 => bend.distort([x / z, y / z]),
             Self::OpenCv(_) => None,
+            Self::Equirectangular => Some(sphere::distort([x, y, z])),
             Self::Fisheye(bend) => {
                 let radius = x.hypot(y);
                 let angle = radius.atan2(z);
@@ -151,6 +178,7 @@ impl Lens {
     pub fn undistort(&self, [x, y]: [f64; 2]) -> ([f64; 3], bool) {
         match self {
             Self::Pinhole => ([x, y, 1.0], true),
+            Self::Equirectangular => sphere::undistort([x, y]),
             Self::OpenCv(bend) => {
                 let ([x, y], found) = bend.invert([x, y]);
                 ([x, y, 1.0], found)

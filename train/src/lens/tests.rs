@@ -116,7 +116,9 @@ fn camera() -> Camera {
 #[test]
 fn rays_lead_back_to_their_pixels() {
     let camera = camera();
+    let skewed = [open_cv().skewed(0.02), fisheye().skewed(-0.03), Lens::Pinhole.skewed(0.01)];
     let others = [full_open_cv(), Lens::fov(1.1), Lens::fov(-0.4), thin_prism_fisheye()];
+    let others = others.into_iter().chain(skewed).chain([Lens::Equirectangular]);
     for lens in [open_cv(), fisheye(), Lens::fisheye([0.0; 4])].into_iter().chain(others) {
         for (x, y) in [(0.5, 0.5), (29.0, 25.0), (60.5, 0.5), (13.25, 40.0), (60.5, 46.5)] {
             let ray = lens.ray(&camera, x, y);
@@ -143,6 +145,9 @@ fn rectangles_hold_their_balls() {
         full_open_cv(),
         Lens::fov(1.1),
         thin_prism_fisheye(),
+        open_cv().skewed(0.3),
+        fisheye().skewed(-0.2),
+        Lens::Equirectangular,
     ];
     for lens in lenses {
         let (mut within, mut inside, mut tight) = (0, 0, 0);
@@ -189,6 +194,9 @@ fn distorting_undoes_undistorting() {
         Lens::fov(-2.5),
         thin_prism_fisheye(),
         Lens::thin_prism_fisheye([0.0; 4], [0.0; 2], [0.05, -0.03]),
+        open_cv().skewed(0.02),
+        thin_prism_fisheye().skewed(-0.1),
+        Lens::Equirectangular,
     ];
     for lens in lenses {
         let mut shown = 0;
@@ -227,4 +235,43 @@ fn lenses_that_are_simpler_ones() {
     let names = [full_open_cv(), Lens::fov(1.0), thin_prism_fisheye()].map(|lens| lens.name());
     assert_eq!(names, ["full-opencv", "fov", "thin-prism-fisheye"]);
     assert_eq!(thin_prism_fisheye().coefficients().len(), 8);
+}
+
+/// x also grows by 0.1 of y, after all else: at (0.5, 0.25) by 0.025.
+#[test]
+fn a_sensor_that_is_not_at_right_angles() {
+    assert_eq!(Lens::Pinhole.skewed(0.0), Lens::Pinhole);
+    let lens = Lens::Pinhole.skewed(0.1);
+    assert!(near(lens.distort([1.0, 0.5, 2.0]).unwrap(), [0.525, 0.25]));
+    assert_eq!((lens.name(), lens.coefficients().last()), ("skewed-opencv", Some(&0.1)));
+    let [x, y] = open_cv().distort([1.0, 0.5, 2.0]).unwrap();
+    assert!(near(open_cv().skewed(0.1).distort([1.0, 0.5, 2.0]).unwrap(), [x + 0.1 * y, y]));
+}
+
+/// A picture of 8x4 pixels: a quarter turn is two pixels wide, an eighth up is one high.
+#[test]
+fn a_panorama_by_hand() {
+    let pose = Camera::look_at([1.0, 2.0, 3.0], [1.0, 9.0, 3.0], [0.0, 0.0, 1.0]);
+    let focal = [4.0 / std::f32::consts::PI; 2];
+    let camera = Camera { focal, center: [4.0, 2.0], ..Camera::from_fov_x(8, 4, 1.0, pose) };
+    let lens = Lens::Equirectangular;
+    let half = 0.5f32.sqrt();
+    for ([x, y], expected) in [
+        ([4.0, 2.0], [0.0, 1.0, 0.0]),
+        ([6.0, 2.0], [1.0, 0.0, 0.0]),
+        ([2.0, 2.0], [-1.0, 0.0, 0.0]),
+        ([8.0, 2.0], [0.0, -1.0, 0.0]),
+        ([4.0, 1.0], [0.0, half, half]),
+        ([6.0, 3.0], [half, 0.0, -half]),
+        ([1.0, 0.0], [0.0, 0.0, 1.0]),
+    ] {
+        let ray = lens.ray(&camera, x, y);
+        let is_near = ray.direction.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6);
+        assert!(is_near && ray.origin == [1.0, 2.0, 3.0], "{x} {y}: {ray:?}");
+        assert!(lens.shows(&camera, x, y));
+    }
+    assert!(!lens.shows(&camera, 4.0, -0.1) && !lens.shows(&camera, 8.1, 2.0));
+    // What crosses the seam behind the camera may be at both ends.
+    let behind = lens.rectangle(&camera, [1.1, -5.0, 3.0], 0.5);
+    assert_eq!(behind, Rectangle::Unknown);
 }

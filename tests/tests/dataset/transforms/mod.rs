@@ -1,5 +1,6 @@
 //! `transforms.json` of instant-ngp and nerfstudio.
 
+mod nerfstudio;
 mod refusals;
 
 use pocketnerf_train::dataset::{LoadOptions, Split, View, inspect, load, load_with};

@@ -55,7 +55,7 @@ fn a_bad_photograph_is_left_out_and_many_are_refused() {
     assert_eq!(
         warning,
         "data/3.png: unreadable image: the file is cut off: its end is missing; expected a whole \
-         PNG or JPEG file; 1 of 12 images are left out"
+         PNG, JPEG, WebP, TIFF or EXR file; 1 of 12 images are left out"
     );
     cut(&place.path("data/7.png"));
     let line = place.line("train data --quiet --steps 5 --out x.pnerf");

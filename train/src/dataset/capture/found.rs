@@ -41,3 +41,11 @@ pub(in crate::dataset) fn with_images(
     ));
     Ok((found, missing))
 }
+
+/// What to say where some images have a mask and others do not.
+pub(in crate::dataset) fn unmasked(frames: &[Frame]) -> Option<String> {
+    let (all, unmasked) =
+        (frames.len(), frames.iter().filter(|frame| frame.mask.is_none()).count());
+    let some = (1..all).contains(&unmasked);
+    some.then(|| format!("{unmasked} of {all} images have no mask: all their pixels count"))
+}

@@ -87,12 +87,17 @@ impl World {
     /// Moves the point that the cameras look at to the origin, and turns what they call up to +z
     /// and the side that most are on to +x. Where they look at no point, the middle of them.
     pub(in crate::dataset) fn stand_up(&mut self) {
+        self.stand_along(self.mean(1));
+    }
+
+    /// The same with a direction that is up.
+    pub(in crate::dataset) fn stand_along(&mut self, up: DVec3) {
         // Far from the origin, as on the globe, single precision is too coarse.
         self.see_from(DVec3::X, DVec3::Y, DVec3::Z, self.mean(3));
         let poses: Vec<[f32; 16]> =
             self.poses().map(|pose| std::array::from_fn(|i| pose[i] as f32)).collect();
         let center = nearest_to_axes(&poses).unwrap_or_default();
-        let up = self.mean(1).normalize_or(DVec3::Z);
+        let up = up.normalize_or(DVec3::Z);
         let side = (self.mean(3) - center).reject_from_normalized(up);
         let side = side.normalize_or(up.any_orthonormal_vector());
         self.see_from(side, up.cross(side), up, center);
@@ -112,8 +117,8 @@ impl World {
         [self.near as f32, self.far as f32]
     }
 
-    /// The mean of a column of all poses.
-    fn mean(&self, column: usize) -> DVec3 {
+    /// The mean of a column of all poses: 3 is where they are.
+    pub(in crate::dataset) fn mean(&self, column: usize) -> DVec3 {
         let columns = self.poses.iter().map(|pose| pose.col(column).truncate());
         columns.sum::<DVec3>() / self.poses.len() as f64
     }

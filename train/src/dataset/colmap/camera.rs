@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::dataset::intrinsics::{Focal, Intrinsics};
+use crate::dataset::intrinsics::Intrinsics;
 use crate::lens::Lens;
 
 /// Names and numbers of parameters, in the order of the models' own numbers.
@@ -75,27 +75,8 @@ impl Camera {
                 return Err(format!("{} numbers for {kind}, expected {expected}", numbers.len()));
             }
         };
+        let intrinsics = Intrinsics::from_pixels(size, [fx, fy, cx, cy], &lens)?;
         let [width, height] = size;
-        if !size.iter().all(|side| (1.0..1e6).contains(side)) {
-            return Err(format!("{width}x{height} pixels, expected 1x1 to below a million"));
-        }
-        if let Some(f) = [fx, fy].iter().find(|f| !(1e-3..1e7).contains(*f)) {
-            return Err(format!("its focal length is {f}, expected pixels above 0"));
-        }
-        if let Some(c) = [cx, cy].iter().find(|c| !(-1e6..1e6).contains(*c)) {
-            return Err(format!("its principal point is at {c}, expected pixels"));
-        }
-        let is_large = |k: &&f64| !(-1e6..1e6).contains(*k);
-        if let Some(k) = lens.coefficients().iter().find(is_large) {
-            return Err(format!("a lens coefficient is {k}, expected a small one"));
-        }
-        let intrinsics = Intrinsics {
-            size: Some(size),
-            focal: [fx, fy].map(|f| Some(Focal::Pixels(f))),
-            center: [cx, cy].map(Some),
-            // Images of a camera may have been made smaller by other factors.
-            shared: false,
-        };
         let angle = |[x, y]: [f64; 2]| {
             let ([x, y, z], _) = lens.undistort([(x - cx) / fx, (y - cy) / fy]);
             x.hypot(y).atan2(z)

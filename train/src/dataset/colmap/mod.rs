@@ -16,7 +16,7 @@ mod text;
 
 use std::path::Path;
 
-use super::capture::with_images;
+use super::capture::{unmasked, with_images};
 use super::holdout::{HoldOut, kept};
 use super::listing::{Frame, Listing, relative_path};
 use super::{DatasetError, LoadOptions, Split};
@@ -60,7 +60,7 @@ pub(super) fn list(
     let frames = model.images.iter().zip(&scene.poses).map(frame).collect::<Result<_, _>>()?;
     let (frames, left_out) = with_images(folder, &file, frames, &mut notes, |_, _| {})?;
     notes.extend(photos::unregistered(folder, &photos.folder, &frames));
-    notes.extend(photos::unmasked(&frames));
+    notes.extend(unmasked(&frames));
     let frames = kept(frames, split, HoldOut { file: &file, every: options.hold_every })?;
     let sign = model.file.strip_prefix(folder).unwrap_or(&model.file).display().to_string();
     Ok(Listing {

@@ -60,14 +60,6 @@ pub(super) fn unregistered(capture: &Path, folder: &str, frames: &[Frame]) -> Op
     ))
 }
 
-/// What to say where some images have a mask and others do not.
-pub(super) fn unmasked(frames: &[Frame]) -> Option<String> {
-    let (all, unmasked) =
-        (frames.len(), frames.iter().filter(|frame| frame.mask.is_none()).count());
-    let some = (1..all).contains(&unmasked);
-    some.then(|| format!("{unmasked} of {all} images have no mask: all their pixels count"))
-}
-
 /// The images in a folder and in those inside it. Links to folders are not followed.
 fn collect(capture: &Path, folder: &str, all: &mut Vec<String>) {
     let at = capture.join(folder);

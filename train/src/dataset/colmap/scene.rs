@@ -5,18 +5,12 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::model::{Model, Point};
-use crate::dataset::capture::World;
+use crate::dataset::capture::{FEWEST, WRONG, World, at, reach};
 
-/// An image that shows fewer points says nothing of depths, and fewer points nothing of a box.
-const FEWEST: usize = 20;
-/// The share of depths, and of coordinates, that may be wrong on each side.
-const WRONG: f64 = 0.01;
-/// The scene's box goes beyond its points by this share of their box on each side: plain walls
-/// have few points.
-const MARGIN: f64 = 0.5;
 /// But not farther from the origin than so many median depths: what is beyond is seen on the
 /// faces, and a larger box has coarser cells.
 const FARTHEST: f64 = 2.5;
+
 /// A capture's cameras, in the order of its images, and what is known of the scene.
 pub(super) struct Scene {
     /// Camera-to-world, row after row.
@@ -49,7 +43,8 @@ impl Scene {
             world.scale(1.0 / depths.as_ref().map_or_else(|| world.radius(), |d| d.median));
         }
         let bounds = depths.is_some().then(|| world.bounds());
-        let reach = bounds.filter(|_| !forward_facing).and_then(|_| around(world.points()));
+        let points_reach = |_| reach(world.points(), DVec3::ZERO, FARTHEST);
+        let reach = bounds.filter(|_| !forward_facing).and_then(points_reach);
         let note = match bounds {
             None => {
                 "too few 3-D points: the scene's place follows from the cameras alone".to_owned()
@@ -92,25 +87,4 @@ fn depths(model: &Model) -> Option<Depths> {
     let mut medians: Vec<f64> = depths.iter().map(|depths| at(depths, 0.5)).collect();
     medians.sort_by(f64::total_cmp);
     (!medians.is_empty()).then(|| Depths { bounds, median: at(&medians, 0.5) })
-}
-
-/// The box around all but the outermost points along each axis, and its margin.
-fn around(points: &[DVec3]) -> Option<[[f32; 3]; 2]> {
-    if points.len() < FEWEST {
-        return None;
-    }
-    let sides = [0, 1, 2].map(|a| {
-        let mut along: Vec<f64> = points.iter().map(|point| point[a]).collect();
-        along.sort_by(f64::total_cmp);
-        let [low, high] = [at(&along, WRONG), at(&along, 1.0 - WRONG)];
-        let margin = MARGIN * (high - low);
-        [(low - margin).max(-FARTHEST), (high + margin).min(FARTHEST)]
-    });
-    let is_box = sides.iter().all(|[low, high]| high - low > 1e-3);
-    is_box.then(|| [0, 1].map(|end| sides.map(|side| side[end] as f32)))
-}
-
-/// The value of sorted numbers below which such a share of them lies.
-fn at(sorted: &[f64], share: f64) -> f64 {
-    sorted[(share * (sorted.len() - 1) as f64).round() as usize]
 }

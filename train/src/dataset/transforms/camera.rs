@@ -46,18 +46,16 @@ pub(super) enum Refused {
 const PERSPECTIVE: [&str; 5] = ["OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"];
 const FISHEYE: [&str; 3] = ["OPENCV_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"];
 
+/// Whether a frame is a panorama: nerfstudio's EQUIRECTANGULAR, instant-ngp's `latlong`.
+fn is_panorama(top: &RawCamera, frame: &RawCamera) -> bool {
+    let model = frame.camera_model.as_ref().or(top.camera_model.as_ref());
+    model.is_some_and(|model| model == "EQUIRECTANGULAR")
+        || frame.latlong.or(top.latlong) == Some(true)
+}
+
 /// A frame's intrinsics. A focal length is searched in the order `x_fov` (degrees),
 /// `fl_x` (pixels), `camera_angle_x` (radians), first in the frame.
 pub(super) fn intrinsics(top: &RawCamera, frame: &RawCamera) -> Result<Intrinsics, Refused> {
-    let own = frame.focal()?;
-    let is_own = own != [None; 2];
-    let focal = if is_own { own } else { top.focal()? };
-    if focal == [None; 2] {
-        return Err(Refused::Problem(
-            "no focal length, expected fl_x in pixels, camera_angle_x in radians or x_fov in degrees"
-                .to_owned(),
-        ));
-    }
     let size = match [frame.w.or(top.w), frame.h.or(top.h)] {
         [Some(w), Some(h)] if [w, h].iter().all(|side| (1.0..1e6).contains(side)) => Some([w, h]),
         [None, None] => None,
@@ -67,6 +65,19 @@ pub(super) fn intrinsics(top: &RawCamera, frame: &RawCamera) -> Result<Intrinsic
             return Err(Refused::Problem(format!("w is {w} and h is {h}, expected pixels")));
         }
     };
+    if is_panorama(top, frame) {
+        // The whole image, whatever a focal length means there.
+        return Ok(Intrinsics::panorama(size));
+    }
+    let own = frame.focal()?;
+    let is_own = own != [None; 2];
+    let focal = if is_own { own } else { top.focal()? };
+    if focal == [None; 2] {
+        return Err(Refused::Problem(
+            "no focal length, expected fl_x in pixels, camera_angle_x in radians or x_fov in degrees"
+                .to_owned(),
+        ));
+    }
     let center = [frame.cx.or(top.cx), frame.cy.or(top.cy)];
     if let Some(c) = center.iter().flatten().find(|c| !(-1e6..1e6).contains(*c)) {
         return Err(Refused::Problem(format!("the principal point is at {c}, expected pixels")));
@@ -79,6 +90,9 @@ pub(super) fn intrinsics(top: &RawCamera, frame: &RawCamera) -> Result<Intrinsic
 pub(super) fn lens(top: &RawCamera, frame: &RawCamera) -> Result<Lens, Refused> {
     for camera in [frame, top] {
         camera.refuse_what_cannot_be_read()?;
+    }
+    if is_panorama(top, frame) {
+        return Ok(Lens::Equirectangular);
     }
     let model = frame.camera_model.as_deref().or(top.camera_model.as_deref());
     let is_fisheye = match model {
@@ -156,7 +170,6 @@ impl RawCamera {
         let given = [
             ("rolling_shutter", self.rolling_shutter.as_ref().is_some_and(moves)),
             ("ftheta_p0", self.ftheta_p0.is_some()),
-            ("latlong", self.latlong == Some(true)),
             ("equirectangular", self.equirectangular == Some(true)),
             ("orthographic", self.orthographic == Some(true)),
         ];

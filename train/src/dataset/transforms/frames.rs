@@ -19,6 +19,8 @@ pub(super) struct RawFrame {
     transform_matrix: Option<Vec<Vec<f64>>>,
     transform_matrix_start: Option<IgnoredAny>,
     mask_path: Option<String>,
+    depth_file_path: Option<IgnoredAny>,
+    depth_path: Option<IgnoredAny>,
     sharpness: Option<f64>,
 }
 
@@ -71,8 +73,21 @@ pub(super) fn read(
 }
 
 fn not_readable(file: &Path, what: String) -> DatasetError {
-    let hint = "undistort the images to a pinhole or OpenCV camera first";
+    let moves = ["\"rolling_shutter\"", "\"transform_matrix_start\""].contains(&what.as_str());
+    let hint = match moves {
+        true => {
+            "the camera moved while it took images row after row: give one transform_matrix each"
+        }
+        false => "undistort the images to a pinhole or OpenCV camera first",
+    };
     DatasetError::NotReadable { file: file.to_owned(), what, hint }
+}
+
+/// What to say where frames have depths.
+pub(super) fn depths(raw: &[RawFrame]) -> Option<String> {
+    let with = |frame: &&RawFrame| frame.depth_file_path.is_some() || frame.depth_path.is_some();
+    let count = raw.iter().filter(with).count();
+    (count > 0).then(|| format!("{count} frames have depths: they are not used"))
 }
 
 /// Frames that are sharper than this part of the mean of their neighbours, three on

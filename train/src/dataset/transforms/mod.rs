@@ -9,6 +9,7 @@ mod aabb;
 mod camera;
 mod frames;
 mod natural;
+mod points;
 mod splits;
 
 use std::path::Path;
@@ -16,7 +17,7 @@ use std::path::Path;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::capture::with_images;
+use super::capture::{unmasked, with_images};
 use super::holdout::{HoldOut, kept};
 use super::listing::Listing;
 use super::recognise::dialect;
@@ -50,6 +51,8 @@ struct RawFile {
     fix_premult: Option<bool>,
     sharpen: Option<f64>,
     fisheye_crop_radius: Option<f64>,
+    ply_file_path: Option<String>,
+    orientation_override: Option<Value>,
 }
 
 #[derive(Deserialize)]
@@ -99,8 +102,13 @@ fn read(folder: &Path, name: &str) -> Result<(Listing, RawFile), DatasetError> {
     if raw.frames.is_empty() {
         return Err(DatasetError::NoFrames(file));
     }
+    let depths = frames::depths(&raw.frames);
     let found = frames::read(&file, std::mem::take(&mut raw.frames), &top, &cameras.frames)?;
-    let mut notes = Vec::new();
+    if raw.fisheye_crop_radius.is_some() && found.iter().any(|(frame, _)| frame.is_fisheye()) {
+        return Err(not_readable(&file, "fisheye_crop_radius"));
+    }
+    let mut notes: Vec<String> = depths.into_iter().collect();
+    notes.extend(raw.orientation());
     let found = frames::sharp(found, raw.sharpness_discard_threshold, &mut notes);
     let (format, sign) = match dialect(keys.keys()) {
         Some((format, sign)) => (format, format!("{name}: {sign}")),
@@ -110,8 +118,17 @@ fn read(folder: &Path, name: &str) -> Result<(Listing, RawFile), DatasetError> {
         frames::find_companions(folder, name, frame);
     })?;
     let aabb = aabb::scene_box(&raw, &file)?;
-    let listing = Listing { aabb, left_out, notes, ..Listing::new(format, sign, file, frames) };
-    Ok((listing, raw))
+    notes.extend(unmasked(&frames));
+    let points = raw.ply_file_path.as_ref();
+    let (bounds, reach) = match points.map(|path| points::read(folder, path, &frames)) {
+        None => (None, None),
+        Some((around, note)) => {
+            notes.push(note);
+            (around.as_ref().map(|a| a.bounds), around.and_then(|a| a.reach))
+        }
+    };
+    let listing = Listing::new(format, sign, file, frames);
+    Ok((Listing { aabb, bounds, reach, left_out, notes, ..listing }, raw))
 }
 
 impl RawFile {
@@ -124,15 +141,27 @@ impl RawFile {
             ("black_transparent", is_set(self.black_transparent)),
             ("fix_premult", is_set(self.fix_premult)),
             ("sharpen", self.sharpen.is_some_and(|amount| amount != 0.0)),
-            ("fisheye_crop_radius", self.fisheye_crop_radius.is_some()),
         ];
         match given.into_iter().find(|(_, given)| *given) {
             None => Ok(()),
-            Some((key, _)) => Err(DatasetError::NotReadable {
-                file: file.to_owned(),
-                what: format!("\"{key}\""),
-                hint: "apply it to the images and take it out of the file",
-            }),
+            Some((key, _)) => Err(not_readable(file, key)),
         }
+    }
+
+    /// What to say of a world that is to be turned: it stays as it is.
+    fn orientation(&self) -> Option<String> {
+        let method = self.orientation_override.as_ref()?.as_str().unwrap_or("none");
+        (method != "none").then(|| {
+            let method = json::escape(method);
+            format!("orientation_override \"{method}\" is not applied: the world stays as it is")
+        })
+    }
+}
+
+fn not_readable(file: &Path, key: &str) -> DatasetError {
+    DatasetError::NotReadable {
+        file: file.to_owned(),
+        what: format!("\"{key}\""),
+        hint: "apply it to the images and take it out of the file",
     }
 }

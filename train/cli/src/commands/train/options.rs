@@ -22,7 +22,8 @@ pub(in crate::commands) struct Train {
     /// Dataset folder, or `builtin` or `builtin:NAME`: a built-in scene
     ///
     /// Reads Blender (transforms_train.json), instant-ngp and nerfstudio (transforms.json),
-    /// COLMAP (sparse/0 and the like), LLFF (poses_bounds.npy) and DeepVoxels.
+    /// COLMAP (sparse/0 and the like), LLFF (poses_bounds.npy), DeepVoxels, and what Metashape,
+    /// RealityCapture, Polycam, Record3D and 3d Scanner App export.
     ///
     /// NAME: still-life (as without a name), wires, glossy, glass, foliage, fog, white, room or
     /// village.
