@@ -5,6 +5,7 @@ use super::ray;
 use crate::{Ray, Space};
 
 /// A ray in the coordinates of its space.
+#[allow(clippy::large_enum_variant, reason = "there is no heap to put the pieces on")]
 pub(super) enum Path {
     /// It is straight there.
     Straight(Ray),

@@ -224,9 +224,9 @@ impl Contracted {
         [0, 1, 2].map(|a| self.center[a] + q[a] * self.radius)
     }
 
-    /// As far away as cameras are: they are in the cube.
+    /// Half way to the cube's faces: cameras are in it.
     pub(super) const fn viewing_distance(&self) -> f32 {
-        self.radius
+        0.5 * self.radius
     }
 
     /// Scene point to local point.

@@ -55,8 +55,8 @@ fn word(value: &impl ValueEnum) -> String {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Scene")]
 pub(super) struct SceneOptions {
-    /// Coordinates of the scene [default: ndc for forward-facing captures of LLFF and COLMAP,
-    /// else box]
+    /// Coordinates of the scene [default: ndc for forward-facing captures of LLFF and COLMAP;
+    /// box for images with alpha and where the dataset or --aabb says a box; else contracted]
     #[arg(long, value_enum, value_name = "KIND")]
     pub(super) space: Option<SpaceKind>,
     /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1 [default: the dataset's own, or found from points,
@@ -114,10 +114,20 @@ impl SceneOptions {
         Ok(())
     }
 
-    /// The coordinates of a scene without an end, if asked for.
+    /// The coordinates of a scene without an end, by default or if asked for. A box that is
+    /// given, silhouettes and cameras that look forwards rule them out.
     fn contracted(&self, dataset: &Dataset) -> Result<Option<Contracted>, Failure> {
-        if self.space != Some(SpaceKind::Contracted) {
-            return Ok(None);
+        let cameras: Vec<_> = dataset.views.iter().map(|view| view.camera).collect();
+        match self.space {
+            Some(SpaceKind::Contracted) => {}
+            None if !(dataset.has_alpha
+                || dataset.forward_facing
+                || dataset.aabb.is_some()
+                || self.limit().is_some()) =>
+            {
+                return Ok(contracted_of(&cameras));
+            }
+            _ => return Ok(None),
         }
         if let Some((option, _)) = self.limit() {
             return Err(format!(
@@ -126,7 +136,6 @@ impl SceneOptions {
             )
             .into());
         }
-        let cameras: Vec<_> = dataset.views.iter().map(|view| view.camera).collect();
         let contracted = contracted_of(&cameras).map(Some);
         contracted.ok_or_else(|| {
             format!(
