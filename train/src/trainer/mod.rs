@@ -9,11 +9,12 @@ mod occupancy;
 mod optim;
 pub(crate) mod parameters;
 pub(crate) mod pixels;
+pub(crate) mod poses;
 pub mod prepass;
 mod run;
 pub(crate) mod step;
 
-use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
+use pocketnerf_core::{Camera, ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 
 pub use config::TrainConfig;
 pub use finish::Finished;
@@ -47,6 +48,7 @@ use held_out::HeldOut;
 use parameters::{ParameterGroup, State};
 use pixels::importance::PixelSampler;
 use pixels::visibility::PixelVisibility;
+use poses::Poses;
 use prepass::{Deadline, Prepared, PrepassError};
 use run::guard;
 
@@ -61,9 +63,15 @@ pub const MAX_BATCH_RAYS: usize = 1 << 20;
 const PACE_STEPS: u32 = 16;
 
 /// What trains the field of a configuration.
-fn backend(config: &TrainConfig, space: &Space, simd: SimdLevel) -> Result<Cpu, Error> {
+fn backend(
+    config: &TrainConfig,
+    space: &Space,
+    poses: Option<&Poses>,
+    simd: SimdLevel,
+) -> Result<Cpu, Error> {
     let field = config.field.kind().build(space.unit_map().scale);
     let state = State::new(ParameterGroup::of_field(field.layout(), config.adam()));
+    let state = state.with(poses.map(Poses::group));
     Cpu::new(field, state, simd)
 }
 
@@ -83,6 +91,8 @@ pub struct Trainer {
     /// The field's parameters when those views were rendered best.
     best: Option<Vec<f32>>,
     targets: Targets,
+    /// The cameras as they were given, where their poses are refined.
+    poses: Option<Poses>,
     /// Whether silhouettes show where the scene is empty.
     has_silhouettes: bool,
     space: Space,
@@ -122,7 +132,10 @@ impl Trainer {
     pub fn from_prepared(prepared: Prepared, simd: SimdLevel) -> Result<Self, Error> {
         let Prepared { source, space, candidates, hull, config } = prepared;
         let sampling = config.sampling(&space)?;
-        let backend = backend(&config, &space, simd)?;
+        let n_levels = config.field.kind().layout().tables().len();
+        let refined = config.refine_poses && n_levels > 0;
+        let poses = refined.then(|| Poses::new(source.cameras(), &space, n_levels)).flatten();
+        let backend = backend(&config, &space, poses.as_ref(), simd)?;
         let resolution = config.occupancy_resolution;
         // Coordinates that hold all that the cameras see: every tile sees something.
         let seen = if space.scene_box().is_some() { &candidates[..] } else { &[] };
@@ -136,6 +149,7 @@ impl Trainer {
             returned: HeldOut::default(),
             best: None,
             visibility,
+            poses,
             has_silhouettes: hull.is_some(),
             space,
             sampling,
@@ -163,6 +177,7 @@ impl Trainer {
             update_occupancy: false,
             average: false,
             between_views: false,
+            progress: 0.0,
         };
         // The first few find out how many rays have so many samples.
         (0..PACE_STEPS / 4).for_each(|_| _ = self.step(&settings));
@@ -180,7 +195,7 @@ impl Trainer {
     pub fn reshape(&mut self, field: FieldConfig, samples_per_side: f32) -> Result<(), Error> {
         let config = TrainConfig { field, samples_per_side, ..self.config.clone() };
         let sampling = config.sampling(&self.space)?;
-        let backend = backend(&config, &self.space, self.backend.simd())?;
+        let backend = backend(&config, &self.space, self.poses.as_ref(), self.backend.simd())?;
         (self.config, self.sampling, self.backend) = (config, sampling, Box::new(backend));
         self.begin(0);
         Ok(())
@@ -233,6 +248,20 @@ impl Trainer {
         !self.source.exposure().gains().is_empty()
     }
 
+    /// By how much each camera was turned, degrees, and moved, shares of the cameras' mean distance
+    /// from the scene; `None` where poses are not refined.
+    #[must_use]
+    pub fn pose_corrections(&self) -> Option<Vec<[f32; 2]>> {
+        let group = self.backend.download().poses()?;
+        self.poses.as_ref().map(|poses| poses.sizes(&group.parameters))
+    }
+
+    /// The cameras that rays start from: as they were given, or with their corrections.
+    #[must_use]
+    pub fn cameras(&self) -> &[Camera] {
+        self.source.cameras()
+    }
+
     /// From now on the time of each stage is recorded.
     pub fn watch(&mut self) {
         self.stopwatch = Some(Stopwatch::default());
@@ -249,6 +278,7 @@ impl Trainer {
         self.restarts = restarts;
         self.seed = guard::seed(self.config.seed, restarts);
         self.backend.reset(self.seed);
+        self.correct_poses();
         self.grid.reset();
         self.sampler = PixelSampler::new(self.visibility.n_tiles());
         self.leave_out();
@@ -305,6 +335,7 @@ impl Trainer {
                 averaged.scales.clone_from(&self.backend.download().scales);
             }
             self.backend.upload(averaged);
+            self.correct_poses();
         }
     }
 }

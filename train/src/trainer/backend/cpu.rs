@@ -94,6 +94,14 @@ impl Cpu {
             stopwatch: input.stopwatch,
         });
         self.state.scales = self.field.scales();
+        if let (Some(poses), Some(group)) = (&input.poses, self.state.poses_mut()) {
+            let mut sum = vec![[0.0; 6]; input.source.cameras().len()];
+            for pulls in self.groups.iter().map(|group| &group.pulls) {
+                let values = sum.as_flattened_mut().iter_mut().zip(pulls.as_flattened());
+                values.for_each(|(sum, pull)| *sum += pull);
+            }
+            poses.update(group, &sum, input.step + 1);
+        }
     }
 
     fn output(&self, input: &StepInput<'_>) -> StepOutput {

@@ -17,6 +17,7 @@ use super::parameters::State;
 use super::pixels::importance::PixelSampler;
 use super::pixels::rays::RaySource;
 use super::pixels::visibility::PixelVisibility;
+use super::poses::PoseStep;
 use crate::field::HierarchicalTraining;
 use crate::stopwatch::Stopwatch;
 
@@ -84,6 +85,8 @@ pub(crate) struct StepInput<'s> {
     pub(crate) between_views: bool,
     /// Whether directions are blurred: there are few views.
     pub(crate) blur_directions: bool,
+    /// How poses are corrected, where they are.
+    pub(crate) poses: Option<PoseStep<'s>>,
     /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'s Stopwatch>,
 }

@@ -134,6 +134,7 @@ impl Trainer {
             cameras: None,
             few_cameras: None,
             slow_below: None,
+            poses: None,
             stopwatch: None,
         };
         let memory = || (Group::default(), Worker::new(field.limits()));

@@ -178,6 +178,11 @@ impl RaySource {
         self.behind[view]
     }
 
+    /// From now on the views' rays start from these cameras.
+    pub(crate) fn move_cameras(&mut self, cameras: Vec<Camera>) {
+        self.cameras = cameras;
+    }
+
     /// The views' cameras.
     #[must_use]
     pub fn cameras(&self) -> &[Camera] {

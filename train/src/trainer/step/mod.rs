@@ -6,6 +6,7 @@ mod blurred_direction;
 pub(crate) mod group;
 mod hierarchical;
 mod march;
+pub(crate) mod poses;
 mod shade;
 mod slow_below;
 pub(crate) mod worker;
@@ -59,6 +60,8 @@ pub struct StepSettings {
     pub average: bool,
     /// Whether colours between the training views are held to what these see.
     pub between_views: bool,
+    /// Share of the run that is done.
+    pub progress: f32,
 }
 
 #[cfg(test)]
@@ -72,6 +75,7 @@ impl StepSettings {
         update_occupancy: false,
         average: false,
         between_views: false,
+        progress: 0.0,
     };
 }
 
@@ -88,6 +92,7 @@ impl Trainer {
             }
         }
         let output = self.backend_step(settings);
+        self.correct_poses();
         let stats = self.stats(&output);
         self.note_errors(&output);
         self.plan_next(settings, &output);
@@ -120,8 +125,16 @@ impl Trainer {
             average: settings.average,
             between_views: settings.between_views && self.space.scene_box().is_some(),
             blur_directions: self.source.has_few_views() && self.space.scene_box().is_some(),
+            poses: self.poses.as_ref().map(|poses| poses.step(settings.progress)),
             stopwatch: self.stopwatch.as_ref(),
         })
+    }
+
+    /// From now on rays start from where the cameras are thought to be.
+    pub(super) fn correct_poses(&mut self) {
+        if let (Some(poses), Some(group)) = (&self.poses, self.backend.download().poses()) {
+            self.source.move_cameras(poses.cameras(&group.parameters));
+        }
     }
 
     pub(crate) fn update_occupancy(&mut self) {

@@ -58,7 +58,7 @@ impl Group {
     #[inline(always)]
     pub(super) fn shade(
         &mut self,
-        channels: usize,
+        (channels, sh_degree): (usize, u32),
         job: &Job<'_>,
         worker: &mut Worker,
         back: &mut dyn Back,
@@ -83,7 +83,7 @@ impl Group {
                 laps.end(Stage::Shade, 0);
                 return;
             }
-            self.shade_hits(&hits, (channels, row_len), job, worker, back);
+            self.shade_hits(&hits, (channels, sh_degree, row_len), job, worker, back);
             laps.end(Stage::Shade, hits.len());
         }
     }
@@ -93,7 +93,7 @@ impl Group {
     fn shade_hits(
         &mut self,
         hits: &[usize],
-        (channels, row_len): (usize, usize),
+        (channels, sh_degree, row_len): (usize, u32, usize),
         job: &Job<'_>,
         worker: &mut Worker,
         back: &mut dyn Back,
@@ -132,6 +132,10 @@ impl Group {
             }
         }
         let d_features = back.colors_back(d_colors, padded);
+        if job.poses.is_some() {
+            let directions = directions.each_ref().map(|row| &row[..]);
+            self.pull_directions(hits, directions, &d_features[channels * STRIDE..], sh_degree);
+        }
         for (column, &r) in hits.iter().enumerate() {
             let inverse = 1.0 / self.accumulated[r].opacity;
             let gradient = &mut self.ray_gradients[r];

@@ -65,6 +65,8 @@ pub struct Checkpoint {
     simd: Option<SimdLevel>,
     /// How photographs are evened out.
     gains: Vec<[f32; 3]>,
+    /// Corrections of their poses, where these are refined: parameters, both moments and the sum.
+    poses: Option<[Vec<f32>; 4]>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
 }
@@ -87,6 +89,9 @@ pub fn write(
     add(kind::TRAINER, &record[..]);
     let state = trainer.backend.download();
     for group in &state.groups {
+        if let Some(parameters) = group.sections.parameters {
+            add(parameters, bytemuck::must_cast_slice(&group.parameters));
+        }
         add(group.sections.mean, bytemuck::must_cast_slice(&group.mean));
         add(group.sections.square, bytemuck::must_cast_slice(&group.square));
     }
@@ -239,8 +244,16 @@ impl Checkpoint {
         group.mean = self.mean;
         group.square.copy_from_slice(&self.square);
         group.sum = self.sum;
+        if let (Some(group), Some(poses)) = (state.poses_mut(), self.poses) {
+            let [parameters, mean, square, sum] = poses;
+            changed("number of photographs", parameters.len() == group.parameters.len())?;
+            group.parameters.copy_from_slice(&parameters);
+            group.square.copy_from_slice(&square);
+            (group.mean, group.sum) = (mean, sum);
+        }
         (state.averaged, state.scales) = (record.averaged, self.scales);
         trainer.backend.upload(state);
+        trainer.correct_poses();
         let (density, updates) = (&self.density, record.updates);
         let restored = trainer.grid.restore(density, updates, &self.coarse, &self.fine);
         changed("cells that may be occupied", restored)?;

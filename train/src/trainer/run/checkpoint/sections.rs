@@ -49,6 +49,15 @@ pub mod kind {
     /// By what each channel of each photograph is multiplied, f32; only where they are evened
     /// out.
     pub const EXPOSURE: u32 = PROGRAM + 11;
+    /// How the camera of each photograph turns, a rotation vector, and moves, f32; only where
+    /// poses are refined.
+    pub const POSES: u32 = PROGRAM + 12;
+    /// The first moments of these.
+    pub const POSE_MEAN: u32 = PROGRAM + 13;
+    /// The second moments.
+    pub const POSE_SQUARE: u32 = PROGRAM + 14;
+    /// Their sum over the steps that are averaged; only once there are such steps.
+    pub const POSE_SUM: u32 = PROGRAM + 15;
 }
 
 /// Version of every section so far.
@@ -70,6 +79,10 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::BEST => Some("BEST"),
         kind::SIMD => Some("SIMD"),
         kind::EXPOSURE => Some("EXPOSURE"),
+        kind::POSES => Some("POSES"),
+        kind::POSE_MEAN => Some("POSE_MEAN"),
+        kind::POSE_SQUARE => Some("POSE_SQUARE"),
+        kind::POSE_SUM => Some("POSE_SUM"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -88,7 +101,9 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let field = field_config(&model_file)?;
     let layout = field.kind().layout();
     let parameters = parameters(&model_file, &layout)?;
-    let config = record.config(field, model.space, occupancy.resolution());
+    let poses = poses(&model_file, record.averaged > 0)?;
+    let resolution = occupancy.resolution();
+    let config = record.config(field, model.space, resolution, poses.is_some());
     record.check(&config).map_err(Problem::State)?;
     let moments = |kind, n: usize| {
         let section = section(&model_file, kind)?;
@@ -141,6 +156,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         best,
         simd,
         gains,
+        poses,
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
         parameters,
@@ -192,6 +208,29 @@ fn simd(file: &ModelFile<'_>) -> Result<Option<SimdLevel>, Problem> {
     let name = std::str::from_utf8(section(file, kind::SIMD)?.bytes).ok();
     let level = name.and_then(|name| name.parse().ok());
     level.map(Some).ok_or(Problem::State("section SIMD"))
+}
+
+/// Corrections of poses, both moments and, where parameters are `averaged`, the sum; as many as
+/// there are, the dataset will tell.
+fn poses(file: &ModelFile<'_>, averaged: bool) -> Result<Option<[Vec<f32>; 4]>, Problem> {
+    if file.container().find(SectionId::first(kind::POSES)).is_none() {
+        return Ok(None);
+    }
+    let values = |kind| section(file, kind).map(|section| floats(section.bytes));
+    let all = [
+        values(kind::POSES)?,
+        values(kind::POSE_MEAN)?,
+        values(kind::POSE_SQUARE)?,
+        if averaged { values(kind::POSE_SUM)? } else { Vec::new() },
+    ];
+    let n = all[0].len();
+    let lengths = [n, n, n, if averaged { n } else { 0 }];
+    let alike = all.iter().zip(lengths).all(|(values, length)| values.len() == length);
+    let finite = all.iter().flatten().all(|value| value.is_finite());
+    if n == 0 || !alike || !finite || all[2].iter().any(|square| *square < 0.0) {
+        return Err(Problem::State("section POSES"));
+    }
+    Ok(Some(all))
 }
 
 /// How photographs are evened out; as many as there are, the dataset will tell.
