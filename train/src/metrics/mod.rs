@@ -5,6 +5,7 @@
 //! [`Metrics::compare`] measures all there is to measure; depths are [`depth_error`]'s.
 
 mod depth;
+pub(crate) mod exposure;
 mod lpips;
 mod mask;
 mod ms_ssim;
