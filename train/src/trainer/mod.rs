@@ -3,18 +3,20 @@
 pub(crate) mod backend;
 mod config;
 mod finish;
+mod gains;
 pub(crate) mod held_out;
 pub(crate) mod loss;
 mod occupancy;
 mod optim;
 pub(crate) mod parameters;
+mod photographs;
 pub(crate) mod pixels;
 pub(crate) mod poses;
 pub mod prepass;
 mod run;
 pub(crate) mod step;
 
-use pocketnerf_core::{Camera, ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
+use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};
 
 pub use config::TrainConfig;
 pub use finish::Finished;
@@ -46,6 +48,7 @@ use crate::stopwatch::Stopwatch;
 use backend::{Backend, Cpu};
 use held_out::HeldOut;
 use parameters::{ParameterGroup, State};
+use photographs::learnt_gains;
 use pixels::importance::PixelSampler;
 use pixels::visibility::PixelVisibility;
 use poses::Poses;
@@ -62,16 +65,18 @@ pub const MAX_BATCH_RAYS: usize = 1 << 20;
 /// Steps that are timed to find a machine's pace.
 const PACE_STEPS: u32 = 16;
 
-/// What trains the field of a configuration.
+/// What trains the field of a configuration, with the poses and the gains of so many photographs
+/// where these are learnt.
 fn backend(
     config: &TrainConfig,
     space: &Space,
     poses: Option<&Poses>,
+    evened_out: Option<usize>,
     simd: SimdLevel,
 ) -> Result<Cpu, Error> {
     let field = config.field.kind().build(space.unit_map().scale);
     let state = State::new(ParameterGroup::of_field(field.layout(), config.adam()));
-    let state = state.with(poses.map(Poses::group));
+    let state = state.with(poses.map(Poses::group)).with(evened_out.map(gains::group));
     Cpu::new(field, state, simd)
 }
 
@@ -135,7 +140,8 @@ impl Trainer {
         let n_levels = config.field.kind().layout().tables().len();
         let refined = config.refine_poses && n_levels > 0;
         let poses = refined.then(|| Poses::new(source.cameras(), &space, n_levels)).flatten();
-        let backend = backend(&config, &space, poses.as_ref(), simd)?;
+        let gains = learnt_gains(&source, &config);
+        let backend = backend(&config, &space, poses.as_ref(), gains, simd)?;
         let resolution = config.occupancy_resolution;
         // Coordinates that hold all that the cameras see: every tile sees something.
         let seen = if space.scene_box().is_some() { &candidates[..] } else { &[] };
@@ -195,7 +201,8 @@ impl Trainer {
     pub fn reshape(&mut self, field: FieldConfig, samples_per_side: f32) -> Result<(), Error> {
         let config = TrainConfig { field, samples_per_side, ..self.config.clone() };
         let sampling = config.sampling(&self.space)?;
-        let backend = backend(&config, &self.space, self.poses.as_ref(), self.backend.simd())?;
+        let (poses, gains) = (self.poses.as_ref(), learnt_gains(&self.source, &config));
+        let backend = backend(&config, &self.space, poses, gains, self.backend.simd())?;
         (self.config, self.sampling, self.backend) = (config, sampling, Box::new(backend));
         self.begin(0);
         Ok(())
@@ -242,26 +249,6 @@ impl Trainer {
         &self.grid
     }
 
-    /// Whether photographs are evened out, see [`Prepared::even_exposure`].
-    #[must_use]
-    pub fn is_evened_out(&self) -> bool {
-        !self.source.exposure().gains().is_empty()
-    }
-
-    /// By how much each camera was turned, degrees, and moved, shares of the cameras' mean distance
-    /// from the scene; `None` where poses are not refined.
-    #[must_use]
-    pub fn pose_corrections(&self) -> Option<Vec<[f32; 2]>> {
-        let group = self.backend.download().poses()?;
-        self.poses.as_ref().map(|poses| poses.sizes(&group.parameters))
-    }
-
-    /// The cameras that rays start from: as they were given, or with their corrections.
-    #[must_use]
-    pub fn cameras(&self) -> &[Camera] {
-        self.source.cameras()
-    }
-
     /// From now on the time of each stage is recorded.
     pub fn watch(&mut self) {
         self.stopwatch = Some(Stopwatch::default());
@@ -278,7 +265,7 @@ impl Trainer {
         self.restarts = restarts;
         self.seed = guard::seed(self.config.seed, restarts);
         self.backend.reset(self.seed);
-        self.correct_poses();
+        self.correct_photographs();
         self.grid.reset();
         self.sampler = PixelSampler::new(self.visibility.n_tiles());
         self.leave_out();
@@ -335,7 +322,8 @@ impl Trainer {
                 averaged.scales.clone_from(&self.backend.download().scales);
             }
             self.backend.upload(averaged);
-            self.correct_poses();
+            self.correct_photographs();
         }
+        self.keep_gains();
     }
 }

@@ -103,14 +103,14 @@ impl State {
         &mut self.groups[0]
     }
 
-    /// That of the photographs' poses, where these are corrected.
-    pub(crate) fn poses(&self) -> Option<&ParameterGroup> {
-        self.groups.iter().find(|group| group.sections.parameters == Some(kind::POSES))
+    /// The group whose parameters this section of a checkpoint holds, where they are learnt.
+    pub(crate) fn group(&self, kind: u32) -> Option<&ParameterGroup> {
+        self.groups.iter().find(|group| group.sections.parameters == Some(kind))
     }
 
     /// The same.
-    pub(crate) fn poses_mut(&mut self) -> Option<&mut ParameterGroup> {
-        self.groups.iter_mut().find(|group| group.sections.parameters == Some(kind::POSES))
+    pub(crate) fn group_mut(&mut self, kind: u32) -> Option<&mut ParameterGroup> {
+        self.groups.iter_mut().find(|group| group.sections.parameters == Some(kind))
     }
 
     /// Adds the parameters to their sums.

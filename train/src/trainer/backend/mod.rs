@@ -13,6 +13,7 @@ use pocketnerf_core::{AnyField, Occupancy, Sampling, SimdLevel, Space};
 pub(crate) use cpu::Cpu;
 
 use super::DensityGrid;
+use super::gains::GainStep;
 use super::parameters::State;
 use super::pixels::importance::PixelSampler;
 use super::pixels::rays::RaySource;
@@ -85,6 +86,8 @@ pub(crate) struct StepInput<'s> {
     pub(crate) between_views: bool,
     /// Whether directions are blurred: there are few views.
     pub(crate) blur_directions: bool,
+    /// How gains are learnt, where photographs are evened out.
+    pub(crate) gains: Option<GainStep<'s>>,
     /// How poses are corrected, where they are.
     pub(crate) poses: Option<PoseStep<'s>>,
     /// Where the time of each stage is recorded.

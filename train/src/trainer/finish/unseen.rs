@@ -134,6 +134,7 @@ impl Trainer {
             cameras: None,
             few_cameras: None,
             slow_below: None,
+            evened_out: 0,
             poses: None,
             stopwatch: None,
         };

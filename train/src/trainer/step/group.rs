@@ -48,6 +48,8 @@ pub(crate) struct Job<'j> {
     pub(crate) few_cameras: Option<&'j [Camera]>,
     /// Samples nearer than this to their camera learn less.
     pub(crate) slow_below: Option<SlowBelow>,
+    /// Photographs whose brightness is learnt; 0 where it is not.
+    pub(crate) evened_out: usize,
     /// How poses are corrected, where they are.
     pub(crate) poses: Option<PoseJob>,
     /// Where the time of each stage is recorded.
@@ -69,6 +71,7 @@ impl<'j> Job<'j> {
             cameras: input.between_views.then(|| input.source.cameras()),
             few_cameras: input.blur_directions.then(|| input.source.cameras()),
             slow_below: SlowBelow::new(&space, input.source.nearest()),
+            evened_out: input.gains.map_or(0, |gains| gains.given.len()),
             poses: input
                 .poses
                 .map(|poses| PoseJob { levels: poses.levels, views: input.source.cameras().len() }),
@@ -165,6 +168,8 @@ pub(crate) struct Group {
     pub(super) kept: Vec<Kept>,
     /// The pull on each camera, where poses are corrected.
     pub(crate) pulls: Vec<Pull>,
+    /// The gradient of each photograph's brightness, where that is learnt.
+    pub(crate) d_gains: Vec<[f32; 3]>,
     pub(crate) stats: GroupStats,
 }
 
@@ -267,6 +272,8 @@ impl Group {
             }
             return;
         }
+        self.d_gains.clear();
+        self.d_gains.resize(job.evened_out, [0.0; 3]);
         if let Some(poses) = &job.poses {
             self.release_cameras(poses);
         }

@@ -15,6 +15,7 @@ use std::time::Instant;
 
 use super::Trainer;
 use super::backend::{StepInput, StepOutput};
+use super::gains::GainStep;
 use super::occupancy::density_grid::DensityGrid;
 use crate::stopwatch::Stage;
 
@@ -92,7 +93,7 @@ impl Trainer {
             }
         }
         let output = self.backend_step(settings);
-        self.correct_poses();
+        self.correct_photographs();
         let stats = self.stats(&output);
         self.note_errors(&output);
         self.plan_next(settings, &output);
@@ -125,16 +126,10 @@ impl Trainer {
             average: settings.average,
             between_views: settings.between_views && self.space.scene_box().is_some(),
             blur_directions: self.source.has_few_views() && self.space.scene_box().is_some(),
+            gains: GainStep::new(self.source.exposure().gains(), settings.progress),
             poses: self.poses.as_ref().map(|poses| poses.step(settings.progress)),
             stopwatch: self.stopwatch.as_ref(),
         })
-    }
-
-    /// From now on rays start from where the cameras are thought to be.
-    pub(super) fn correct_poses(&mut self) {
-        if let (Some(poses), Some(group)) = (&self.poses, self.backend.download().poses()) {
-            self.source.move_cameras(poses.cameras(&group.parameters));
-        }
     }
 
     pub(crate) fn update_occupancy(&mut self) {

@@ -12,6 +12,10 @@ impl Group {
         let weight = f64::from(self.rays[ray].weight);
         let loss = loss(job.terms, &self.rays[ray], rendered);
         self.errors[ray] = loss.squared_error / 3.0;
+        if job.evened_out > 0 {
+            let sums = &mut self.d_gains[self.pixels[ray].view as usize];
+            sums.iter_mut().zip(loss.d_log_gain).for_each(|(sum, d)| *sum += d);
+        }
         self.stats.squared_error += weight * f64::from(loss.squared_error);
         self.stats.opacity += weight * f64::from(rendered.opacity);
         loss

@@ -220,6 +220,7 @@ impl Step {
             average: false,
             between_views: false,
             blur_directions: false,
+            gains: None,
             poses: None,
             stopwatch: None,
         };

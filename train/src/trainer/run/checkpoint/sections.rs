@@ -6,7 +6,7 @@ use pocketnerf_core::{DType, SimdLevel};
 use pocketnerf_formats::{ModelFile, Section, SectionId};
 
 use super::record::RecordV1;
-use super::{Checkpoint, Problem};
+use super::{Checkpoint, Learnt, Problem};
 use crate::field::rounding::EightBits;
 use crate::field::{FieldConfig, Layout, Unusable};
 use crate::trainer::run::watch::Watch;
@@ -58,6 +58,15 @@ pub mod kind {
     pub const POSE_SQUARE: u32 = PROGRAM + 14;
     /// Their sum over the steps that are averaged; only once there are such steps.
     pub const POSE_SUM: u32 = PROGRAM + 15;
+    /// The logarithm of the factor by which the scene is brighter in each channel of each
+    /// photograph than EXPOSURE says, f32; only where that is learnt.
+    pub const GAINS: u32 = PROGRAM + 16;
+    /// The first moments of these.
+    pub const GAIN_MEAN: u32 = PROGRAM + 17;
+    /// The second moments.
+    pub const GAIN_SQUARE: u32 = PROGRAM + 18;
+    /// Their sum over the steps that are averaged; only once there are such steps.
+    pub const GAIN_SUM: u32 = PROGRAM + 19;
 }
 
 /// Version of every section so far.
@@ -83,6 +92,10 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::POSE_MEAN => Some("POSE_MEAN"),
         kind::POSE_SQUARE => Some("POSE_SQUARE"),
         kind::POSE_SUM => Some("POSE_SUM"),
+        kind::GAINS => Some("GAINS"),
+        kind::GAIN_MEAN => Some("GAIN_MEAN"),
+        kind::GAIN_SQUARE => Some("GAIN_SQUARE"),
+        kind::GAIN_SUM => Some("GAIN_SUM"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -101,7 +114,11 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let field = field_config(&model_file)?;
     let layout = field.kind().layout();
     let parameters = parameters(&model_file, &layout)?;
-    let poses = poses(&model_file, record.averaged > 0)?;
+    let averaged = record.averaged > 0;
+    let kinds = [kind::POSES, kind::POSE_MEAN, kind::POSE_SQUARE, kind::POSE_SUM];
+    let poses = of_photographs(&model_file, kinds, averaged)?;
+    let kinds = [kind::GAINS, kind::GAIN_MEAN, kind::GAIN_SQUARE, kind::GAIN_SUM];
+    let learnt_gains = of_photographs(&model_file, kinds, averaged)?;
     let resolution = occupancy.resolution();
     let config = record.config(field, model.space, resolution, poses.is_some());
     record.check(&config).map_err(Problem::State)?;
@@ -156,7 +173,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         best,
         simd,
         gains,
-        poses,
+        of_photographs: poses.into_iter().chain(learnt_gains).collect(),
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
         parameters,
@@ -210,27 +227,31 @@ fn simd(file: &ModelFile<'_>) -> Result<Option<SimdLevel>, Problem> {
     level.map(Some).ok_or(Problem::State("section SIMD"))
 }
 
-/// Corrections of poses, both moments and, where parameters are `averaged`, the sum; as many as
-/// there are, the dataset will tell.
-fn poses(file: &ModelFile<'_>, averaged: bool) -> Result<Option<[Vec<f32>; 4]>, Problem> {
-    if file.container().find(SectionId::first(kind::POSES)).is_none() {
+/// What is learnt of the photographs: the parameters, both moments and, where parameters are
+/// `averaged`, the sum. How many there must be, the dataset will tell.
+fn of_photographs(
+    file: &ModelFile<'_>,
+    kinds: [u32; 4],
+    averaged: bool,
+) -> Result<Option<Learnt>, Problem> {
+    if file.container().find(SectionId::first(kinds[0])).is_none() {
         return Ok(None);
     }
-    let values = |kind| section(file, kind).map(|section| floats(section.bytes));
-    let all = [
-        values(kind::POSES)?,
-        values(kind::POSE_MEAN)?,
-        values(kind::POSE_SQUARE)?,
-        if averaged { values(kind::POSE_SUM)? } else { Vec::new() },
-    ];
-    let n = all[0].len();
-    let lengths = [n, n, n, if averaged { n } else { 0 }];
-    let alike = all.iter().zip(lengths).all(|(values, length)| values.len() == length);
-    let finite = all.iter().flatten().all(|value| value.is_finite());
-    if n == 0 || !alike || !finite || all[2].iter().any(|square| *square < 0.0) {
-        return Err(Problem::State("section POSES"));
+    let mut all = [const { Vec::new() }; 4];
+    for (values, kind) in all.iter_mut().zip(kinds).take(if averaged { 4 } else { 3 }) {
+        *values = floats(section(file, kind)?.bytes);
     }
-    Ok(Some(all))
+    let finite = all.iter().flatten().all(|value| value.is_finite());
+    let [parameters, mean, square, sum] = all;
+    let n = parameters.len();
+    let alike = [mean.len(), square.len()] == [n; 2] && sum.len() == if averaged { n } else { 0 };
+    if n == 0 || !finite || !alike || square.iter().any(|square| *square < 0.0) {
+        return Err(Problem::State(match kinds[0] {
+            kind::POSES => "section POSES",
+            _ => "section GAINS",
+        }));
+    }
+    Ok(Some(Learnt { kind: kinds[0], parameters, mean, square, sum }))
 }
 
 /// How photographs are evened out; as many as there are, the dataset will tell.
