@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::cameras::distances;
 use crate::dataset::Dataset;
 use crate::metrics::{
-    Metrics, Scores, composite_on, depth_error, psnr_far_near, quantile, quantize_all,
+    Metrics, Scores, composite_on, depth_error, exposure, psnr_far_near, quantile, quantize_all,
 };
 use crate::picture::{self, Antialias, Device, Renderer};
 
@@ -22,6 +22,9 @@ const FAR: f32 = 3.0;
 pub struct ViewScore {
     /// The view's name.
     pub name: String,
+    /// By what each channel of the picture was multiplied before its right half was compared:
+    /// [`Metrics::fit_exposure`]; `null` where that is not asked for, or nothing there counts.
+    pub exposure: Option<[f32; 3]>,
     /// How close its picture is.
     #[serde(flatten)]
     pub scores: Scores,
@@ -150,10 +153,20 @@ pub fn evaluate_on(
         let pixels = u64::from(rendered.width) * u64::from(rendered.height);
         rays += rays_of(&view.camera) * pixels;
         stats += rendered.stats;
-        let picture = rendered.rgb8(&display);
+        let half = metrics.fit_exposure.then(|| exposure::right_half(view)).flatten();
+        let space = model.display.color_space;
+        let (fitted, picture) = match half.is_some() {
+            true => {
+                let mut rendered = rendered.clone();
+                let fitted = exposure::fit(&mut rendered, view, space);
+                (Some(fitted), rendered.rgb8(&display))
+            }
+            false => (None, rendered.rgb8(&display)),
+        };
         let truth = quantize_all(&composite_on(&view.rgba, background));
         let (mask, size) = (view.mask.as_deref(), [view.camera.width, view.camera.height]);
-        let scores = metrics.compare(&picture, &truth, mask, size.map(|side| side as usize));
+        let compared = half.as_deref().or(mask);
+        let scores = metrics.compare(&picture, &truth, compared, size.map(|side| side as usize));
         let depth = match &view.depth {
             Some(truth) => {
                 let rendered = deep.render_through(&view.camera, &view.lens)?;
@@ -167,6 +180,7 @@ pub fn evaluate_on(
         };
         per_view.push(ViewScore {
             name: view.name.clone(),
+            exposure: fitted,
             scores,
             depth_error: depth.and_then(|depth| depth.mean),
             depth_missed: depth.map(|depth| depth.missed),

@@ -20,9 +20,10 @@ pub fn evaluate(degree: u32, d: [f32; 3], out: &mut [f32]) {
     evaluate_each(degree, d, 1.0, out);
 }
 
-/// The same of one direction, or of one in every lane.
+/// The same of one direction, or of one in every lane, or of whatever else is added and
+/// multiplied; `one` is 1.
 #[inline(always)]
-pub(crate) fn evaluate_each<V>(degree: u32, [x, y, z]: [V; 3], one: V, out: &mut [V])
+pub fn evaluate_each<V>(degree: u32, [x, y, z]: [V; 3], one: V, out: &mut [V])
 where
     V: Copy + Add<Output = V> + Sub<Output = V> + Mul<Output = V> + Mul<f32, Output = V>,
 {

@@ -32,7 +32,7 @@ fn trained(dataset: Dataset) -> (f64, f32) {
     let mut run = Run::new(Length::Steps(300), Instant::now());
     while run.step(&mut trainer).unwrap().is_some() {}
     let (model, truth) = (trainer.model(), builtin::dataset(Split::Test, 8));
-    let metrics = Metrics { lpips: None };
+    let metrics = Metrics::default();
     let score = evaluate(&model, &truth, WHITE, &Settings::default(), &metrics, |_, _, _| ());
     (score.unwrap().psnr, 1.0 / model.space.unit_map().scale)
 }

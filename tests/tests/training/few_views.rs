@@ -22,7 +22,7 @@ fn what_few_photographs_do_not_see_is_empty() {
     while run.step(&mut trainer).unwrap().is_some() {}
     let truth = builtin::dataset(Split::Test, 4);
     let score = |model: &Model<'_>| {
-        let (settings, metrics) = (Settings::default(), Metrics { lpips: None });
+        let (settings, metrics) = (Settings::default(), Metrics::default());
         evaluate(model, &truth, [1.0; 3], &settings, &metrics, |_, _, _| ()).unwrap().psnr
     };
     let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();

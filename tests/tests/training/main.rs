@@ -14,5 +14,6 @@ mod mutated;
 mod ndc;
 mod near_cameras;
 mod nerf;
+mod poses;
 mod refusals;
 mod setup;

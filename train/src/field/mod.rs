@@ -3,6 +3,7 @@
 //! A folder a kind. Whatever is above this module sees a [`TrainableField`]; a new kind is a
 //! module here and a variant of [`FieldConfig`].
 
+pub(crate) mod harmonics;
 pub mod hash_grid;
 mod kind;
 mod layout;

@@ -114,6 +114,11 @@ pub trait Back {
     /// From the gradient of samples to that of the parameters.
     fn samples(&mut self, samples: &SampleGradients<'_>);
 
+    /// From the gradient of the samples that were handed over last to that of their unit
+    /// coordinates, with the share of each level of a grid in it. Kinds that never have theirs
+    /// asked for give none.
+    fn points(&mut self, _levels: &[f32], _d_points: [&mut [f32]; 3]) {}
+
     /// Evaluations that are kept for the way back, where the kind has them.
     fn tape(&mut self) -> Option<&mut dyn Tape> {
         None

@@ -6,6 +6,7 @@
 //! and what is far away is [`psnr_far_near`]'s.
 
 mod depth;
+pub(crate) mod exposure;
 mod far;
 mod lpips;
 mod mask;

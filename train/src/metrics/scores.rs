@@ -14,6 +14,9 @@ use super::{Lpips, psnr};
 pub struct Metrics {
     /// Learned perceptual similarity, where its weights are given.
     pub lpips: Option<Lpips>,
+    /// Whether each channel of a picture is multiplied by a factor that is fitted on the left half
+    /// of the truth, and the right halves are compared.
+    pub fit_exposure: bool,
 }
 
 /// How close a picture is to the truth.

@@ -56,6 +56,9 @@ pub struct TrainConfig {
     pub opaque_backdrop: [f32; 3],
     /// `Some`: learn against this background, not against what random ones give on average.
     pub backdrop: Option<[f32; 3]>,
+    /// Whether the poses of the photographs are corrected while the field learns: hash grids whose
+    /// colours are those of rays.
+    pub refine_poses: bool,
 }
 
 impl TrainConfig {

@@ -3,12 +3,15 @@
 pub(crate) mod backend;
 mod config;
 mod finish;
+mod gains;
 pub(crate) mod held_out;
 pub(crate) mod loss;
 mod occupancy;
 mod optim;
 pub(crate) mod parameters;
+mod photographs;
 pub(crate) mod pixels;
+pub(crate) mod poses;
 pub mod prepass;
 mod run;
 pub(crate) mod step;
@@ -46,8 +49,10 @@ use crate::stopwatch::Stopwatch;
 use backend::{Backend, Cpu};
 use held_out::HeldOut;
 use parameters::{ParameterGroup, State};
+use photographs::learnt_gains;
 use pixels::importance::PixelSampler;
 use pixels::visibility::PixelVisibility;
+use poses::Poses;
 use prepass::{Deadline, Prepared, PrepassError};
 use run::guard;
 
@@ -61,10 +66,18 @@ pub const MAX_BATCH_RAYS: usize = 1 << 20;
 /// Steps that are timed to find a machine's pace.
 const PACE_STEPS: u32 = 16;
 
-/// What trains the field of a configuration.
-fn backend(config: &TrainConfig, space: &Space, simd: SimdLevel) -> Result<Cpu, Error> {
+/// What trains the field of a configuration, with the poses and the gains of so many photographs
+/// where these are learnt.
+fn backend(
+    config: &TrainConfig,
+    space: &Space,
+    poses: Option<&Poses>,
+    evened_out: Option<usize>,
+    simd: SimdLevel,
+) -> Result<Cpu, Error> {
     let field = config.field.kind().build(space.unit_map().scale);
     let state = State::new(ParameterGroup::of_field(field.layout(), config.adam()));
+    let state = state.with(poses.map(Poses::group)).with(evened_out.map(gains::group));
     Cpu::new(field, state, simd)
 }
 
@@ -84,6 +97,8 @@ pub struct Trainer {
     /// The field's parameters when those views were rendered best.
     best: Option<Vec<f32>>,
     targets: Targets,
+    /// The cameras as they were given, where their poses are refined.
+    poses: Option<Poses>,
     /// Whether silhouettes show where the scene is empty.
     has_silhouettes: bool,
     space: Space,
@@ -123,7 +138,11 @@ impl Trainer {
     pub fn from_prepared(prepared: Prepared, simd: SimdLevel) -> Result<Self, Error> {
         let Prepared { source, space, candidates, hull, config } = prepared;
         let sampling = config.sampling(&space)?;
-        let backend = backend(&config, &space, simd)?;
+        let n_levels = config.field.kind().layout().tables().len();
+        let refined = config.refine_poses && n_levels > 0;
+        let poses = refined.then(|| Poses::new(source.cameras(), &space, n_levels)).flatten();
+        let gains = learnt_gains(&source, &config);
+        let backend = backend(&config, &space, poses.as_ref(), gains, simd)?;
         let resolution = config.occupancy_resolution;
         // Coordinates that hold all that the cameras see: every tile sees something.
         let seen = if space.scene_box().is_some() { &candidates[..] } else { &[] };
@@ -137,6 +156,7 @@ impl Trainer {
             returned: HeldOut::default(),
             best: None,
             visibility,
+            poses,
             has_silhouettes: hull.is_some(),
             space,
             sampling,
@@ -164,6 +184,7 @@ impl Trainer {
             update_occupancy: false,
             average: false,
             between_views: false,
+            progress: 0.0,
         };
         // The first few find out how many rays have so many samples.
         (0..PACE_STEPS / 4).for_each(|_| _ = self.step(&settings));
@@ -181,7 +202,8 @@ impl Trainer {
     pub fn reshape(&mut self, field: FieldConfig, samples_per_side: f32) -> Result<(), Error> {
         let config = TrainConfig { field, samples_per_side, ..self.config.clone() };
         let sampling = config.sampling(&self.space)?;
-        let backend = backend(&config, &self.space, self.backend.simd())?;
+        let (poses, gains) = (self.poses.as_ref(), learnt_gains(&self.source, &config));
+        let backend = backend(&config, &self.space, poses, gains, self.backend.simd())?;
         (self.config, self.sampling, self.backend) = (config, sampling, Box::new(backend));
         self.begin(0);
         Ok(())
@@ -228,12 +250,6 @@ impl Trainer {
         &self.grid
     }
 
-    /// Whether photographs are evened out, see [`Prepared::even_exposure`].
-    #[must_use]
-    pub fn is_evened_out(&self) -> bool {
-        !self.source.exposure().gains().is_empty()
-    }
-
     /// From now on the time of each stage is recorded.
     pub fn watch(&mut self) {
         self.stopwatch = Some(Stopwatch::default());
@@ -250,6 +266,7 @@ impl Trainer {
         self.restarts = restarts;
         self.seed = guard::seed(self.config.seed, restarts);
         self.backend.reset(self.seed);
+        self.correct_photographs();
         self.grid.reset();
         self.sampler = PixelSampler::new(self.visibility.n_tiles());
         self.leave_out();
@@ -306,6 +323,8 @@ impl Trainer {
                 averaged.scales.clone_from(&self.backend.download().scales);
             }
             self.backend.upload(averaged);
+            self.correct_photographs();
         }
+        self.keep_gains();
     }
 }

@@ -27,6 +27,8 @@ pub(crate) struct ParameterGroup {
 /// Kinds of the sections that hold a group in a checkpoint.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GroupSections {
+    /// The parameters, where the model does not hold them.
+    pub(crate) parameters: Option<u32>,
     /// First moments.
     pub(crate) mean: u32,
     /// Second moments.
@@ -44,8 +46,19 @@ impl ParameterGroup {
             square: Aligned::new(layout.len()),
             sum: Vec::new(),
             adam,
-            sections: GroupSections { mean: kind::MEAN, square: kind::SQUARE, sum: kind::SUM },
+            sections: GroupSections {
+                parameters: None,
+                mean: kind::MEAN,
+                square: kind::SQUARE,
+                sum: kind::SUM,
+            },
         }
+    }
+
+    /// So many parameters of the photographs, which a checkpoint alone holds; all 0.
+    pub(crate) fn of_views(n: usize, adam: Adam, sections: GroupSections) -> Self {
+        let (parameters, square) = (Aligned::new(n), Aligned::new(n));
+        Self { parameters, mean: vec![0.0; n], square, sum: Vec::new(), adam, sections }
     }
 
     /// All 0 again.
@@ -74,6 +87,12 @@ impl State {
         Self { groups: vec![field], averaged: 0, scales: Vec::new() }
     }
 
+    /// With a group that is learnt beside the field.
+    pub(crate) fn with(mut self, group: Option<ParameterGroup>) -> Self {
+        self.groups.extend(group);
+        self
+    }
+
     /// The field's.
     pub(crate) fn field(&self) -> &ParameterGroup {
         &self.groups[0]
@@ -82,6 +101,16 @@ impl State {
     /// The field's.
     pub(crate) fn field_mut(&mut self) -> &mut ParameterGroup {
         &mut self.groups[0]
+    }
+
+    /// The group whose parameters this section of a checkpoint holds, where they are learnt.
+    pub(crate) fn group(&self, kind: u32) -> Option<&ParameterGroup> {
+        self.groups.iter().find(|group| group.sections.parameters == Some(kind))
+    }
+
+    /// The same.
+    pub(crate) fn group_mut(&mut self, kind: u32) -> Option<&mut ParameterGroup> {
+        self.groups.iter_mut().find(|group| group.sections.parameters == Some(kind))
     }
 
     /// Adds the parameters to their sums.

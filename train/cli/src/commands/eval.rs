@@ -48,6 +48,13 @@ pub(super) struct Eval {
     /// state of the Python package lpips. This program comes without weights.
     #[arg(long, value_name = "FILE")]
     lpips_weights: Option<PathBuf>,
+    /// Multiply each channel of a picture by a factor that is fitted on the left half of the image,
+    /// and compare the right halves
+    ///
+    /// For captures whose photographs differ in exposure or white balance: those that are held out
+    /// do too.
+    #[arg(long)]
+    fit_exposure: bool,
     /// Compare with images downscaled by this factor
     #[arg(long, value_name = "K", default_value_t = 1, help_heading = "Dataset")]
     downscale_factor: u32,
@@ -70,7 +77,7 @@ pub(super) struct Eval {
 impl Eval {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         let lpips = self.lpips_weights.as_deref().map(Lpips::read).transpose()?;
-        let metrics = Metrics { lpips };
+        let metrics = Metrics { lpips, fit_exposure: self.fit_exposure };
         let bytes = read_model(&self.model)?;
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
@@ -138,6 +145,7 @@ impl Eval {
             value["bytes"] = bytes.stored().len().into();
             value["method"] = file.model.field.kind().into();
             value["split"] = self.split.name().into();
+            value["fit_exposure"] = self.fit_exposure.into();
             value["device"] = device::name(&on, fallback).into();
             value["warnings"] = warnings.into();
             value["lpips_network"] = metrics.lpips.as_ref().map(Lpips::network).into();
@@ -149,7 +157,7 @@ impl Eval {
             print_line(format_args!(
                 "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB \
                  (median {:.2}, 5th percentile {:.2}, worst {:.2}: {}){}, {:.3} s per frame, \
-                 {:.1} samples per ray that hits something{}",
+                 {:.1} samples per ray that hits something{}{}",
                 result.views,
                 self.split.name(),
                 result.width,
@@ -166,6 +174,10 @@ impl Eval {
                 match result.rays_per_pixel {
                     1 => String::new(),
                     n => format!(", {n} rays per pixel"),
+                },
+                match self.fit_exposure {
+                    true => "; right halves, with exposure fitted on left halves",
+                    false => "",
                 },
             ));
         }

@@ -11,6 +11,7 @@ use pocketnerf_core::lanes::transpose;
 
 use super::TrainableHashGrid;
 use super::networks::{Gradients, Networks};
+use super::positions;
 use super::scatter::scatter_level;
 use crate::aligned::Aligned;
 use crate::field::{Back, Context, STRIDE, SampleGradients};
@@ -48,6 +49,13 @@ impl GroupGradients {
             self.blocks.resize(first + size, 0.0);
         }
         (&mut self.blocks[first..first + size], &mut self.networks)
+    }
+
+    /// The points of the block that was added last, and the gradient of what they are encoded to.
+    fn last_block(&self, n_encoded: usize) -> Option<([&[f32]; 3], &[f32])> {
+        let (n, size) = (*self.block_lens.last()?, (3 + n_encoded) * STRIDE);
+        let (points, rows) = self.blocks[(self.block_lens.len() - 1) * size..].split_at(3 * STRIDE);
+        Some(([0, 1, 2].map(|a| &points[a * STRIDE..][..n]), rows))
     }
 
     /// Adds the gradient of one level of the grid.
@@ -100,6 +108,8 @@ impl Worker {
 pub(super) struct HashGridBack<'a> {
     networks: &'a Networks,
     field: HashGridField<'a>,
+    /// The grid's parameters, not rounded, a level each.
+    tables: Vec<&'a [f32]>,
     level: Level,
     stopwatch: Option<&'a Stopwatch>,
     group: MutexGuard<'a, GroupGradients>,
@@ -115,7 +125,9 @@ impl<'a> HashGridBack<'a> {
         let Context { level, stopwatch, parameters } = context;
         let field = owner.training_field(parameters).expect("checked when training began");
         let worker = owner.workers.lease(|| Worker::new(owner));
-        Self { networks: &owner.networks, field, level, stopwatch, group, worker }
+        let tables = owner.layout.tables().iter().map(|range| &parameters[range.indices()]);
+        let tables = tables.collect();
+        Self { networks: &owner.networks, field, tables, level, stopwatch, group, worker }
     }
 }
 
@@ -150,6 +162,20 @@ impl Back for HashGridBack<'_> {
 
     fn samples(&mut self, samples: &SampleGradients<'_>) {
         dispatch!(self.level, simd => self.samples_back(simd, samples));
+    }
+
+    fn points(&mut self, levels: &[f32], mut d_points: [&mut [f32]; 3]) {
+        let Self { field, tables, group, .. } = self;
+        let Some((points, rows)) = group.last_block(field.n_encoded()) else { return };
+        let config = &field.grid.config;
+        let shape = (config.n_features_per_level as usize, STRIDE);
+        let shares = levels.iter().take(config.n_levels as usize).enumerate();
+        for (l, share) in shares.filter(|(_, share)| **share > 0.0) {
+            let (level, rows) = (config.level(l), &rows[l * shape.0 * STRIDE..]);
+            dispatch!(self.level, simd => positions::add_level(
+                simd, (&level, *share), (tables[l], rows, shape), points, &mut d_points,
+            ));
+        }
     }
 }
 

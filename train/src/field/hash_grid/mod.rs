@@ -7,6 +7,7 @@ mod config;
 mod gradient_tests;
 mod init;
 mod networks;
+mod positions;
 mod scatter;
 mod update;
 

@@ -12,6 +12,7 @@ use crate::probe::Probe;
 use crate::random::Random;
 use crate::stopwatch::{Laps, Stage};
 use crate::trainer::parameters::State;
+use crate::trainer::run::checkpoint::kind;
 use crate::trainer::step::group::{Group, Job};
 use crate::trainer::step::worker::Worker;
 use crate::trainer::{DensityGrid, GROUPS};
@@ -94,6 +95,15 @@ impl Cpu {
             stopwatch: input.stopwatch,
         });
         self.state.scales = self.field.scales();
+        let (groups, views) = (&self.groups, input.source.cameras().len());
+        if let (Some(poses), Some(group)) = (&input.poses, self.state.group_mut(kind::POSES)) {
+            let pulls = groups.iter().map(|group| &group.pulls[..]);
+            poses.update(group, &sum(pulls, views), input.step + 1);
+        }
+        if let (Some(gains), Some(group)) = (&input.gains, self.state.group_mut(kind::GAINS)) {
+            let gradients = groups.iter().map(|group| &group.d_gains[..]);
+            gains.update(group, &sum(gradients, views), input.step + 1);
+        }
     }
 
     fn output(&self, input: &StepInput<'_>) -> StepOutput {
@@ -110,6 +120,19 @@ impl Cpu {
         }
         output
     }
+}
+
+/// The sum of all groups' gradients of so many views, in the groups' order.
+fn sum<'g, const N: usize>(
+    groups: impl Iterator<Item = &'g [[f32; N]]>,
+    views: usize,
+) -> Vec<[f32; N]> {
+    let mut sum = vec![[0.0; N]; views];
+    for group in groups {
+        let values = sum.as_flattened_mut().iter_mut().zip(group.as_flattened());
+        values.for_each(|(sum, value)| *sum += value);
+    }
+    sum
 }
 
 impl Backend for Cpu {

@@ -13,10 +13,12 @@ use pocketnerf_core::{AnyField, Occupancy, Sampling, SimdLevel, Space};
 pub(crate) use cpu::Cpu;
 
 use super::DensityGrid;
+use super::gains::GainStep;
 use super::parameters::State;
 use super::pixels::importance::PixelSampler;
 use super::pixels::rays::RaySource;
 use super::pixels::visibility::PixelVisibility;
+use super::poses::PoseStep;
 use crate::field::HierarchicalTraining;
 use crate::stopwatch::Stopwatch;
 
@@ -84,6 +86,10 @@ pub(crate) struct StepInput<'s> {
     pub(crate) between_views: bool,
     /// Whether directions are blurred: there are few views.
     pub(crate) blur_directions: bool,
+    /// How gains are learnt, where photographs are evened out.
+    pub(crate) gains: Option<GainStep<'s>>,
+    /// How poses are corrected, where they are.
+    pub(crate) poses: Option<PoseStep<'s>>,
     /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'s Stopwatch>,
 }

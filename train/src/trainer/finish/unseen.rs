@@ -134,6 +134,8 @@ impl Trainer {
             cameras: None,
             few_cameras: None,
             slow_below: None,
+            evened_out: 0,
+            poses: None,
             stopwatch: None,
         };
         let memory = || (Group::default(), Worker::new(field.limits()));

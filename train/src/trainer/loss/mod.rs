@@ -38,6 +38,8 @@ pub(crate) struct RayLoss {
     pub(crate) d_opacity: f32,
     /// And by the depth.
     pub(crate) d_depth: f32,
+    /// And by the logarithm of the factor by which each channel is brighter in the photograph.
+    pub(crate) d_log_gain: [f32; 3],
 }
 
 /// A term of the loss.

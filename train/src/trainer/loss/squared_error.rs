@@ -6,7 +6,26 @@ use crate::trainer::TrainingRay;
 /// Its value, and its gradient times the weight of the ray.
 #[inline(always)]
 pub(super) fn squared_error(ray: &TrainingRay, rendered: &Rendered) -> RayLoss {
-    let off = [0, 1, 2].map(|c| rendered.color[c] - ray.target[c]);
+    let Some(gains) = ray.gains else {
+        let off = [0, 1, 2].map(|c| rendered.color[c] - ray.target[c]);
+        return of(ray, rendered, off);
+    };
+    // The scene is brighter in the photograph, what is behind it is not.
+    let behind = ray.background.map(|value| (1.0 - rendered.opacity) * value);
+    let scene = [0, 1, 2].map(|c| gains[c] * (rendered.color[c] - behind[c]));
+    let off = [0, 1, 2].map(|c| scene[c] + behind[c] - ray.target[c]);
+    let mut loss = of(ray, rendered, off);
+    let d = loss.d_color;
+    loss.d_log_gain = [0, 1, 2].map(|c| d[c] * scene[c]);
+    loss.d_color = [0, 1, 2].map(|c| gains[c] * d[c]);
+    // More opacity with the same colour over the background is more scene, which is brighter.
+    loss.d_opacity += (0..3).map(|c| (gains[c] - 1.0) * d[c] * ray.background[c]).sum::<f32>();
+    loss
+}
+
+/// Of colours that are off by so much.
+#[inline(always)]
+fn of(ray: &TrainingRay, rendered: &Rendered, off: [f32; 3]) -> RayLoss {
     let [r, g, b] = off;
     // A background that is b brighter makes `b (alpha - opacity)` of difference.
     let through = 3.0 * ray.background_variance * (rendered.opacity - ray.alpha);
@@ -15,6 +34,7 @@ pub(super) fn squared_error(ray: &TrainingRay, rendered: &Rendered) -> RayLoss {
         d_color: off.map(|d| ray.weight * d),
         d_opacity: ray.weight * through,
         d_depth: 0.0,
+        d_log_gain: [0.0; 3],
     }
 }
 
@@ -39,6 +59,45 @@ mod tests {
             drawn - (rgb[c] * alpha + (1.0 - alpha) * background)
         };
         (0..3).map(|c| 0.5 * off(c) * off(c)).sum()
+    }
+
+    #[test]
+    fn the_scene_is_brighter_and_what_is_behind_it_is_not() {
+        let pose = Camera::look_at([2.0; 3], [0.0; 3], [0.0, 0.0, 1.0]);
+        let camera = Camera::from_fov_x(1, 1, 0.7, pose);
+        let view = View::new("", camera, vec![51, 102, 255, 153]);
+        let mut source = RaySource::new(vec![view], Backdrop::Random);
+        let pixel = Pixel { view: 0, x: 0, y: 0 };
+        let log_gains = [0.3f32, -0.2, 0.1];
+        source.brighten(vec![log_gains.map(f32::exp)]);
+        let rgba = source.rgba(pixel);
+        let ray = source.ray(pixel, rgba, (0, 2.0), &mut Random::new(1, [0; 3]));
+        let expected = |premultiplied: [f32; 3], log_gains: [f32; 3], opacity| {
+            let seen = [0, 1, 2].map(|c| premultiplied[c] * log_gains[c].exp());
+            let at = |b| half_squared([seen, [0.2, 0.4, 1.0]], [opacity, 0.6], b);
+            (at(0.0) + 4.0 * at(0.5) + at(1.0)) / 6.0
+        };
+        let (scene, opacity) = ([0.5, 0.1, 0.3], 0.9);
+        let color = scene.map(|p| p + (1.0 - opacity) * 0.5);
+        let error = squared_error(&ray, &Rendered { color, opacity, depth: 0.0 });
+        let found = 0.5 * error.squared_error;
+        assert!((found - expected(scene, log_gains, opacity)).abs() < 1e-6);
+        // The weight included.
+        let slope = |moved: &dyn Fn(f32) -> f32| 128.0 * (moved(0.0078125) - moved(-0.0078125));
+        for c in 0..3 {
+            let along = |mut from: [f32; 3], by: f32| {
+                from[c] += by;
+                from
+            };
+            let by_color = slope(&|by| expected(along(scene, by), log_gains, opacity));
+            assert!((error.d_color[c] - by_color).abs() < 1e-4);
+            let by_gain = slope(&|by| expected(scene, along(log_gains, by), opacity));
+            assert!((error.d_log_gain[c] - by_gain).abs() < 1e-3, "{c}: {by_gain}");
+        }
+        // More opacity, and as much less of the mean background.
+        let by_opacity =
+            slope(&|by| expected(scene.map(|p| p + 0.5 * by), log_gains, opacity + by));
+        assert!((error.d_opacity - by_opacity).abs() < 1e-4, "{} {by_opacity}", error.d_opacity);
     }
 
     #[test]

@@ -143,6 +143,7 @@ pub(crate) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
             update_occupancy: false,
             average: false,
             between_views: false,
+            progress,
         };
     }
     StepSettings {
@@ -153,5 +154,6 @@ pub(crate) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
         update_occupancy: progress < FREEZE,
         average: progress >= AVERAGED && step.is_multiple_of(AVERAGE_EVERY),
         between_views: progress >= HELD && steps >= LONG_ENOUGH as f32,
+        progress,
     }
 }

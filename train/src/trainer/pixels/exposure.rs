@@ -11,6 +11,9 @@ pub(crate) struct Exposure {
     gains: Vec<[f32; 3]>,
     /// What becomes of each value of each channel.
     tables: Vec<[[u8; 256]; 3]>,
+    /// By how much the scene is brighter in each view than the gains say; empty where that is not
+    /// learnt.
+    factors: Vec<[f32; 3]>,
 }
 
 impl Exposure {
@@ -21,7 +24,18 @@ impl Exposure {
             core::array::from_fn(|value| (gain * value as f32).round().min(255.0) as u8)
         };
         let tables = gains.iter().map(|gains| gains.map(table)).collect();
-        Self { gains, tables }
+        Self { gains, tables, factors: Vec::new() }
+    }
+
+    /// By how much the scene is brighter in each view than the gains say.
+    pub(crate) fn set_factors(&mut self, factors: Vec<[f32; 3]>) {
+        self.factors = factors;
+    }
+
+    /// Those of a view, where they are learnt.
+    #[inline]
+    pub(crate) fn factors(&self, view: usize) -> Option<[f32; 3]> {
+        self.factors.get(view).copied()
     }
 
     /// One a view; empty where photographs are taken as they are.

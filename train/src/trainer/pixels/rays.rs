@@ -2,6 +2,7 @@
 
 use pocketnerf_core::{Camera, Ray};
 
+pub use super::backdrop::Backdrop;
 use crate::dataset::{UNCLAIMED, View};
 use crate::lens::Lens;
 use crate::random::Random;
@@ -38,27 +39,8 @@ pub struct TrainingRay {
     pub tile: u32,
     /// How much its error counts.
     pub weight: f32,
-}
-
-/// What lies behind the training images.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Backdrop {
-    /// All colours alike: what is transparent must become empty. For images with
-    /// alpha. The error is what it is on average over random colours, which is known
-    /// from their mean and variance: nothing is drawn.
-    Random,
-    /// Always this colour.
-    Color([f32; 3]),
-}
-
-impl Backdrop {
-    /// Mean of each channel and variance of all.
-    fn moments(self) -> ([f32; 3], f32) {
-        match self {
-            Self::Random => ([0.5; 3], 1.0 / 12.0),
-            Self::Color(color) => (color, 0.0),
-        }
-    }
+    /// By how much the scene is brighter in the photograph, where that is learnt.
+    pub gains: Option<[f32; 3]>,
 }
 
 /// What the training images are like on average.
@@ -163,6 +145,12 @@ impl RaySource {
         self.exposure = Exposure::new(gains);
     }
 
+    /// From now on the scene is so many times brighter in each channel of each photograph than the
+    /// gains say.
+    pub(crate) fn brighten(&mut self, factors: Vec<[f32; 3]>) {
+        self.exposure.set_factors(factors);
+    }
+
     /// How photographs are evened out.
     pub(crate) fn exposure(&self) -> &Exposure {
         &self.exposure
@@ -176,6 +164,11 @@ impl RaySource {
     /// What is behind a view's photograph, where that is plain.
     pub(crate) fn behind(&self, view: usize) -> Option<[f32; 3]> {
         self.behind[view]
+    }
+
+    /// From now on the views' rays start from these cameras.
+    pub(crate) fn move_cameras(&mut self, cameras: Vec<Camera>) {
+        self.cameras = cameras;
     }
 
     /// The views' cameras.
@@ -262,7 +255,18 @@ impl RaySource {
         let [r0, g0, b0] = background.map(|value| (1.0 - alpha) * value);
         let target = [r * alpha + r0, g * alpha + g0, b * alpha + b0];
         let ray = self.through(pixel);
-        TrainingRay { ray, phase, background, background_variance, target, alpha, tile, weight }
+        let gains = self.exposure.factors(pixel.view as usize);
+        TrainingRay {
+            ray,
+            phase,
+            background,
+            background_variance,
+            target,
+            alpha,
+            tile,
+            weight,
+            gains,
+        }
     }
 
     /// A ray through any pixel of any view that counts, all alike; of the middle halves of

@@ -89,6 +89,7 @@ pub(super) fn step_at(trainer: &mut Trainer, progress: f32) {
         update_occupancy: true,
         average: false,
         between_views: false,
+        progress,
     });
 }
 
@@ -105,6 +106,7 @@ pub(super) fn small(config: &TrainConfig) -> TrainConfig {
         samples_per_step: 1 << 13,
         batch_rays: None,
         network_rate: TrainConfig::hash_grid().network_rate,
+        refine_poses: false,
         ..config.clone()
     }
 }

@@ -99,6 +99,8 @@ fn prepared(
     (simd, deadline): (SimdLevel, Deadline),
 ) -> Result<Prepared, PrepassError> {
     config.sampling(&space)?;
+    // Where poses are wrong, silhouettes cut parts of the scene off.
+    let hull = hull.filter(|_| !config.refine_poses);
     let kind = config.field.kind();
     let prepared = carved(source, hull.as_ref(), space, config.clone());
     deadline.check()?;

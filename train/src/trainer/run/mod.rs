@@ -154,7 +154,10 @@ impl Run {
     fn hold_out(&mut self, trainer: &mut Trainer) {
         let short = matches!(self.length, Length::Steps(n) if n < LONG_ENOUGH);
         let to_the_end = self.watch.to_the_end;
-        if (!short || to_the_end) && trainer.config().hierarchical_training().is_none() {
+        // The pose of a photograph that is not learnt from would stay as wrong as it is.
+        let config = trainer.config();
+        let can = config.hierarchical_training().is_none() && !config.refine_poses;
+        if (!short || to_the_end) && can {
             self.watch = Watch::new(trainer.hold_out() > 0);
             self.watch.to_the_end = to_the_end;
         }

@@ -64,12 +64,14 @@ impl Group {
 
     /// From samples to the field's parameters, a batch at a time.
     pub(super) fn back_through_field(
-        &self,
+        &mut self,
         (row_len, per_sample): (usize, bool),
+        job: &Job<'_>,
         worker: &mut Worker,
         back: &mut dyn Back,
     ) {
-        for kept in self.kept.chunks(BATCH) {
+        let all = std::mem::take(&mut self.kept);
+        for kept in all.chunks(BATCH) {
             let padded = kept.len().next_multiple_of(32);
             let Worker { points, directions, sigma, d_values, .. } = &mut *worker;
             for row in points.iter_mut().chain(&mut *directions) {
@@ -105,7 +107,15 @@ impl Group {
                 gradients: d_values,
                 row_len,
             });
+            if let Some(poses) = &job.poses {
+                // The points are no longer needed.
+                let mut rows = points.each_mut().map(|row| &mut row[..padded]);
+                rows.iter_mut().for_each(|row| row.fill(0.0));
+                back.points(&poses.levels, rows);
+                self.pull(kept, points.each_ref().map(|row| &row[..]), &job.space);
+            }
         }
+        self.kept = all;
     }
 }
 

@@ -8,6 +8,7 @@ use pocketnerf_core::march::composite::Accumulated;
 use pocketnerf_core::march::{LANES, Marcher, RayState};
 use pocketnerf_core::{AnyField, Camera, Space};
 
+use super::poses::{PoseJob, Pull};
 use super::slow_below::SlowBelow;
 pub(crate) use super::worker::Worker;
 pub(super) use crate::field::{BATCH, STRIDE};
@@ -47,6 +48,10 @@ pub(crate) struct Job<'j> {
     pub(crate) few_cameras: Option<&'j [Camera]>,
     /// Samples nearer than this to their camera learn less.
     pub(crate) slow_below: Option<SlowBelow>,
+    /// Photographs whose brightness is learnt; 0 where it is not.
+    pub(crate) evened_out: usize,
+    /// How poses are corrected, where they are.
+    pub(crate) poses: Option<PoseJob>,
     /// Where the time of each stage is recorded.
     pub(crate) stopwatch: Option<&'j Stopwatch>,
 }
@@ -66,6 +71,10 @@ impl<'j> Job<'j> {
             cameras: input.between_views.then(|| input.source.cameras()),
             few_cameras: input.blur_directions.then(|| input.source.cameras()),
             slow_below: SlowBelow::new(&space, input.source.nearest()),
+            evened_out: input.gains.map_or(0, |gains| gains.given.len()),
+            poses: input
+                .poses
+                .map(|poses| PoseJob { levels: poses.levels, views: input.source.cameras().len() }),
             stopwatch: input.stopwatch,
         }
     }
@@ -157,6 +166,10 @@ pub(crate) struct Group {
     pub(super) values: Vec<f32>,
     pub(super) suffix: Vec<f32>,
     pub(super) kept: Vec<Kept>,
+    /// The pull on each camera, where poses are corrected.
+    pub(crate) pulls: Vec<Pull>,
+    /// The gradient of each photograph's brightness, where that is learnt.
+    pub(crate) d_gains: Vec<[f32; 3]>,
     pub(crate) stats: GroupStats,
 }
 
@@ -217,6 +230,12 @@ impl Group {
         self.random = Some(random);
     }
 
+    /// The view that each ray is of.
+    #[cfg(test)]
+    pub(crate) fn views(&self) -> impl Iterator<Item = usize> {
+        self.pixels.iter().map(|pixel| pixel.view as usize)
+    }
+
     /// Rays that ended before they left the box.
     #[cfg(test)]
     pub(crate) fn ended(&self) -> usize {
@@ -253,15 +272,21 @@ impl Group {
             }
             return;
         }
-        let (channels, deferred) = (field.channels(), field.deferred().is_some());
+        self.d_gains.clear();
+        self.d_gains.resize(job.evened_out, [0.0; 3]);
+        if let Some(poses) = &job.poses {
+            self.release_cameras(poses);
+        }
+        let (channels, deferred) = (field.channels(), field.deferred());
         dispatch!(level, simd => self.march(simd, field, job, worker));
         let row_len = row_len(channels);
-        if deferred {
-            dispatch!(level, _simd => self.shade(channels, job, worker, back));
+        if let Some(decoder) = deferred {
+            let shape = (channels, decoder.sh_degree);
+            dispatch!(level, _simd => self.shade(shape, job, worker, back));
         } else {
             self.compare(job, row_len);
         }
         dispatch!(level, _simd => self.sample_gradients(job, row_len));
-        self.back_through_field((row_len, !deferred), worker, back);
+        self.back_through_field((row_len, deferred.is_none()), job, worker, back);
     }
 }

@@ -6,6 +6,7 @@ mod blurred_direction;
 pub(crate) mod group;
 mod hierarchical;
 mod march;
+pub(crate) mod poses;
 mod shade;
 mod slow_below;
 pub(crate) mod worker;
@@ -14,6 +15,7 @@ use std::time::Instant;
 
 use super::Trainer;
 use super::backend::{StepInput, StepOutput};
+use super::gains::GainStep;
 use super::occupancy::density_grid::DensityGrid;
 use crate::stopwatch::Stage;
 
@@ -59,6 +61,8 @@ pub struct StepSettings {
     pub average: bool,
     /// Whether colours between the training views are held to what these see.
     pub between_views: bool,
+    /// Share of the run that is done.
+    pub progress: f32,
 }
 
 #[cfg(test)]
@@ -72,6 +76,7 @@ impl StepSettings {
         update_occupancy: false,
         average: false,
         between_views: false,
+        progress: 0.0,
     };
 }
 
@@ -88,6 +93,7 @@ impl Trainer {
             }
         }
         let output = self.backend_step(settings);
+        self.correct_photographs();
         let stats = self.stats(&output);
         self.note_errors(&output);
         self.plan_next(settings, &output);
@@ -120,6 +126,8 @@ impl Trainer {
             average: settings.average,
             between_views: settings.between_views && self.space.scene_box().is_some(),
             blur_directions: self.source.has_few_views() && self.space.scene_box().is_some(),
+            gains: GainStep::new(self.source.exposure().gains(), settings.progress),
+            poses: self.poses.as_ref().map(|poses| poses.step(settings.progress)),
             stopwatch: self.stopwatch.as_ref(),
         })
     }

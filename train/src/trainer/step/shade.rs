@@ -12,6 +12,10 @@ impl Group {
         let weight = f64::from(self.rays[ray].weight);
         let loss = loss(job.terms, &self.rays[ray], rendered);
         self.errors[ray] = loss.squared_error / 3.0;
+        if job.evened_out > 0 {
+            let sums = &mut self.d_gains[self.pixels[ray].view as usize];
+            sums.iter_mut().zip(loss.d_log_gain).for_each(|(sum, d)| *sum += d);
+        }
         self.stats.squared_error += weight * f64::from(loss.squared_error);
         self.stats.opacity += weight * f64::from(rendered.opacity);
         loss
@@ -58,7 +62,7 @@ impl Group {
     #[inline(always)]
     pub(super) fn shade(
         &mut self,
-        channels: usize,
+        (channels, sh_degree): (usize, u32),
         job: &Job<'_>,
         worker: &mut Worker,
         back: &mut dyn Back,
@@ -83,7 +87,7 @@ impl Group {
                 laps.end(Stage::Shade, 0);
                 return;
             }
-            self.shade_hits(&hits, (channels, row_len), job, worker, back);
+            self.shade_hits(&hits, (channels, sh_degree, row_len), job, worker, back);
             laps.end(Stage::Shade, hits.len());
         }
     }
@@ -93,7 +97,7 @@ impl Group {
     fn shade_hits(
         &mut self,
         hits: &[usize],
-        (channels, row_len): (usize, usize),
+        (channels, sh_degree, row_len): (usize, u32, usize),
         job: &Job<'_>,
         worker: &mut Worker,
         back: &mut dyn Back,
@@ -132,6 +136,10 @@ impl Group {
             }
         }
         let d_features = back.colors_back(d_colors, padded);
+        if job.poses.is_some() {
+            let directions = directions.each_ref().map(|row| &row[..]);
+            self.pull_directions(hits, directions, &d_features[channels * STRIDE..], sh_degree);
+        }
         for (column, &r) in hits.iter().enumerate() {
             let inverse = 1.0 / self.accumulated[r].opacity;
             let gradient = &mut self.ray_gradients[r];

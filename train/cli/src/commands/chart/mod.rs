@@ -123,8 +123,10 @@ impl Chart {
         {
             return self.answer(&points, common);
         }
-        let metrics =
-            Metrics { lpips: self.lpips_weights.as_deref().map(Lpips::read).transpose()? };
+        let metrics = Metrics {
+            lpips: self.lpips_weights.as_deref().map(Lpips::read).transpose()?,
+            ..Metrics::default()
+        };
         let recipes = self.recipes()?;
         let scenes = self.scenes(common)?;
         // Everything given is checked before anything is written.

@@ -6,6 +6,7 @@ mod model;
 mod nerf;
 mod options;
 mod origin;
+mod refined;
 mod saving;
 mod scene;
 mod sized;
@@ -28,6 +29,7 @@ pub(super) use bar::Bar;
 pub(super) use model::Method;
 pub(super) use options::Train;
 pub(super) use origin::Origin;
+use refined::Refined;
 pub(super) use saving::Interrupted;
 use saving::{Resume, Saving, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
@@ -140,6 +142,7 @@ impl Train {
         };
         result["background_cut_out"] = plain.is_some().into();
         result["exposure_evened_out"] = trainer.is_evened_out().into();
+        Refined::of(&trainer, &origin).map(|refined| refined.add_to(&mut result));
         saving.at_end(&trainer, &run, &origin, &mut bar);
         drop(bar);
         if common.json {
@@ -237,6 +240,9 @@ pub(super) fn finish(
     }
     if let Some(doubt) = run.doubt(trainer) {
         bar.warn(format!("{doubt} after {steps} steps; train longer"));
+    }
+    if let Some(line) = Refined::of(trainer, origin).and_then(|refined| refined.doubt()) {
+        bar.warn(line);
     }
     if let Some(overfitted) = run.overfitted() {
         bar.warn(overfitted.to_string());

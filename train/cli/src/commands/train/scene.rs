@@ -80,6 +80,13 @@ pub(super) struct SceneOptions {
     /// Even out photographs that are brighter or of another colour than the others [default: auto]
     #[arg(long, value_enum, value_name = "KIND")]
     pub(super) exposure: Option<Exposure>,
+    /// Correct the pose of each photograph while training, for cameras that are known to a degree
+    /// or so
+    ///
+    /// What all corrections have in common is taken out, so that other views keep their poses. No
+    /// views are held out. `--json` has the corrected cameras.
+    #[arg(long, conflicts_with = "target_psnr")]
+    pub(super) refine_poses: bool,
 }
 
 impl SceneOptions {
@@ -111,6 +118,10 @@ impl SceneOptions {
         let one = config.hierarchical_training().is_some() && dataset.has_alpha;
         let usual = one.then(|| dataset.background.unwrap_or([1.0; 3]));
         config.backdrop = self.background.or(usual);
+        if self.refine_poses && config.field.hash_grid_mut().is_none() {
+            return Err("--refine-poses: expected a hash grid, without --method nerf".into());
+        }
+        config.refine_poses = self.refine_poses;
         Ok(())
     }
 

@@ -1,7 +1,9 @@
 //! The loss in f64, one sample and one weight at a time.
 
+use std::ops::{Add, Mul, Sub};
+
 use pocketnerf_core::encoding::hash_grid::{HASH_PRIMES, Level as GridLevel};
-use pocketnerf_core::encoding::spherical_harmonics;
+use pocketnerf_core::encoding::spherical_harmonics::{evaluate_each, n_output};
 use pocketnerf_core::field::Shading;
 
 use super::{COLOR, DENSITY, DepthTerm, HashGridFieldConfig, MIN_TRANSMITTANCE};
@@ -25,7 +27,10 @@ pub(super) struct Loss {
 /// A ray with all that no parameter changes.
 struct Seen {
     ray: TrainingRay,
+    direction: [f64; 3],
     harmonics: Vec<f64>,
+    /// Unit coordinates.
+    points: Vec<[f64; 3]>,
     /// Each with the steps that it stands for, and its distance.
     samples: Vec<(Encoding, [f64; 2])>,
 }
@@ -42,20 +47,45 @@ impl Loss {
         rays: impl Iterator<Item = (TrainingRay, Vec<(Record, f32)>)>,
     ) -> Self {
         let seen = |(ray, samples): (TrainingRay, Vec<(Record, f32)>)| {
-            let mut harmonics = [0.0; 16];
-            spherical_harmonics::evaluate(config.sh_degree, ray.ray.direction, &mut harmonics);
-            let n = spherical_harmonics::n_output(config.sh_degree);
-            let samples = samples.iter();
+            let points: Vec<_> = samples.iter().map(|(s, _)| s.point.map(f64::from)).collect();
+            let lengths = samples.iter().map(|(s, t)| [s.steps, *t].map(f64::from));
+            let direction = ray.ray.direction.map(f64::from);
             Seen {
                 ray,
-                harmonics: harmonics[..n].iter().copied().map(f64::from).collect(),
-                samples: samples
-                    .map(|(s, t)| (encoding(&config, s.point), [s.steps, *t].map(f64::from)))
-                    .collect(),
+                direction,
+                harmonics: harmonics(config.sh_degree, direction),
+                samples: points.iter().map(|p| encoding(&config, *p)).zip(lengths).collect(),
+                points,
             }
         };
         let rays = rays.map(seen).collect();
         Self { config, layout, step: f64::from(step), bias: f64::from(bias), rays, with_depth }
+    }
+
+    /// The loss where the points and the direction of each ray are moved.
+    pub(super) fn moved(
+        &self,
+        point: impl Fn(usize, [f64; 3]) -> [f64; 3],
+        direction: impl Fn(usize, [f64; 3]) -> [f64; 3],
+    ) -> Self {
+        let rays = self.rays.iter().enumerate().map(|(r, seen)| {
+            let points: Vec<_> = seen.points.iter().map(|p| point(r, *p)).collect();
+            let encodings = points.iter().map(|p| encoding(&self.config, *p));
+            let direction = direction(r, seen.direction);
+            Seen {
+                ray: seen.ray,
+                direction,
+                harmonics: harmonics(self.config.sh_degree, direction),
+                samples: encodings.zip(seen.samples.iter().map(|(_, lengths)| *lengths)).collect(),
+                points,
+            }
+        });
+        Self {
+            config: self.config.clone(),
+            layout: self.layout.clone(),
+            rays: rays.collect(),
+            ..*self
+        }
     }
 
     /// Half the sum of squared errors of colours and, where they count, depths.
@@ -145,8 +175,49 @@ impl Loss {
     }
 }
 
-fn encoding(config: &HashGridFieldConfig, u: [f32; 3]) -> Encoding {
-    let u = u.map(f64::from);
+/// A number that core's harmonics are computed in.
+#[derive(Clone, Copy)]
+struct Wide(f64);
+
+impl Add for Wide {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+}
+
+impl Sub for Wide {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0)
+    }
+}
+
+impl Mul for Wide {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        Self(self.0 * other.0)
+    }
+}
+
+impl Mul<f32> for Wide {
+    type Output = Self;
+
+    fn mul(self, factor: f32) -> Self {
+        Self(self.0 * f64::from(factor))
+    }
+}
+
+fn harmonics(degree: u32, direction: [f64; 3]) -> Vec<f64> {
+    let mut out = [Wide(0.0); 16];
+    evaluate_each(degree, direction.map(Wide), Wide(1.0), &mut out);
+    out[..n_output(degree)].iter().map(|value| value.0).collect()
+}
+
+fn encoding(config: &HashGridFieldConfig, u: [f64; 3]) -> Encoding {
     (0..config.grid.n_levels as usize).map(|l| corners(&config.grid.level(l), u)).collect()
 }
 

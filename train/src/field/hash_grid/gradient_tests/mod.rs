@@ -5,6 +5,7 @@
 
 mod differences;
 mod loss;
+mod poses;
 mod roulette;
 mod samples;
 
@@ -25,6 +26,7 @@ use crate::trainer::pixels::rays::RaySource;
 use crate::trainer::pixels::visibility::PixelVisibility;
 use crate::trainer::prepass::{self, Prepared};
 use crate::trainer::step::group::{Group, Job, MIN_TRANSMITTANCE};
+use crate::trainer::step::poses::PoseJob;
 use crate::trainer::step::worker::Worker;
 use crate::trainer::{DensityGrid, TrainConfig, TrainingRay};
 use loss::Loss;
@@ -81,6 +83,8 @@ struct Case {
     coarse_step_below: f32,
     /// Whether [`DepthTerm`] counts.
     depth: bool,
+    /// Whether cameras are pulled.
+    poses: bool,
     /// `None`: the best there is.
     simd: Option<SimdLevel>,
 }
@@ -96,6 +100,7 @@ const ONE_LAYER: Case = Case {
     rays: RAYS,
     coarse_step_below: 0.0,
     depth: false,
+    poses: false,
     simd: None,
 };
 const TWO_LAYERS: Case = Case { density_hidden: &[24, 13], color_hidden: &[16, 9], ..ONE_LAYER };
@@ -215,12 +220,15 @@ impl Step {
             average: false,
             between_views: false,
             blur_directions: false,
+            gains: None,
+            poses: None,
             stopwatch: None,
         };
         let mut job = Job::new(&input, case.coarse_step_below);
         if case.depth {
             job.terms = &[&DepthTerm];
         }
+        job.poses = case.poses.then_some(PoseJob { levels: [1.0; 16], views: 3 });
         let Cpu { field, groups, state, level, limits, .. } = cpu;
         let parameters = &state.field().parameters[..];
         field.prepare(parameters, case.rays.len());

@@ -65,8 +65,21 @@ pub struct Checkpoint {
     simd: Option<SimdLevel>,
     /// How photographs are evened out.
     gains: Vec<[f32; 3]>,
+    /// What is learnt of them beside the field.
+    of_photographs: Vec<Learnt>,
     coarse: Vec<u8>,
     fine: Vec<u8>,
+}
+
+/// A group of parameters that the model does not hold.
+#[derive(Clone, Debug)]
+struct Learnt {
+    /// The section of the parameters.
+    kind: u32,
+    parameters: Vec<f32>,
+    mean: Vec<f32>,
+    square: Vec<f32>,
+    sum: Vec<f32>,
 }
 
 /// The bytes of a checkpoint. `about` is what the model would be written with.
@@ -87,6 +100,9 @@ pub fn write(
     add(kind::TRAINER, &record[..]);
     let state = trainer.backend.download();
     for group in &state.groups {
+        if let Some(parameters) = group.sections.parameters {
+            add(parameters, bytemuck::must_cast_slice(&group.parameters));
+        }
         add(group.sections.mean, bytemuck::must_cast_slice(&group.mean));
         add(group.sections.square, bytemuck::must_cast_slice(&group.square));
     }
@@ -239,8 +255,16 @@ impl Checkpoint {
         group.mean = self.mean;
         group.square.copy_from_slice(&self.square);
         group.sum = self.sum;
+        for Learnt { kind, parameters, mean, square, sum } in self.of_photographs {
+            let Some(group) = state.group_mut(kind) else { continue };
+            changed("number of photographs", parameters.len() == group.parameters.len())?;
+            group.parameters.copy_from_slice(&parameters);
+            group.square.copy_from_slice(&square);
+            (group.mean, group.sum) = (mean, sum);
+        }
         (state.averaged, state.scales) = (record.averaged, self.scales);
         trainer.backend.upload(state);
+        trainer.correct_photographs();
         let (density, updates) = (&self.density, record.updates);
         let restored = trainer.grid.restore(density, updates, &self.coarse, &self.fine);
         changed("cells that may be occupied", restored)?;

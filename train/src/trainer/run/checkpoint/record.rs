@@ -118,6 +118,7 @@ impl RecordV1 {
         field: FieldConfig,
         space: Space,
         occupancy_resolution: u32,
+        refine_poses: bool,
     ) -> TrainConfig {
         let config = &self.config;
         TrainConfig {
@@ -146,6 +147,7 @@ impl RecordV1 {
             first_step_scale: config.first_step_scale,
             opaque_backdrop: config.opaque_backdrop,
             backdrop: config.backdrop,
+            refine_poses,
         }
     }
 
@@ -202,6 +204,7 @@ impl ConfigV1 {
             first_step_scale,
             opaque_backdrop,
             backdrop,
+            refine_poses: _,
         } = *config;
         Self {
             seed,
@@ -312,7 +315,7 @@ mod tests {
         let check = |change: fn(&mut RecordV1)| {
             let mut record = RECORD;
             change(&mut record);
-            record.check(&record.config(TrainConfig::hash_grid().field, SPACE, 128))
+            record.check(&record.config(TrainConfig::hash_grid().field, SPACE, 128, false))
         };
         assert_eq!(check(|_| ()), Ok(()));
         assert_eq!(check(|r| r.length = LengthV1::Seconds(f64::NAN)), Err("its length"));
@@ -334,7 +337,7 @@ mod tests {
         let timed = |r: &mut RecordV1| (r.length, r.plan) = (LengthV1::Seconds(9.0), None);
         let mut record = RECORD;
         timed(&mut record);
-        let config = record.config(TrainConfig::hash_grid().field, SPACE, 128);
+        let config = record.config(TrainConfig::hash_grid().field, SPACE, 128, false);
         assert_eq!(record.check(&config), Ok(()));
         record.plan = Some([21, 90]);
         assert_eq!(record.check(&config), Err("its plan"));

@@ -6,7 +6,7 @@ use pocketnerf_core::{DType, SimdLevel};
 use pocketnerf_formats::{ModelFile, Section, SectionId};
 
 use super::record::RecordV1;
-use super::{Checkpoint, Problem};
+use super::{Checkpoint, Learnt, Problem};
 use crate::field::rounding::EightBits;
 use crate::field::{FieldConfig, Layout, Unusable};
 use crate::trainer::run::watch::Watch;
@@ -49,6 +49,24 @@ pub mod kind {
     /// By what each channel of each photograph is multiplied, f32; only where they are evened
     /// out.
     pub const EXPOSURE: u32 = PROGRAM + 11;
+    /// How the camera of each photograph turns, a rotation vector, and moves, f32; only where
+    /// poses are refined.
+    pub const POSES: u32 = PROGRAM + 12;
+    /// The first moments of these.
+    pub const POSE_MEAN: u32 = PROGRAM + 13;
+    /// The second moments.
+    pub const POSE_SQUARE: u32 = PROGRAM + 14;
+    /// Their sum over the steps that are averaged; only once there are such steps.
+    pub const POSE_SUM: u32 = PROGRAM + 15;
+    /// The logarithm of the factor by which the scene is brighter in each channel of each
+    /// photograph than EXPOSURE says, f32; only where that is learnt.
+    pub const GAINS: u32 = PROGRAM + 16;
+    /// The first moments of these.
+    pub const GAIN_MEAN: u32 = PROGRAM + 17;
+    /// The second moments.
+    pub const GAIN_SQUARE: u32 = PROGRAM + 18;
+    /// Their sum over the steps that are averaged; only once there are such steps.
+    pub const GAIN_SUM: u32 = PROGRAM + 19;
 }
 
 /// Version of every section so far.
@@ -70,6 +88,14 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::BEST => Some("BEST"),
         kind::SIMD => Some("SIMD"),
         kind::EXPOSURE => Some("EXPOSURE"),
+        kind::POSES => Some("POSES"),
+        kind::POSE_MEAN => Some("POSE_MEAN"),
+        kind::POSE_SQUARE => Some("POSE_SQUARE"),
+        kind::POSE_SUM => Some("POSE_SUM"),
+        kind::GAINS => Some("GAINS"),
+        kind::GAIN_MEAN => Some("GAIN_MEAN"),
+        kind::GAIN_SQUARE => Some("GAIN_SQUARE"),
+        kind::GAIN_SUM => Some("GAIN_SUM"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -88,7 +114,13 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let field = field_config(&model_file)?;
     let layout = field.kind().layout();
     let parameters = parameters(&model_file, &layout)?;
-    let config = record.config(field, model.space, occupancy.resolution());
+    let averaged = record.averaged > 0;
+    let kinds = [kind::POSES, kind::POSE_MEAN, kind::POSE_SQUARE, kind::POSE_SUM];
+    let poses = of_photographs(&model_file, kinds, averaged)?;
+    let kinds = [kind::GAINS, kind::GAIN_MEAN, kind::GAIN_SQUARE, kind::GAIN_SUM];
+    let learnt_gains = of_photographs(&model_file, kinds, averaged)?;
+    let resolution = occupancy.resolution();
+    let config = record.config(field, model.space, resolution, poses.is_some());
     record.check(&config).map_err(Problem::State)?;
     let moments = |kind, n: usize| {
         let section = section(&model_file, kind)?;
@@ -141,6 +173,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         best,
         simd,
         gains,
+        of_photographs: poses.into_iter().chain(learnt_gains).collect(),
         coarse: occupancy.coarse_bytes().to_vec(),
         fine: occupancy.fine_bytes().to_vec(),
         parameters,
@@ -192,6 +225,33 @@ fn simd(file: &ModelFile<'_>) -> Result<Option<SimdLevel>, Problem> {
     let name = std::str::from_utf8(section(file, kind::SIMD)?.bytes).ok();
     let level = name.and_then(|name| name.parse().ok());
     level.map(Some).ok_or(Problem::State("section SIMD"))
+}
+
+/// What is learnt of the photographs: the parameters, both moments and, where parameters are
+/// `averaged`, the sum. How many there must be, the dataset will tell.
+fn of_photographs(
+    file: &ModelFile<'_>,
+    kinds: [u32; 4],
+    averaged: bool,
+) -> Result<Option<Learnt>, Problem> {
+    if file.container().find(SectionId::first(kinds[0])).is_none() {
+        return Ok(None);
+    }
+    let mut all = [const { Vec::new() }; 4];
+    for (values, kind) in all.iter_mut().zip(kinds).take(if averaged { 4 } else { 3 }) {
+        *values = floats(section(file, kind)?.bytes);
+    }
+    let finite = all.iter().flatten().all(|value| value.is_finite());
+    let [parameters, mean, square, sum] = all;
+    let n = parameters.len();
+    let alike = [mean.len(), square.len()] == [n; 2] && sum.len() == if averaged { n } else { 0 };
+    if n == 0 || !finite || !alike || square.iter().any(|square| *square < 0.0) {
+        return Err(Problem::State(match kinds[0] {
+            kind::POSES => "section POSES",
+            _ => "section GAINS",
+        }));
+    }
+    Ok(Some(Learnt { kind: kinds[0], parameters, mean, square, sum }))
 }
 
 /// How photographs are evened out; as many as there are, the dataset will tell.
