@@ -6,7 +6,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use fearless_simd::dispatch;
 use pocketnerf_core::march::{LANES, Marcher, RayPacket, RayQueue, RayState, SampleBatch};
-use pocketnerf_core::{Camera, Occupancy, Sampling, Space};
+use pocketnerf_core::{Camera, Occupancy, Ray, Sampling, Space};
 use pocketnerf_train::trainer::pack;
 
 use crate::synthetic::level;
@@ -58,6 +58,15 @@ impl RayQueue for Rays {
 
     fn skip_to(&mut self, ray: usize, next: f32) {
         self.walks[ray].next = next;
+    }
+
+    fn public(&self, ray: usize) -> Ray {
+        let RayState { origin, direction, .. } = self.walks[ray];
+        Ray { origin, direction }
+    }
+
+    fn turn(&mut self, _: usize, _: &RayState) {
+        unreachable!("rays are straight in a box");
     }
 }
 

@@ -142,7 +142,9 @@ impl Train {
         };
         result["background_cut_out"] = plain.is_some().into();
         result["exposure_evened_out"] = trainer.is_evened_out().into();
-        Refined::of(&trainer, &origin).map(|refined| refined.add_to(&mut result));
+        if let Some(refined) = Refined::of(&trainer, &origin) {
+            refined.add_to(&mut result);
+        }
         saving.at_end(&trainer, &run, &origin, &mut bar);
         drop(bar);
         if common.json {

@@ -1,6 +1,7 @@
 //! The samples that a step takes against those that the marcher finds.
 
 use fearless_simd::{Level, dispatch};
+use pocketnerf_core::Ray;
 use pocketnerf_core::march::{Marcher, RayPacket, RayQueue, RayState, SampleBatch};
 
 use super::*;
