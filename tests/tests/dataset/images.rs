@@ -170,7 +170,7 @@ fn photographs_videos_and_archives_alone() {
     let folder = Folder::new();
     folder.image("IMG_1.jpg", [4, 2], 0);
     folder.write("IMG_2.HEIC", "");
-    let find = "find the cameras with pocketnerf prepare, COLMAP or nerfstudio's ns-process-data, \
+    let find = "find the cameras with COLMAP or nerfstudio's ns-process-data, \
                 then give the folder that they write";
     assert_eq!(refusal(folder.path()), format!("D: 2 photographs without cameras; {find}"));
     let inside = Folder::new();

@@ -70,9 +70,9 @@ fn next_step(file: &Path) -> Option<DatasetError> {
 }
 
 const FIND_IN_VIDEO: &str = "take photographs from it, as with ffmpeg -i VIDEO -vf fps=2 \
-     photos/%04d.jpg, and find their cameras with pocketnerf prepare, COLMAP or nerfstudio's \
+     photos/%04d.jpg, and find their cameras with COLMAP or nerfstudio's \
      ns-process-data";
-const FIND: &str = "find the cameras with pocketnerf prepare, COLMAP or nerfstudio's \
+const FIND: &str = "find the cameras with COLMAP or nerfstudio's \
      ns-process-data, then give the folder that they write";
 
 /// What to do with a folder of photographs alone.
