@@ -224,9 +224,9 @@ impl Contracted {
         [0, 1, 2].map(|a| self.center[a] + q[a] * self.radius)
     }
 
-    /// Half way to the cube's faces: cameras are in it.
+    /// From the cube's faces it is seen whole.
     pub(super) const fn viewing_distance(&self) -> f32 {
-        0.5 * self.radius
+        self.radius
     }
 
     /// Scene point to local point.
