@@ -55,11 +55,7 @@ impl<'s> GainStep<'s> {
     pub(crate) fn update(&self, group: &mut ParameterGroup, gradient: &[[f32; 3]], number: u32) {
         let rate = group.adam.corrected(self.rate, number);
         let ParameterGroup { parameters, mean, square, adam, .. } = group;
-        for (i, g) in gradient.as_flattened().iter().enumerate() {
-            mean[i] += (g - mean[i]) * (1.0 - adam.beta1);
-            square[i] += (g * g - square[i]) * (1.0 - adam.beta2);
-            parameters[i] -= rate * mean[i] / (square[i].sqrt() + adam.epsilon);
-        }
+        adam.follow(rate, gradient.as_flattened(), [&mut parameters[..], mean, square]);
         self.fix(parameters);
     }
 

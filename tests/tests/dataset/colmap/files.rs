@@ -180,4 +180,5 @@ fn the_check_report() {
         "{text}"
     );
     assert!(text.contains("depths    from 0.750 to 1.250"), "{text}");
+    assert!(report.has_no_end && text.contains("space     contracted"), "{text}");
 }

@@ -128,6 +128,7 @@ pub fn config(
     config.field.hash_grid_mut()?.shading = shading;
     match model.space {
         Space::Ndc(ndc) => config.ndc = Some(ndc),
+        Space::Contracted(contracted) => config.contracted = Some(contracted),
         ref space => config.aabb = space.scene_box(),
     }
     loop {

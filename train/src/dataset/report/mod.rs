@@ -36,6 +36,9 @@ pub struct DatasetReport {
     pub scene_box_by_points: bool,
     /// Whether the cameras suit normalised device coordinates.
     pub forward_facing: bool,
+    /// Whether it is trained in contracted space: photographs without alpha around or inside
+    /// something, and no box of the dataset's own.
+    pub has_no_end: bool,
     /// One image in so many is held out, if the dataset has no splits of its own.
     pub hold_every: Option<u32>,
     /// Images that are missing, of frames that are left out for that.
@@ -127,6 +130,9 @@ pub fn inspect_with(path: &Path, options: &LoadOptions) -> Result<DatasetReport,
         return Err(none.unwrap_or_else(|| DatasetError::Missing(path.to_owned())));
     };
     let scene_box = scene_box(first);
+    let splits: Vec<_> =
+        listings.iter().map(|(s, listing)| inspect_split(*s, listing, scene_box)).collect();
+    let has_alpha = splits[0].images_with_alpha > 0;
     Ok(DatasetReport {
         source: path.display().to_string(),
         format: first.format,
@@ -136,10 +142,11 @@ pub fn inspect_with(path: &Path, options: &LoadOptions) -> Result<DatasetReport,
         scene_box_given: first.aabb.is_some(),
         scene_box_by_points: first.aabb.is_none() && first.reach.is_some(),
         forward_facing: first.forward_facing,
+        has_no_end: !(first.forward_facing || first.aabb.is_some() || has_alpha),
         hold_every: first.is_one_set.then_some(options.hold_every),
         images_left_out: first.left_out.clone(),
         notes: first.notes.clone(),
-        splits: listings.iter().map(|(s, listing)| inspect_split(*s, listing, scene_box)).collect(),
+        splits,
     })
 }
 

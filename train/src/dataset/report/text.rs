@@ -20,6 +20,13 @@ impl fmt::Display for DatasetReport {
         match (self.forward_facing, self.scene_box) {
             (true, _) => writeln!(f, "scene     forward-facing: no box, all lies along -z")?,
             (false, Some([low, high])) => {
+                if self.has_no_end {
+                    writeln!(
+                        f,
+                        "space     contracted, without an end; a box if one plain background is \
+                         behind all"
+                    )?;
+                }
                 let by = match (self.scene_box_given, self.scene_box_by_points) {
                     (true, _) => "the dataset says",
                     (false, true) => "by its points",

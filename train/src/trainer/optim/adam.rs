@@ -70,6 +70,21 @@ impl Adam {
         (f64::from(learning_rate) * factor) as f32
     }
 
+    /// One step of a few parameters, without decay; `rate` comes from [`Adam::corrected`].
+    pub(crate) fn follow(
+        &self,
+        rate: f32,
+        gradient: &[f32],
+        [parameters, mean, square]: [&mut [f32]; 3],
+    ) {
+        let moments = mean.iter_mut().zip(square);
+        for ((own, (mean, square)), g) in parameters.iter_mut().zip(moments).zip(gradient) {
+            *mean += (g - *mean) * (1.0 - self.beta1);
+            *square += (g * g - *square) * (1.0 - self.beta2);
+            *own -= rate * *mean / (square.sqrt() + self.epsilon);
+        }
+    }
+
     /// One step of every parameter whose block of neighbours received a gradient; `rate` comes from [`Adam::corrected`]. Gives the largest magnitude
     /// that any of them has now.
     #[inline(always)]

@@ -121,19 +121,10 @@ impl PoseStep<'_> {
         let Self { poses, rate, .. } = *self;
         let rate = group.adam.corrected(rate, number);
         let ParameterGroup { parameters, mean, square, adam, .. } = group;
-        let rows = parameters.as_chunks_mut::<PER_VIEW>().0.iter_mut();
-        let moments = mean.as_chunks_mut::<PER_VIEW>().0.iter_mut();
-        let moments = moments.zip(square.as_chunks_mut::<PER_VIEW>().0);
-        let all = rows.zip(moments).zip(pulls).enumerate();
-        for (view, ((own, (mean, square)), pull)) in all {
-            let gradient = poses.gradient(view, own, pull);
-            for i in 0..PER_VIEW {
-                let g = gradient[i];
-                mean[i] += (g - mean[i]) * (1.0 - adam.beta1);
-                square[i] += (g * g - square[i]) * (1.0 - adam.beta2);
-                own[i] -= rate * mean[i] / (square[i].sqrt() + adam.epsilon);
-            }
-        }
+        let rows = parameters.as_chunks::<PER_VIEW>().0.iter().zip(pulls).enumerate();
+        let gradient: Vec<_> =
+            rows.map(|(view, (own, pull))| poses.gradient(view, own, pull)).collect();
+        adam.follow(rate, gradient.as_flattened(), [&mut parameters[..], mean, square]);
         poses.gauge.fix(parameters);
     }
 }

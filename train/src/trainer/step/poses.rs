@@ -7,7 +7,7 @@
 use std::ops::AddAssign;
 
 use pocketnerf_core::encoding::hash_grid::MAX_LEVELS;
-use pocketnerf_core::space::UnitMap;
+use pocketnerf_core::space::{Contracted, UnitMap};
 use pocketnerf_core::{Ray, Space};
 
 use super::group::{Group, Kept, STRIDE};
@@ -80,10 +80,25 @@ fn in_scene(space: &Space, map: &UnitMap, ray: &Ray, u: [f32; 3], slope: [f32; 3
             let [x, y] = [0, 1].map(|a| ndc.slope[a] * slope[a]);
             [x, y, along].map(|d| -d / point[2])
         }
+        Space::Contracted(contracted) => by_scene_point(contracted, local, slope),
         _ => slope,
     };
     let [x, y, z] = cross([0, 1, 2].map(|a| point[a] - ray.origin[a]), force);
     [force[0], force[1], force[2], x, y, z]
+}
+
+/// The gradient by a scene point, from that by its local one.
+fn by_scene_point(space: &Contracted, local: [f32; 3], slope: [f32; 3]) -> [f32; 3] {
+    let axis = (1..3).fold(0, |most, a| if local[a].abs() > local[most].abs() { a } else { most });
+    let mut force = slope;
+    if local[axis].abs() > 1.0 {
+        // p'_a = (2 - 1/m) sign(q_a), p'_b = q_b / m, where m = |q_a|.
+        let inverse = 2.0 - local[axis].abs();
+        let across = (0..3).filter(|b| *b != axis).map(|b| slope[b] * local[b]).sum::<f32>();
+        force = slope.map(|d| d * inverse);
+        force[axis] = inverse * (inverse * slope[axis] - local[axis].signum() * across);
+    }
+    force.map(|d| d / space.radius)
 }
 
 fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
@@ -110,7 +125,14 @@ mod tests {
     #[test]
     fn a_sample_swings_about_its_camera() {
         let ndc = Ndc { near: 0.5, slope: [1.0, 2.0], min: [-1.0; 3], max: [1.0; 3] };
-        let spaces = [Space::Box { min: [-2.0; 3], max: [1.0; 3] }, Space::Ndc(ndc)];
+        let around = |radius| Space::Contracted(Contracted { center: [0.1, 0.2, -0.3], radius });
+        let spaces = [
+            Space::Box { min: [-2.0; 3], max: [1.0; 3] },
+            Space::Ndc(ndc),
+            // The point lies in the cube, and beyond it along -z.
+            around(2.0),
+            around(0.5),
+        ];
         let ray = Ray { origin: [0.4, -0.2, 0.3], direction: [0.0, 0.0, -1.0] };
         // Where the sample is, scene units.
         let point = [0.3f32, 0.2, -1.4];
@@ -122,6 +144,7 @@ mod tests {
                     -ndc.slope[1] * p[1] / p[2],
                     1.0 + 2.0 * ndc.near / p[2],
                 ],
+                Space::Contracted(space) => space.local_point(p),
                 _ => p,
             };
             let here = local(point);

@@ -4,6 +4,7 @@
 //! to the inverse of the squared distance. So fog before a camera learns faster than the scene,
 //! and explains a photograph that no other one contradicts.
 
+use pocketnerf_core::space::UnitMap;
 use pocketnerf_core::{Ray, Space};
 
 /// So many times the nearest depth of the scene: nearer samples are slowed down.
@@ -13,6 +14,7 @@ const TIMES: f32 = 2.0;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlowBelow {
     space: Space,
+    map: UnitMap,
     /// Inverse of the squared distance, unit lengths, from which on all is learnt.
     inverse: f32,
 }
@@ -25,8 +27,9 @@ impl SlowBelow {
             Space::Contracted(contracted) => contracted.radius,
             _ => return None,
         };
-        let distance = TIMES * nearest? / unit * space.unit_map().scale;
-        (distance > 0.0).then(|| Self { space: *space, inverse: 1.0 / (distance * distance) })
+        let (space, map) = (*space, space.unit_map());
+        let distance = TIMES * nearest? / unit * map.scale;
+        (distance > 0.0).then(|| Self { space, map, inverse: 1.0 / (distance * distance) })
     }
 
     /// The share of its gradient that the sample of a ray at unit point `u` learns from.
@@ -36,7 +39,7 @@ impl SlowBelow {
             Space::Contracted(space) => space.local_point(ray.origin),
             _ => ray.origin,
         };
-        let o = self.space.unit_map().apply(o);
+        let o = self.map.apply(o);
         let square: f32 = (0..3).map(|a| (u[a] - o[a]) * (u[a] - o[a])).sum();
         (square * self.inverse).min(1.0)
     }
@@ -44,6 +47,8 @@ impl SlowBelow {
 
 #[cfg(test)]
 mod tests {
+    use pocketnerf_core::space::Contracted;
+
     use super::*;
 
     #[test]
@@ -55,6 +60,13 @@ mod tests {
         // All from one scene unit on, a quarter of a unit length.
         for (u, share) in [(0.0, 0.0), (0.125, 0.25), (0.25, 1.0), (0.75, 1.0)] {
             assert_eq!(slow.share(&ray, [u, 0.0, 0.0]), share, "{u}");
+        }
+        // In contracted space a local unit is a radius: half of one from the camera on.
+        let around = Contracted { center: [0.0; 3], radius: 2.0 };
+        let slow = SlowBelow::new(&Space::Contracted(around), Some(0.5)).unwrap();
+        let ray = Ray { origin: [0.0; 3], direction: [1.0, 0.0, 0.0] };
+        for (local, share) in [(0.0, 0.0), (0.25, 0.25), (0.5, 1.0)] {
+            assert_eq!(slow.share(&ray, [0.5 + local / 4.0, 0.5, 0.5]), share, "{local}");
         }
         assert!(SlowBelow::new(&space, None).is_none());
         assert!(SlowBelow::new(&space, Some(0.0)).is_none());

@@ -90,7 +90,7 @@ impl Convert {
     ) -> Result<[Vec<Camera>; 2], Failure> {
         let Some(folder) = &self.data else {
             return distill::cameras(space, own, distance).ok_or_else(|| {
-                "--distill-to: views of a forward-facing scene are those of its capture, give --data"
+                "--distill-to: views of a scene that is in no box are those of its capture, give --data"
                     .into()
             });
         };

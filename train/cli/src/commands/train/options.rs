@@ -121,7 +121,10 @@ impl Train {
         };
         let (space, near) = match (config.ndc, config.contracted) {
             (Some(ndc), _) => (SpaceKind::Ndc, ndc.near),
-            (_, Some(contracted)) => (SpaceKind::Contracted, config.near * contracted.radius),
+            (_, Some(contracted)) => {
+                let given = self.scene.near.filter(|near| near / contracted.radius == config.near);
+                (SpaceKind::Contracted, given.unwrap_or(config.near * contracted.radius))
+            }
             _ => (SpaceKind::Box, config.near),
         };
         let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
