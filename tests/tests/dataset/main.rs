@@ -8,6 +8,7 @@ mod lens;
 mod llff;
 mod real;
 mod refusals;
+mod suspicion;
 mod transforms;
 
 use fixture::{Scene, cut, frames};

@@ -10,6 +10,10 @@ use crate::pose::PoseProblem;
 const CONVENTIONS: &str = "transforms_train.json (Blender), transforms.json (instant-ngp, nerfstudio), \
      poses_bounds.npy with images (LLFF), sparse/0 with images (COLMAP), train/SCENE/{rgb,pose,intrinsics.txt} (DeepVoxels)";
 
+/// Who else finds cameras.
+const OTHERS: &str =
+    "as do colmap, ns-process-data of nerfstudio and colmap2nerf.py of instant-ngp";
+
 /// Why a dataset was refused. Each message is one line.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -23,6 +27,20 @@ pub enum DatasetError {
         one_line(.0)
     )]
     NotAFolder(PathBuf),
+    /// Photographs of which no cameras are known.
+    #[error("{}: {photographs} photographs without poses; `pocketnerf prepare` makes a dataset of them, {OTHERS}", one_line(.folder))]
+    NoPoses {
+        /// The folder.
+        folder: PathBuf,
+        /// How many.
+        photographs: usize,
+    },
+    /// A video.
+    #[error("{}: a video; `pocketnerf prepare` makes a dataset of it, {OTHERS}", one_line(.0))]
+    Video(PathBuf),
+    /// An archive.
+    #[error("{}: a zip archive; unpack it and give the folder", one_line(.0))]
+    Zip(PathBuf),
     /// The folder cannot be listed.
     #[error("{}: cannot be listed: {source}; check its permissions", one_line(.folder))]
     Unlistable {

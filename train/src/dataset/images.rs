@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use image::metadata::Orientation;
 use image::{ImageFormat, ImageReader};
 
 use super::DatasetError;
@@ -57,18 +58,37 @@ pub(super) fn size(path: &Path) -> Option<[u32; 2]> {
     reader.into_dimensions().ok().map(|(width, height)| [width, height])
 }
 
-/// Width, height and whether there is an alpha channel, of a file that is whole; decodes no
-/// pixel.
-pub(super) fn header(path: &Path) -> Option<([u32; 2], bool)> {
+/// What a file says of its image before any pixel is decoded.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Header {
+    /// Width and height in pixels.
+    pub(super) size: [u32; 2],
+    /// Whether there is an alpha channel.
+    pub(super) alpha: bool,
+    /// Whether EXIF says that the image is to be shown turned or mirrored.
+    pub(super) is_turned: bool,
+    /// Equal where files are.
+    pub(super) content: u64,
+}
+
+/// The header of a file that is whole; decodes no pixel.
+pub(super) fn header(path: &Path) -> Option<Header> {
     use image::ImageDecoder as _;
     let bytes = std::fs::read(path).ok()?;
     let format = image::guess_format(&bytes).ok()?;
     if is_cut_off(format, &bytes) {
         return None;
     }
-    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().ok()?;
+    let content = super::hash_of(&bytes);
+    let mut decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().ok()?;
     let (width, height) = decoder.dimensions();
-    Some(([width, height], decoder.color_type().has_alpha()))
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    Some(Header {
+        size: [width, height],
+        alpha: decoder.color_type().has_alpha(),
+        is_turned: orientation != Orientation::NoTransforms,
+        content,
+    })
 }
 
 /// Whether the end of a PNG or JPEG file is missing.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{DatasetError, Split, blender, colmap, deepvoxels, llff, transforms};
+use super::{DatasetError, Split, blender, colmap, deepvoxels, footage, llff, transforms};
 
 /// A convention that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,8 @@ pub(super) fn recognise(folder: &Path) -> Result<Convention, DatasetError> {
         _ => DatasetError::Unlistable { folder: folder.to_owned(), source },
     })?;
     if !kind.is_dir() {
-        return Err(DatasetError::NotAFolder(folder.to_owned()));
+        let not_a_folder = || DatasetError::NotAFolder(folder.to_owned());
+        return Err(footage::next_step(folder).unwrap_or_else(not_a_folder));
     }
     let names = list(folder)?;
     if names.is_empty() {
@@ -35,11 +36,12 @@ pub(super) fn recognise(folder: &Path) -> Result<Convention, DatasetError> {
     if let Some(convention) = readable(folder) {
         return Ok(convention);
     }
-    Err(DatasetError::NotRecognised {
-        folder: folder.to_owned(),
-        found: some_of(&names),
-        inside: names.into_iter().find(|name| readable(&folder.join(name)).is_some()),
-    })
+    let found = some_of(&names);
+    let inside = names.into_iter().find(|name| readable(&folder.join(name)).is_some());
+    match footage::next_step(folder).filter(|_| inside.is_none()) {
+        Some(refusal) => Err(refusal),
+        None => Err(DatasetError::NotRecognised { folder: folder.to_owned(), found, inside }),
+    }
 }
 
 /// The convention that a key belongs to which Blender's files do not have.
