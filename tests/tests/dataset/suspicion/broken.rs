@@ -56,7 +56,7 @@ pub(super) const BROKEN: &[Broken] = &[
             d.json(|json| {
                 json["frames"][6]["transform_matrix"] =
                     json["frames"][5]["transform_matrix"].clone();
-            })
+            });
         },
         "the pose of another, but another photograph: 1 of 72 (first: train/006.png)",
     ),
@@ -172,7 +172,7 @@ pub(super) const BROKEN: &[Broken] = &[
         |d| {
             d.keep(|_, p| {
                 [0.8, -0.48, 0.36].iter().zip(p).map(|(a, p)| a * p[2]).sum::<f64>() < 0.8
-            })
+            });
         },
         "photographs leave a gap",
     ),

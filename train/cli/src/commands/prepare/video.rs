@@ -97,7 +97,8 @@ fn candidates(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 /// The mean difference of neighbouring pixels' differences: of neighbouring frames, the sharpest has
 /// the most.
 fn sharpness(file: &Path) -> Option<f64> {
-    let image = image::open(file).ok()?.into_luma8();
+    let reader = image::ImageReader::open(file).ok()?.with_guessed_format().ok()?;
+    let image = reader.decode().ok()?.into_luma8();
     let (width, values) = (image.width() as usize, image.into_raw());
     let along = |step: usize| {
         let triples = values.iter().zip(values.iter().skip(step)).zip(values.iter().skip(2 * step));

@@ -93,10 +93,11 @@ fn frames_of_a_video_the_sharpest_of_three() {
     let programs = [("colmap", COLMAP), ("ffmpeg", FFMPEG), ("ffprobe", FFPROBE)];
     let shop = Shop::new(&programs);
     std::fs::write(shop.place.path("walk.mp4"), "a video").unwrap();
-    // Six candidates for two frames: the second and the last are as they were, the others blurred.
-    for i in [0, 2, 3, 4] {
-        let file = shop.place.path(&format!("photos/{i}.png"));
-        image::open(&file).unwrap().blur(2.0).save(&file).unwrap();
+    // Six candidates for two frames: three of one picture and three of another. The second and the
+    // last are as they were, the others blurred.
+    for (i, of) in [(0, 1), (2, 1), (3, 5), (4, 5)] {
+        let picture = image::open(shop.place.path(&format!("photos/{of}.png"))).unwrap();
+        picture.blur(2.0).save(shop.place.path(&format!("photos/{i}.png"))).unwrap();
     }
     let result = shop.ok("prepare walk.mp4 --frames 2 --out set --quiet --json");
     assert_eq!((&result["photographs"], &result["brought"]), (&2.into(), &"taken".into()));
@@ -138,7 +139,7 @@ fn what_cannot_be_prepared_is_refused_in_a_line() {
     assert!(!shop.place.path("a").exists());
     assert!(shop.calls().is_empty());
     shop.ok("prepare photos --out set --link --quiet --json");
-    let line = shop.line("prepare photos --out set", &[]);
+    let line = shop.line("prepare photos --out set --features 4096", &[]);
     assert!(
         line.starts_with("set: was begun from other photographs or with other options"),
         "{line}"
