@@ -41,9 +41,7 @@ impl Source {
         }
         match Footage::of(path) {
             Footage::Video => Ok(Self::Video(path.to_owned())),
-            Footage::Zip => {
-                Err(format!("{shown}: a zip archive; unpack it and give the folder").into())
-            }
+            Footage::Archive => Err(DatasetError::Archive(path.to_owned()).into()),
             Footage::Other => Err(format!(
                 "{shown}: neither a folder of photographs nor a video (mp4, mov, mkv, webm, avi, \
                  m4v); give one of these"

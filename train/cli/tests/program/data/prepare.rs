@@ -126,7 +126,10 @@ fn what_cannot_be_prepared_is_refused_in_a_line() {
     std::fs::create_dir(shop.place.path("mine")).unwrap();
     write("mine/thesis.txt", b"...");
     for (options, expected) in [
-        ("photos.zip --out a", "photos.zip: a zip archive; unpack it and give the folder"),
+        (
+            "photos.zip --out a",
+            "photos.zip: an archive, expected a folder; unpack it and give the folder",
+        ),
         ("nowhere --out a", "nowhere: no such folder"),
         ("notes.txt --out a", "notes.txt: neither a folder of photographs nor a video"),
         ("empty --out a", "empty: no PNG or JPEG files in this folder"),
@@ -163,7 +166,7 @@ fn train_names_the_next_step() {
             "photos: 6 photographs without poses; `pocketnerf prepare` makes a dataset of them",
         ),
         ("walk.mp4", "walk.mp4: a video; `pocketnerf prepare` makes a dataset of it"),
-        ("photos.zip", "photos.zip: a zip archive; unpack it"),
+        ("photos.zip", "photos.zip: an archive, expected a folder; unpack it"),
     ] {
         let line = shop.place.line(&format!("train {data} --quiet --out x.pnerf"));
         assert!(line.starts_with(expected), "{line}");
