@@ -170,15 +170,19 @@ fn photographs_videos_and_archives_alone() {
     let folder = Folder::new();
     folder.image("IMG_1.jpg", [4, 2], 0);
     folder.write("IMG_2.HEIC", "");
-    let find = "find the cameras with COLMAP or nerfstudio's ns-process-data, \
-                then give the folder that they write";
-    assert_eq!(refusal(folder.path()), format!("D: 2 photographs without cameras; {find}"));
+    let find = |what: &str, of: &str| {
+        format!(
+            "D{what}; `pocketnerf prepare` makes a dataset of {of}, as do colmap, ns-process-data \
+             of nerfstudio and colmap2nerf.py of instant-ngp"
+        )
+    };
+    assert_eq!(refusal(folder.path()), find(": 2 photographs without poses", "them"));
     let inside = Folder::new();
     (0..3).for_each(|i| inside.image(&format!("images/{i}.png"), [4, 2], 0));
-    assert_eq!(refusal(inside.path()), format!("D: 3 photographs without cameras; {find}"));
+    assert_eq!(refusal(inside.path()), find("/images: 3 photographs without poses", "them"));
     folder.write("walk.MOV", "");
     let message = refusal(&folder.path().join("walk.MOV"));
-    assert!(message.starts_with("D: a video without cameras; take photographs from it, as with"));
+    assert_eq!(message, find(": a video", "it"));
     folder.write("scan.zip", "");
     let message = refusal(&folder.path().join("scan.zip"));
     assert_eq!(message, "D: an archive, expected a folder; unpack it and give the folder");

@@ -12,6 +12,7 @@ mod phone;
 mod real;
 mod refusals;
 mod survey;
+mod suspicion;
 mod transforms;
 
 use fixture::{Scene, cut, frames};

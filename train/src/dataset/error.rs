@@ -11,6 +11,10 @@ const CONVENTIONS: &str = "transforms_train.json (Blender), transforms.json (ins
      poses_bounds.npy with images (LLFF), sparse/0 with images (COLMAP), train/SCENE/{rgb,pose,intrinsics.txt} (DeepVoxels), \
      or photographs with cameras of Metashape (.xml), RealityCapture (.csv), Polycam (keyframes), Record3D (metadata) or 3d Scanner App (frame_*.json)";
 
+/// Who else finds cameras.
+const OTHERS: &str =
+    "as do colmap, ns-process-data of nerfstudio and colmap2nerf.py of instant-ngp";
+
 /// Why a dataset was refused. Each message is one line.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -24,6 +28,15 @@ pub enum DatasetError {
         one_line(.0)
     )]
     NotAFolder(PathBuf),
+    /// A folder of so many photographs of which no cameras are known.
+    #[error("{}: {} photographs without poses; `pocketnerf prepare` makes a dataset of them, {OTHERS}", one_line(.0), .1)]
+    NoPoses(PathBuf, usize),
+    /// A video.
+    #[error("{}: a video; `pocketnerf prepare` makes a dataset of it, {OTHERS}", one_line(.0))]
+    Video(PathBuf),
+    /// An archive.
+    #[error("{}: an archive, expected a folder; unpack it and give the folder", one_line(.0))]
+    Archive(PathBuf),
     /// The folder cannot be listed.
     #[error("{}: cannot be listed: {source}; check its permissions", one_line(.folder))]
     Unlistable {

@@ -9,6 +9,7 @@ mod decode;
 mod deepvoxels;
 mod error;
 mod fingerprint;
+mod footage;
 mod holdout;
 mod images;
 mod intrinsics;
@@ -34,7 +35,10 @@ use rayon::prelude::*;
 pub use error::DatasetError;
 #[doc(hidden)]
 pub use fingerprint::hash_of;
-pub use report::{DatasetReport, ImageSize, SplitReport, inspect, inspect_with};
+pub use footage::{Footage, are_of_one_size, photographs};
+pub use report::{
+    DatasetReport, ImageSize, SplitReport, Suspicion, inspect, inspect_with, picture,
+};
 pub(crate) use view::UNCLAIMED;
 pub use view::View;
 pub use write::write;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    DatasetError, Split, blender, colmap, deepvoxels, images, llff, phone, survey, transforms,
+    DatasetError, Split, blender, colmap, deepvoxels, footage, llff, phone, survey, transforms,
 };
 
 /// A convention that can be read.
@@ -32,9 +32,8 @@ pub(super) fn recognise(folder: &Path) -> Result<Convention, DatasetError> {
         _ => DatasetError::Unlistable { folder: folder.to_owned(), source },
     })?;
     if !kind.is_dir() {
-        return Err(
-            next_step(folder).unwrap_or_else(|| DatasetError::NotAFolder(folder.to_owned()))
-        );
+        let not_a_folder = || DatasetError::NotAFolder(folder.to_owned());
+        return Err(footage::next_step(folder).unwrap_or_else(not_a_folder));
     }
     let names = list(folder)?;
     if names.is_empty() {
@@ -43,49 +42,12 @@ pub(super) fn recognise(folder: &Path) -> Result<Convention, DatasetError> {
     if let Some(convention) = readable(folder) {
         return Ok(convention);
     }
-    let inside = names.iter().find(|name| readable(&folder.join(name)).is_some()).cloned();
-    if inside.is_none()
-        && let Some(error) = photographs(folder)
-    {
-        return Err(error);
+    let found = some_of(&names);
+    let inside = names.into_iter().find(|name| readable(&folder.join(name)).is_some());
+    match footage::next_step(folder).filter(|_| inside.is_none()) {
+        Some(refusal) => Err(refusal),
+        None => Err(DatasetError::NotRecognised { folder: folder.to_owned(), found, inside }),
     }
-    let (folder, found) = (folder.to_owned(), some_of(&names));
-    Err(DatasetError::NotRecognised { folder, found, inside })
-}
-
-/// What to do with a file that is given in place of a folder.
-fn next_step(file: &Path) -> Option<DatasetError> {
-    const VIDEOS: [&str; 7] = ["mp4", "mov", "m4v", "avi", "mkv", "webm", "mts"];
-    const ARCHIVES: [&str; 7] = ["zip", "r3d", "tar", "gz", "tgz", "7z", "rar"];
-    let ending = file.extension()?.to_string_lossy().to_lowercase();
-    let (problem, hint) = if VIDEOS.contains(&ending.as_str()) {
-        ("a video without cameras", FIND_IN_VIDEO)
-    } else if ARCHIVES.contains(&ending.as_str()) {
-        ("an archive, expected a folder", "unpack it and give the folder")
-    } else {
-        return None;
-    };
-    let file = file.to_owned();
-    Some(DatasetError::Export { file, problem: problem.to_owned(), hint })
-}
-
-const FIND_IN_VIDEO: &str = "take photographs from it, as with ffmpeg -i VIDEO -vf fps=2 \
-     photos/%04d.jpg, and find their cameras with COLMAP or nerfstudio's \
-     ns-process-data";
-const FIND: &str = "find the cameras with COLMAP or nerfstudio's \
-     ns-process-data, then give the folder that they write";
-
-/// What to do with a folder of photographs alone.
-fn photographs(folder: &Path) -> Option<DatasetError> {
-    let endings = || images::EXTENSIONS.into_iter().chain(["heic", "heif", "avif"]);
-    let endings: Vec<&str> = endings().collect();
-    let count = |folder: &Path| images::names(folder, &endings).map_or(0, |names| names.len());
-    let count = count(folder).max(count(&folder.join("images")));
-    (count > 1).then(|| DatasetError::Export {
-        file: folder.to_owned(),
-        problem: format!("{count} photographs without cameras"),
-        hint: FIND,
-    })
 }
 
 /// The convention that a key belongs to which Blender's files do not have.

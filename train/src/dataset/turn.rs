@@ -22,22 +22,28 @@ pub(super) enum Turn {
     Untold,
 }
 
-/// A frame's image, turned if its camera is for that.
-pub(super) fn upright(stored: Stored, frame: &Frame) -> (Image, Turn) {
-    let Stored { image, orientation, .. } = stored;
-    let [width, height] = image.size;
+/// What is to be done about a frame's image of this size, as it is stored.
+pub(super) fn turn([width, height]: [u32; 2], orientation: Orientation, frame: &Frame) -> Turn {
     if orientation == Orientation::NoTransforms {
-        return (image, Turn::None);
+        return Turn::None;
     }
     let tells = swaps(orientation) && frame.intrinsics.size.is_some();
     let fits = [[width, height], [height, width]].map(|size| frame.intrinsics.fits(size));
     match (tells, fits) {
-        (true, [true, false]) => (image, Turn::None),
-        (true, [false, true]) => (image.turned(orientation), Turn::Turned),
+        (true, [true, false]) => Turn::None,
+        (true, [false, true]) => Turn::Turned,
         // It fits neither way, which is refused.
-        (true, [false, false]) => (image, Turn::None),
-        _ => (image, Turn::Untold),
+        (true, [false, false]) => Turn::None,
+        _ => Turn::Untold,
     }
+}
+
+/// A frame's image, turned if its camera is for that.
+pub(super) fn upright(stored: Stored, frame: &Frame) -> (Image, Turn) {
+    let Stored { image, orientation, .. } = stored;
+    let turn = turn(image.size, orientation, frame);
+    let image = if turn == Turn::Turned { image.turned(orientation) } else { image };
+    (image, turn)
 }
 
 /// Of how many images something is to be said, and the first one's name.

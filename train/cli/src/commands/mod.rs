@@ -11,6 +11,7 @@ mod info;
 mod memory;
 mod model_file;
 mod parse;
+mod prepare;
 mod progress;
 mod reading;
 mod render;
@@ -51,6 +52,14 @@ struct Command {
 enum Action {
     /// Train on the built-in scene, render it, and compare with the truth
     Demo(demo::Demo),
+    /// Make a dataset from photographs or a video
+    ///
+    /// Runs COLMAP, and ffmpeg for a video, where they are installed. DIR/images has the
+    /// photographs and DIR/sparse their cameras, which `train` reads; DIR/prepare.log has what these
+    /// programs said.
+    ///
+    /// What is done already is kept in DIR, so the same command continues after an interruption.
+    Prepare(prepare::Prepare),
     /// Train a model on a dataset
     ///
     /// Ctrl-C, SIGTERM or SIGHUP saves a checkpoint beside the model (scene.pnerf:
@@ -177,6 +186,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
     }
     match &command.action {
         Action::Demo(action) => action.run(common),
+        Action::Prepare(action) => action.run(common),
         Action::Train(action) => action.run(common),
         Action::Eval(action) => action.run(common),
         Action::Convert(action) => action.run(common),

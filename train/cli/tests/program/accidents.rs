@@ -201,8 +201,10 @@ fn each_object_has_warnings() {
     assert!(rendered["warnings"][0].as_str().unwrap().contains("times as much in a pixel"));
     // What is wrong with a dataset is a warning too.
     cut(&place.path("data/3.png"));
-    let notes = place.ok("info data --json");
-    assert_eq!(notes["warnings"], notes["notes"]);
+    let object = place.ok("info data --json");
+    let line = "images that are unreadable or cut off: 1 of 12 (first: 3); copy them again";
+    assert_eq!(object["warnings"], serde_json::json!([line]));
+    assert_eq!(object["suspicions"], serde_json::json!([{"kind": "unreadable", "text": line}]));
 }
 
 #[test]

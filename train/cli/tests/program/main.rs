@@ -4,6 +4,7 @@ mod accidents;
 mod bench;
 mod chart;
 mod convert;
+mod data;
 mod doubts;
 mod eval;
 mod exposure;

@@ -86,14 +86,28 @@ pub(super) fn size(path: &Path) -> Option<[u32; 2]> {
     reader.into_dimensions().ok().map(|(width, height)| [width, height])
 }
 
-/// Width, height and whether there is an alpha channel, of a file that is whole; decodes no
-/// pixel.
-pub(super) fn header(path: &Path) -> Option<([u32; 2], bool)> {
+/// What a file says of its image before any pixel is decoded.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Header {
+    /// Width and height in pixels.
+    pub(super) size: [u32; 2],
+    /// Whether there is an alpha channel.
+    pub(super) alpha: bool,
+    /// How EXIF says that the image is to be turned.
+    pub(super) orientation: Orientation,
+    /// Equal where files are.
+    pub(super) content: u64,
+}
+
+/// The header of a file that is whole; decodes no pixel.
+pub(super) fn header(path: &Path) -> Option<Header> {
     let bytes = std::fs::read(path).ok()?;
     let format = format::of(&bytes).ok()?;
-    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().ok()?;
-    let (width, height) = decoder.dimensions();
-    Some(([width, height], decoder.color_type().has_alpha()))
+    let content = super::hash_of(&bytes);
+    let mut decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().ok()?;
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let (size, alpha) = (decoder.dimensions().into(), decoder.color_type().has_alpha());
+    Some(Header { size, alpha, orientation, content })
 }
 
 fn decode_bytes(path: &Path) -> Result<Stored, String> {

@@ -1,19 +1,24 @@
 //! What is in a dataset: the check report.
 
 mod look;
+mod picture;
+mod shot;
+mod suspicion;
 mod text;
 
 use std::path::Path;
 
 use pocketnerf_core::Camera;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::listing::{Frame, Listing};
-use super::{DatasetError, LoadOptions, Split, decode, images, list};
+use super::{DatasetError, LoadOptions, Split, list};
 use crate::cameras::nearest_to_axes;
 
 use look::{camera_box, distances, scene_box, share_looking_at};
+pub use picture::picture;
+use shot::Shot;
+pub use suspicion::Suspicion;
 
 /// What is in a dataset. Missing or unreadable images are counted, not refused.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -45,6 +50,8 @@ pub struct DatasetReport {
     pub images_left_out: Vec<String>,
     /// What else the user should know.
     pub notes: Vec<String>,
+    /// What may be wrong, each with what to do.
+    pub suspicions: Vec<Suspicion>,
     /// The splits that are there.
     pub splits: Vec<SplitReport>,
 }
@@ -98,8 +105,8 @@ pub struct ImageSize {
     pub images: usize,
 }
 
-/// Looks at the dataset in the folder `path`: its files of cameras and its images,
-/// of which no pixel is decoded.
+/// Looks at the dataset in the folder `path`: its files of cameras and its images, of which as
+/// many are decoded as is quick.
 ///
 /// # Errors
 /// As [`load`](super::load), except for what is wrong with images: that is in
@@ -113,25 +120,16 @@ pub fn inspect(path: &Path) -> Result<DatasetReport, DatasetError> {
 /// # Errors
 /// As [`inspect`].
 pub fn inspect_with(path: &Path, options: &LoadOptions) -> Result<DatasetReport, DatasetError> {
-    let mut listings: Vec<(Split, Listing)> = Vec::new();
-    let mut none = None;
-    for split in Split::ALL {
-        match list(path, split, options) {
-            Ok(listing) => listings.push((split, listing)),
-            // What is wrong with one split is no news of the others.
-            Err(error @ (DatasetError::NoSplit { .. } | DatasetError::EmptySplit { .. })) => {
-                none = none.or(Some(error));
-            }
-            Err(error) => return Err(error),
-        }
-    }
+    let listings = listings(path, options)?;
     // The training split, if there is one.
-    let Some((_, first)) = listings.first() else {
-        return Err(none.unwrap_or_else(|| DatasetError::Missing(path.to_owned())));
-    };
+    let first = &listings[0].1;
     let scene_box = scene_box(first);
-    let splits: Vec<_> =
-        listings.iter().map(|(s, listing)| inspect_split(*s, listing, scene_box)).collect();
+    let shots: Vec<Vec<Shot<'_>>> =
+        listings.iter().map(|(split, listing)| Shot::all(*split, listing)).collect();
+    let reports = listings.iter().zip(&shots);
+    let splits: Vec<_> = reports
+        .map(|((split, listing), shots)| inspect_split(*split, listing, shots, scene_box))
+        .collect();
     let has_alpha = splits[0].images_with_alpha > 0;
     Ok(DatasetReport {
         source: path.display().to_string(),
@@ -146,18 +144,38 @@ pub fn inspect_with(path: &Path, options: &LoadOptions) -> Result<DatasetReport,
         hold_every: first.is_one_set.then_some(options.hold_every),
         images_left_out: first.left_out.clone(),
         notes: first.notes.clone(),
+        suspicions: suspicion::find(&shots, first),
         splits,
     })
 }
 
-fn inspect_split(split: Split, listing: &Listing, scene_box: Option<[[f32; 3]; 2]>) -> SplitReport {
+/// The splits that are there; at least one.
+fn listings(path: &Path, options: &LoadOptions) -> Result<Vec<(Split, Listing)>, DatasetError> {
+    let mut listings: Vec<(Split, Listing)> = Vec::new();
+    let mut none = None;
+    for split in Split::ALL {
+        match list(path, split, options) {
+            Ok(listing) => listings.push((split, listing)),
+            // What is wrong with one split is no news of the others.
+            Err(error @ (DatasetError::NoSplit { .. } | DatasetError::EmptySplit { .. })) => {
+                none = none.or(Some(error));
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    match none {
+        Some(none) if listings.is_empty() => Err(none),
+        _ => Ok(listings),
+    }
+}
+
+fn inspect_split(
+    split: Split,
+    listing: &Listing,
+    shots: &[Shot<'_>],
+    scene_box: Option<[[f32; 3]; 2]>,
+) -> SplitReport {
     let Listing { frames, folder, .. } = listing;
-    let headers: Vec<_> = frames
-        .par_iter()
-        .map(|frame| {
-            images::find(folder, &frame.path).map(|name| images::header(&folder.join(name)))
-        })
-        .collect();
     let poses: Vec<[f32; 16]> = frames.iter().map(|frame| frame.pose).collect();
     let look_at = nearest_to_axes(&poses);
     let masks = || frames.iter().filter_map(|frame| frame.mask.as_ref());
@@ -165,7 +183,7 @@ fn inspect_split(split: Split, listing: &Listing, scene_box: Option<[[f32; 3]; 2
     let mut report = SplitReport {
         split: split.name(),
         frames: frames.len(),
-        images_found: headers.iter().flatten().count(),
+        images_found: shots.iter().filter(|shot| shot.file.is_some()).count(),
         images_missing: Vec::new(),
         images_unreadable: Vec::new(),
         images_misshapen: Vec::new(),
@@ -180,21 +198,22 @@ fn inspect_split(split: Split, listing: &Listing, scene_box: Option<[[f32; 3]; 2
         look_at_distance: look_at.map(|point| distances(&poses, point)),
         share_looking_at_box: scene_box.map(|corners| share_looking_at(&poses, corners)),
     };
-    for (frame, header) in frames.iter().zip(headers) {
+    for shot in shots {
+        let frame = shot.frame;
         let lens = frame.lens.name();
         if !report.lenses.contains(&lens) {
             report.lenses.push(lens);
         }
-        match header {
-            None => report.images_missing.push(frame.path.clone()),
-            Some(None) => report.images_unreadable.push(frame.path.clone()),
-            Some(Some((size, alpha))) => {
-                report.count(size, alpha || frame.alpha.is_some());
-                match decode::camera(folder, &frame.path, frame, size) {
-                    Ok(camera) => {
-                        report.fov_x_degrees.get_or_insert_with(|| fov_x_degrees(&camera, frame));
+        match shot.header {
+            None if shot.file.is_none() => report.images_missing.push(frame.path.clone()),
+            None => report.images_unreadable.push(frame.path.clone()),
+            Some(header) => {
+                report.count(header.size, header.alpha || frame.alpha.is_some());
+                match &shot.camera {
+                    Some(camera) => {
+                        report.fov_x_degrees.get_or_insert_with(|| fov_x_degrees(camera, frame));
                     }
-                    Err(_) => report.images_misshapen.push(frame.path.clone()),
+                    None => report.images_misshapen.push(frame.path.clone()),
                 }
             }
         }
@@ -210,6 +229,15 @@ fn fov_x_degrees(camera: &Camera, frame: &Frame) -> f32 {
         x.hypot(y).atan2(z).copysign(x)
     };
     (angle(camera.width as f32) - angle(0.0)).to_degrees() as f32
+}
+
+impl DatasetReport {
+    /// All that the user should know, a line each.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let suspicions = self.suspicions.iter().map(|suspicion| suspicion.text.clone());
+        self.notes.iter().cloned().chain(suspicions).collect()
+    }
 }
 
 impl SplitReport {

@@ -46,6 +46,9 @@ impl fmt::Display for DatasetReport {
         for note in &self.notes {
             writeln!(f, "note      {note}")?;
         }
+        for suspicion in &self.suspicions {
+            writeln!(f, "suspect   {}", suspicion.text)?;
+        }
         for (i, split) in self.splits.iter().enumerate() {
             if i > 0 {
                 writeln!(f)?;

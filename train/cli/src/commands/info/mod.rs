@@ -1,5 +1,6 @@
 //! `pocketnerf info`.
 
+mod cost;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -8,17 +9,21 @@ use pocketnerf_core::Space;
 use pocketnerf_core::march::Reach;
 use pocketnerf_formats::{Container, ModelFile, Role, SectionId};
 use pocketnerf_train::trainer::checkpoint::{Checkpoint, kind, section_name};
-use pocketnerf_train::{dataset, field};
+use pocketnerf_train::{dataset, field, output};
 use serde_json::{Value, json};
 
 #[cfg(feature = "gpu")]
 use super::device;
 use super::{Common, Failure, Reading, open, print_json, print_line, read_model};
+use cost::Cost;
 use table::table;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Info {
     /// Model file, checkpoint or dataset folder
+    ///
+    /// Of a dataset, what is suspicious is told, a line each with what to do, and what training
+    /// costs. Photographs are looked at for this.
     #[cfg_attr(feature = "gpu", arg(required_unless_present = "gpus"))]
     #[cfg_attr(not(feature = "gpu"), arg(required = true))]
     path: Option<PathBuf>,
@@ -26,6 +31,9 @@ pub(super) struct Info {
     #[cfg(feature = "gpu")]
     #[arg(long, conflicts_with = "path")]
     gpus: bool,
+    /// Draw the cameras of a dataset and the scene's box, from above and from the side: an SVG file
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
     #[command(flatten)]
     reading: Reading,
 }
@@ -42,15 +50,38 @@ impl Info {
         }
     }
 
+    fn show_dataset(&self, path: &Path, common: &Common) -> Result<(), Failure> {
+        let options = self.reading.options(1);
+        let report = dataset::inspect_with(path, &options)?;
+        if let Some(file) = &self.picture {
+            output::write_atomic(file, dataset::picture(path, &options)?.as_bytes())?;
+        }
+        let cost = Cost::of(&report);
+        let doubt = cost.and_then(|cost| cost.doubt());
+        if common.json {
+            let mut object = serde_json::to_value(&report)?;
+            object["cost"] = serde_json::to_value(cost)?;
+            object["picture"] = json!(self.picture);
+            let warnings: Vec<String> = report.warnings().into_iter().chain(doubt).collect();
+            print_json(object, &warnings);
+        } else {
+            print_line(report);
+            cost.iter().for_each(|cost| print_line(cost.row()));
+            doubt.iter().for_each(|doubt| print_line(format_args!("suspect   {doubt}")));
+        }
+        Ok(())
+    }
+
     fn show(&self, path: &Path, common: &Common) -> Result<(), Failure> {
         if path.is_dir() {
-            let report = dataset::inspect_with(path, &self.reading.options(1))?;
-            if common.json {
-                print_json(serde_json::to_value(&report)?, &report.notes);
-            } else {
-                print_line(report);
-            }
-            return Ok(());
+            return self.show_dataset(path, common);
+        }
+        if self.picture.is_some() {
+            return Err(format!(
+                "{}: --picture is for datasets, and this is a file; give a dataset's folder",
+                path.display()
+            )
+            .into());
         }
         let bytes = read_model(path)?;
         let file = open(path, &bytes)?;

@@ -27,7 +27,7 @@ use super::stop::Stop;
 use super::{Common, Failure, memory, print_line};
 pub(super) use bar::Bar;
 pub(super) use model::Method;
-pub(super) use options::Train;
+pub(super) use options::{SECONDS, Train};
 pub(super) use origin::Origin;
 use refined::Refined;
 pub(super) use saving::Interrupted;

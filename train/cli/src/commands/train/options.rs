@@ -15,7 +15,7 @@ use crate::commands::rendering::Vectors;
 use crate::commands::{Failure, Reading};
 
 /// Seconds of a run if neither time nor steps are given.
-const SECONDS: f64 = 120.0;
+pub(in crate::commands) const SECONDS: f64 = 120.0;
 
 #[derive(Debug, clap::Args)]
 pub(in crate::commands) struct Train {
