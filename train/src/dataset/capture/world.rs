@@ -9,6 +9,9 @@ use crate::cameras::nearest_to_axes;
 /// The nearest depth of all lies here: behind the near plane of normalised device
 /// coordinates, which is at 1.
 const NEAREST: f64 = 1.0 / 0.75;
+/// Cameras that are turned by more than this away from their mean direction, radians, look from
+/// several sides: 30 degrees.
+const SIDES: f64 = std::f64::consts::FRAC_PI_6;
 
 /// Poses, depths and points.
 #[derive(Debug)]
@@ -106,10 +109,20 @@ impl World {
     /// Whether any picture shows what is more than 90° away from the mean direction:
     /// normalised device coordinates have no place for that.
     pub(in crate::dataset) fn looks_around(&self) -> bool {
+        self.turns().zip(&self.half_angles).any(|(angle, half)| angle + half >= FRAC_PI_2)
+    }
+
+    /// Whether cameras look at something from several sides, as an arc of them does: cells of
+    /// normalised device coordinates are as narrow as one side sees them.
+    pub(in crate::dataset) fn looks_from_sides(&self) -> bool {
+        self.turns().any(|angle| angle > SIDES)
+    }
+
+    /// By how much each camera is turned away from the mean direction, radians.
+    fn turns(&self) -> impl Iterator<Item = f64> {
         let back = |pose: &DMat4| pose.col(2).truncate().normalize_or_zero();
         let mean = self.poses.iter().map(back).sum::<DVec3>().normalize_or_zero();
-        let angles = self.poses.iter().map(|pose| back(pose).dot(mean).clamp(-1.0, 1.0).acos());
-        angles.zip(&self.half_angles).any(|(angle, half)| angle + half >= FRAC_PI_2)
+        self.poses.iter().map(move |pose| back(pose).dot(mean).clamp(-1.0, 1.0).acos())
     }
 
     /// Nearest and farthest depth.
@@ -159,5 +172,27 @@ impl World {
         let to_view = view.inverse();
         self.poses.iter_mut().for_each(|pose| *pose = to_view * *pose);
         self.points.iter_mut().for_each(|point| *point = to_view.transform_point3(*point));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two cameras that look at the origin, turned by so many degrees to the left and right.
+    fn apart(degrees: f64) -> World {
+        let mut world = World::default();
+        for angle in [-degrees, degrees] {
+            let pose = DMat4::from_rotation_y(angle.to_radians())
+                * DMat4::from_translation(DVec3::new(0.0, 0.0, 2.0));
+            world.push(&pose.transpose().to_cols_array(), 0.5);
+        }
+        world
+    }
+
+    #[test]
+    fn an_arc_of_cameras_looks_from_several_sides() {
+        let of = |degrees| [apart(degrees).looks_from_sides(), apart(degrees).looks_around()];
+        assert_eq!([29.0, 31.0, 62.0].map(of), [[false, false], [true, false], [true, true]]);
     }
 }

@@ -35,7 +35,8 @@ impl Scene {
         world.add_points(model.points.iter().map(|point| point.at));
         let depths = depths(model);
         depths.iter().flat_map(|depths| &depths.bounds).for_each(|bounds| world.see(*bounds));
-        let forward_facing = depths.is_some() && !world.looks_around();
+        let from_sides = world.looks_around() || world.looks_from_sides();
+        let forward_facing = depths.is_some() && !from_sides;
         if forward_facing {
             world.recentre();
         } else {

@@ -136,7 +136,7 @@ impl SceneOptions {
                 || dataset.aabb.is_some()
                 || self.limit().is_some()) =>
             {
-                return Ok(contracted_of(&cameras));
+                return Ok(contracted_of(&cameras, dataset.reach));
             }
             _ => return Ok(None),
         }
@@ -147,7 +147,7 @@ impl SceneOptions {
             )
             .into());
         }
-        let contracted = contracted_of(&cameras).map(Some);
+        let contracted = contracted_of(&cameras, dataset.reach).map(Some);
         contracted.ok_or_else(|| {
             format!(
                 "{}: --space contracted: all cameras are in one place, expected them around \
