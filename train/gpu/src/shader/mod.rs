@@ -30,21 +30,9 @@ use text::Text;
 pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> String {
     let mut text = Text::default();
     text.file(wgsl!("ray"));
-    text.file(wgsl!("place"));
-    text.file(wgsl!("product"));
-    space(&mut text, &model.space);
-    match &model.occupancy {
-        Some(occupancy) => {
-            text.whole("RESOLUTION", occupancy.resolution());
-            text.file(wgsl!("cells"));
-        }
-        None => text.file(wgsl!("no_cells")),
-    }
-    let sampling = &model.sampling;
-    text.number("STEP", sampling.step);
-    text.number("NEAR", sampling.near);
-    text.number("FAR", sampling.far);
-    text.number("MAX_STEPS", MAX_STEPS as f32);
+    scene(&mut text, model);
+    text.number("STEP", model.sampling.step);
+    text.number("PHASE", 0.5);
     let is_hierarchical = match options.sampling {
         #[cfg(feature = "nerf")]
         SamplingMode::Hierarchical(hierarchical) => {
@@ -54,6 +42,7 @@ pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> St
         _ => {
             text.whole("MAX_SAMPLES", options.max_samples_per_pixel.saturating_add(1));
             text.flag("SKIP", options.skip);
+            text.file(wgsl!("stride"));
             text.file(wgsl!("march"));
             false
         }
@@ -64,6 +53,24 @@ pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> St
         PackedField::Vanilla(field) => vanilla::write(field, is_hierarchical, &mut text),
     }
     text.into_string()
+}
+
+/// Where rays go, and which cells they cross.
+fn scene(text: &mut Text, model: &Model<'_>) {
+    text.file(wgsl!("values"));
+    text.file(wgsl!("place"));
+    text.file(wgsl!("product"));
+    space(text, &model.space);
+    match &model.occupancy {
+        Some(occupancy) => {
+            text.whole("RESOLUTION", occupancy.resolution());
+            text.file(wgsl!("cells"));
+        }
+        None => text.file(wgsl!("no_cells")),
+    }
+    text.number("NEAR", model.sampling.near);
+    text.number("FAR", model.sampling.far);
+    text.number("MAX_STEPS", MAX_STEPS as f32);
 }
 
 /// The constants of a space, and its file.

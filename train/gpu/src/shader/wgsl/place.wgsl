@@ -1,7 +1,7 @@
 // Where samples lie: steps along a ray, and points in the box that the field fills.
 
 fn distance_of(k: f32) -> f32 {
-    return (k + 0.5f) * STEP + NEAR;
+    return (k + PHASE) * STEP + NEAR;
 }
 
 fn is_inside(p: vec3f) -> bool {

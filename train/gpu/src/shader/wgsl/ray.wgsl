@@ -1,10 +1,5 @@
 // A pixel's ray, and what it sees.
 
-struct Ray {
-    origin: vec3f,
-    direction: vec3f,
-}
-
 struct Seen {
     // Premultiplied, and opacity.
     color: vec4f,
@@ -58,16 +53,6 @@ fn pixel_ray(x: u32, y: u32, number: u32) -> Ray {
     let p = (vec2f(f32(x), f32(y)) + 0.5f - frame.lens.zw) / frame.lens.xy;
     let d = frame.right.xyz * p.x - frame.up.xyz * p.y - frame.back.xyz;
     return Ray(frame.position.xyz, normalize(d));
-}
-
-// `n`, though no compiler knows it: loops of so many rounds stay loops, and programs small.
-fn times(n: u32) -> u32 {
-    return n * frame.once.x;
-}
-
-// Whether it is a number: comparisons cannot tell, where compilers assume that all are.
-fn is_finite(x: f32) -> bool {
-    return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
 }
 
 @compute @workgroup_size(8, 8)
