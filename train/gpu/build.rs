@@ -3,12 +3,17 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
-const FILES: &str = "src/shader/wgsl";
+const FOLDERS: [&str; 2] = ["src/shader/wgsl", "src/training/wgsl"];
 
 fn main() -> std::io::Result<()> {
-    println!("cargo::rerun-if-changed={FILES}");
+    FOLDERS.into_iter().try_for_each(shorten)
+}
+
+/// Writes the files of a folder without comments.
+fn shorten(folder: &str) -> std::io::Result<()> {
+    println!("cargo::rerun-if-changed={folder}");
     let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
-    for file in fs::read_dir(FILES)? {
+    for file in fs::read_dir(folder)? {
         let path = file?.path();
         let text = fs::read_to_string(&path)?;
         let lines = text.lines().map(str::trim);

@@ -3,7 +3,7 @@
 use pocketnerf_core::field::Activation;
 
 use crate::field::{FieldConfig, HashGridFieldConfig, HierarchicalTraining, NerfConfig};
-use crate::trainer::{Length, TrainConfig};
+use crate::trainer::{Length, TrainConfig, USUAL_SAMPLES};
 
 impl TrainConfig {
     /// The hash-grid method's defaults.
@@ -20,7 +20,7 @@ impl TrainConfig {
             occupancy_resolution: 128,
             samples_per_side: 350.0,
             batch_rays: None,
-            samples_per_step: 1 << 15,
+            samples_per_step: USUAL_SAMPLES,
             grid_rate: 2e-2,
             grid_decay: 350.0,
             network_rate: 2e-2,

@@ -53,6 +53,8 @@ pub mod pack;
 #[cfg(feature = "wgpu")]
 mod render;
 pub mod shader;
+#[cfg(feature = "wgpu")]
+pub mod training;
 
 pub use frame::Frame;
 #[cfg(feature = "wgpu")]

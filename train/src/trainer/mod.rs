@@ -2,6 +2,7 @@
 
 pub(crate) mod backend;
 mod config;
+mod device;
 mod finish;
 mod gains;
 pub(crate) mod held_out;
@@ -45,6 +46,7 @@ pub use step::{StepSettings, StepStats};
 
 use crate::dataset::Dataset;
 use crate::field::FieldConfig;
+use crate::picture::Device;
 use crate::stopwatch::Stopwatch;
 use backend::{Backend, Cpu};
 use held_out::HeldOut;
@@ -63,6 +65,8 @@ const FIRST_RAYS: usize = 1024;
 /// Rays of a step at most, where the user sets their number.
 pub const MAX_BATCH_RAYS: usize = 1 << 20;
 
+/// Samples of a step of the machine that settings are chosen for.
+pub(crate) const USUAL_SAMPLES: usize = 1 << 15;
 /// Steps that are timed to find a machine's pace.
 const PACE_STEPS: u32 = 16;
 
@@ -103,6 +107,8 @@ pub struct Trainer {
     has_silhouettes: bool,
     space: Space,
     sampling: Sampling,
+    /// Where less light than this passes, samples stand for several steps.
+    coarse_step_below: f32,
     grid: DensityGrid,
     step: u32,
     n_rays: usize,
@@ -114,6 +120,9 @@ pub struct Trainer {
     seed: u64,
     /// Where the time of the steps is recorded.
     stopwatch: Option<Stopwatch>,
+    /// What steps are to be taken on, and why the CPU takes them instead.
+    device: Device,
+    fallback: Option<String>,
 }
 
 impl Trainer {
@@ -160,6 +169,7 @@ impl Trainer {
             has_silhouettes: hull.is_some(),
             space,
             sampling,
+            coarse_step_below: step::COARSE_STEP_BELOW,
             grid: DensityGrid::new(resolution, candidates),
             step: 0,
             n_rays: FIRST_RAYS,
@@ -167,14 +177,16 @@ impl Trainer {
             restarts: 0,
             seed: config.seed,
             stopwatch: None,
+            device: Device::Cpu,
+            fallback: None,
             config,
         };
         trainer.begin(0);
         Ok(trainer)
     }
 
-    /// Steps a second that this machine takes now, from a few steps, which are undone. The
-    /// number of samples of a step hardly changes in a run, and with it the time.
+    /// Steps of the usual number of samples a second that this machine takes now, from a few
+    /// steps, which are undone. That number hardly changes in a run, and with it the time.
     pub fn pace(&mut self) -> f64 {
         let settings = StepSettings {
             rate: 0.0,
@@ -190,7 +202,8 @@ impl Trainer {
         (0..PACE_STEPS / 4).for_each(|_| _ = self.step(&settings));
         let begun = std::time::Instant::now();
         (0..PACE_STEPS).for_each(|_| _ = self.step(&settings));
-        let pace = f64::from(PACE_STEPS) / begun.elapsed().as_secs_f64().max(1e-9);
+        let share = self.config.samples_per_step as f64 / USUAL_SAMPLES as f64;
+        let pace = share * f64::from(PACE_STEPS) / begun.elapsed().as_secs_f64().max(1e-9);
         self.begin(0);
         pace
     }
@@ -206,6 +219,7 @@ impl Trainer {
         let backend = backend(&config, &self.space, poses, gains, self.backend.simd())?;
         (self.config, self.sampling, self.backend) = (config, sampling, Box::new(backend));
         self.begin(0);
+        self.move_to_device();
         Ok(())
     }
 

@@ -113,6 +113,15 @@ impl State {
         self.groups.iter_mut().find(|group| group.sections.parameters == Some(kind))
     }
 
+    /// Whether all parameters are finite; with or without the tables.
+    pub(crate) fn is_finite(&self, tables: bool) -> bool {
+        self.groups.iter().all(|group| {
+            // Tables have no first moment.
+            let start = group.parameters.len() - group.mean.len();
+            all_finite(&group.parameters[if tables { 0 } else { start }..])
+        })
+    }
+
     /// Adds the parameters to their sums.
     pub(crate) fn accumulate(&mut self) {
         /// Values of a task.
@@ -143,13 +152,32 @@ impl State {
     }
 }
 
+/// Whether all values are finite.
+fn all_finite(values: &[f32]) -> bool {
+    // Without an early end inside a piece, so that pieces are checked in lanes.
+    let piece = |piece: &[f32]| piece.iter().fold(true, |all, value| all & value.is_finite());
+    values.par_chunks(1 << 14).all(piece)
+}
+
 #[cfg(test)]
 mod tests {
+    use super::all_finite;
     use pocketnerf_core::SimdLevel;
 
     use crate::builtin;
     use crate::dataset::Split;
     use crate::trainer::{StepSettings, TrainConfig, Trainer};
+
+    #[test]
+    fn one_bad_value_is_found_anywhere() {
+        let mut values = vec![1.0; 40_000];
+        assert!(all_finite(&values));
+        for (at, bad) in [(0, f32::NAN), (20_001, f32::INFINITY), (39_999, f32::NEG_INFINITY)] {
+            let before = std::mem::replace(&mut values[at], bad);
+            assert!(!all_finite(&values));
+            values[at] = before;
+        }
+    }
 
     fn parameters(trainer: &Trainer) -> &[f32] {
         &trainer.backend.download().field().parameters

@@ -38,6 +38,9 @@ impl Trainer {
     /// From now on rays start from where the cameras are thought to be, and photographs are as
     /// bright as they are thought to be.
     pub(super) fn correct_photographs(&mut self) {
+        if self.poses.is_none() && !self.is_evened_out() {
+            return;
+        }
         let state = self.backend.download();
         if let (Some(poses), Some(group)) = (&self.poses, state.group(kind::POSES)) {
             self.source.move_cameras(poses.cameras(&group.parameters));
@@ -49,7 +52,7 @@ impl Trainer {
 
     /// Photographs are evened out by what was learnt of them from now on.
     pub(super) fn keep_gains(&mut self) {
-        if self.backend.download().group(kind::GAINS).is_none() {
+        if !self.is_evened_out() || self.backend.download().group(kind::GAINS).is_none() {
             return;
         }
         let mut state = self.backend.download().clone();

@@ -16,6 +16,18 @@ pub(super) struct DeviceOption {
     device: Kind,
 }
 
+/// What a run trains on: with the cargo feature `gpu`, an option.
+#[derive(Clone, Copy, Debug, Args)]
+pub(super) struct TrainingDevice {
+    /// Device that trains; if no GPU works, the CPU does
+    ///
+    /// GPUs train hash grids, with eight times as many samples a step. Poses and exposure are
+    /// learnt on the CPU alone.
+    #[cfg(feature = "gpu")]
+    #[arg(long, value_enum, value_name = "DEVICE", default_value_t)]
+    device: Kind,
+}
+
 #[cfg(feature = "gpu")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 enum Kind {
@@ -28,15 +40,8 @@ impl DeviceOption {
     /// Opens the device; or says why it is the CPU after all.
     #[cfg(feature = "gpu")]
     pub(super) fn open(self) -> (Device, Option<String>) {
-        use pocketnerf_gpu::{Gpu, Software};
-
-        if self.device == Kind::Cpu {
-            return (Device::Cpu, None);
-        }
-        match Gpu::open(Software::from_environment()) {
-            Ok(gpu) => (Device::Gpu(gpu), None),
-            Err(why) => (Device::Cpu, Some(on_cpu(&why.to_string()))),
-        }
+        let (device, why) = self.device.open();
+        (device, why.map(|why| on_cpu(&why)))
     }
 
     /// The CPU.
@@ -44,6 +49,42 @@ impl DeviceOption {
     pub(super) fn open(self) -> (Device, Option<String>) {
         (Device::Cpu, None)
     }
+}
+
+impl TrainingDevice {
+    /// Opens the device; or says why it is the CPU after all.
+    #[cfg(feature = "gpu")]
+    pub(super) fn open(self) -> (Device, Option<String>) {
+        let (device, why) = self.device.open();
+        (device, why.map(|why| trained_on_cpu(&why)))
+    }
+
+    /// The CPU.
+    #[cfg(not(feature = "gpu"))]
+    pub(super) fn open(self) -> (Device, Option<String>) {
+        (Device::Cpu, None)
+    }
+}
+
+#[cfg(feature = "gpu")]
+impl Kind {
+    /// The device, or the CPU and why.
+    fn open(self) -> (Device, Option<String>) {
+        use pocketnerf_gpu::{Gpu, Software};
+
+        if self == Self::Cpu {
+            return (Device::Cpu, None);
+        }
+        match Gpu::open(Software::from_environment()) {
+            Ok(gpu) => (Device::Gpu(gpu), None),
+            Err(why) => (Device::Cpu, Some(why.to_string())),
+        }
+    }
+}
+
+/// What to say where a GPU does not train.
+pub(super) fn trained_on_cpu(why: &str) -> String {
+    format!("{why}: the CPU trains")
 }
 
 /// Prints the GPUs of this machine, the best first.

@@ -11,7 +11,7 @@ const EMPTY: u32 = 1 << 31;
 const WORDS: usize = 16;
 
 /// See [`Packed::occupancy`](super::Packed::occupancy); empty where everything is occupied.
-pub(super) fn pack(occupancy: Option<&Occupancy<'_>>) -> Vec<u32> {
+pub(crate) fn pack(occupancy: Option<&Occupancy<'_>>) -> Vec<u32> {
     let Some(occupancy) = occupancy else { return Vec::new() };
     let n = occupancy.resolution() / BLOCK;
     let (mut blocks, mut cells) = (Vec::new(), Vec::new());

@@ -14,9 +14,11 @@ use alloc::vec::Vec;
 
 use pocketnerf_core::AnyField;
 use pocketnerf_core::encoding::spherical_harmonics;
-use pocketnerf_core::field::{HashGridField, Shading};
+use pocketnerf_core::field::{Decoder, HashGridField, Shading};
 use pocketnerf_core::{DType, Error, Model, Space};
 
+#[cfg(feature = "wgpu")]
+pub(crate) use cells::pack as pack_cells;
 #[cfg(feature = "nerf")]
 pub(crate) use fourier::{PackedFourier, PackedWaves};
 pub(crate) use layer::{Layer, QUAD};
@@ -104,8 +106,16 @@ impl Packed {
     }
 }
 
-fn grid(field: &HashGridField<'_>, weights: &mut Weights, tables: &mut Vec<u32>) -> PackedGrid {
-    let (grid, decoder) = (&field.grid, &field.decoder);
+/// The rows of a grid's networks alone: see [`Packed::weights`].
+#[cfg(feature = "wgpu")]
+pub(crate) fn network_rows(decoder: &Decoder<'_>) -> Vec<[f32; 4]> {
+    let mut weights = Weights::default();
+    let _ = networks(decoder, &mut weights);
+    weights.rows
+}
+
+/// The density network and the colour network.
+fn networks(decoder: &Decoder<'_>, weights: &mut Weights) -> [Vec<Layer>; 2] {
     let n = decoder.n_features as usize;
     // Features first, then the log density in a quad of its own.
     let mut outputs = padded(1..n + 1);
@@ -113,6 +123,16 @@ fn grid(field: &HashGridField<'_>, weights: &mut Weights, tables: &mut Vec<u32>)
     let n_harmonics = spherical_harmonics::n_output(decoder.sh_degree);
     let mut inputs = first(n);
     inputs.extend_from_slice(&padded(n..n + n_harmonics));
+    let encoded = first(decoder.density.n_input());
+    let density = weights.network(&decoder.density, &encoded, &outputs);
+    [density, weights.network(&decoder.color, &inputs, &first(3))]
+}
+
+fn grid(field: &HashGridField<'_>, weights: &mut Weights, tables: &mut Vec<u32>) -> PackedGrid {
+    let (grid, decoder) = (&field.grid, &field.decoder);
+    let n = decoder.n_features as usize;
+    let n_harmonics = spherical_harmonics::n_output(decoder.sh_degree);
+    let [density, color] = networks(decoder, weights);
     PackedGrid {
         n_features_per_level: grid.config.n_features_per_level as usize,
         n_feature_quads: n.div_ceil(QUAD),
@@ -121,8 +141,8 @@ fn grid(field: &HashGridField<'_>, weights: &mut Weights, tables: &mut Vec<u32>)
         by_corner: grid.config.level(0).is_by_corner(),
         dtype: Some(grid.levels[0].dtype()),
         levels: tables::pack(grid, tables),
-        density: weights.network(&decoder.density, &first(decoder.density.n_input()), &outputs),
-        color: weights.network(&decoder.color, &inputs, &first(3)),
+        density,
+        color,
         n_harmonics: n_harmonics.div_ceil(QUAD),
     }
 }

@@ -114,19 +114,27 @@ impl Gpu {
         &self.name
     }
 
+    pub(crate) const fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    pub(crate) const fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
     /// Whether all that was asked of it so far has been done.
-    pub(super) fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         self.fault.get().map_or(Ok(()), |what| Err(Error::Device(one_line(&what))))
     }
 
     /// Bytes of a buffer at most.
-    pub(super) fn most_bytes(&self) -> u64 {
+    pub(crate) fn most_bytes(&self) -> u64 {
         let limits = self.device.limits();
         limits.max_buffer_size.min(limits.max_storage_buffer_binding_size)
     }
 
     /// A buffer for the shader to read.
-    pub(super) fn upload(&self, what: &'static str, bytes: &[u8]) -> Result<wgpu::Buffer, Error> {
+    pub(crate) fn upload(&self, what: &'static str, bytes: &[u8]) -> Result<wgpu::Buffer, Error> {
         // Buffers are never empty.
         let size = (bytes.len() as u64).next_multiple_of(4).max(16);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
@@ -137,8 +145,16 @@ impl Gpu {
         Ok(buffer)
     }
 
+    /// A buffer of constants.
+    pub(crate) fn uniform(&self, bytes: &[u8]) -> Result<wgpu::Buffer, Error> {
+        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let buffer = self.buffer("constants", bytes.len() as u64, usage)?;
+        self.queue.write_buffer(&buffer, 0, bytes);
+        Ok(buffer)
+    }
+
     /// A buffer of so many bytes.
-    pub(super) fn buffer(
+    pub(crate) fn buffer(
         &self,
         what: &'static str,
         size: u64,

@@ -28,6 +28,9 @@ pub enum Error {
         /// What there is room for.
         most: u64,
     },
+    /// It cannot train what it is asked to.
+    #[error("GPUs do not train {0}")]
+    Untrainable(&'static str),
     /// The model cannot be rendered anywhere.
     #[error(transparent)]
     Model(#[from] pocketnerf_core::Error),

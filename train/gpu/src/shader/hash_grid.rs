@@ -6,8 +6,18 @@ use super::network::function;
 use super::text::{Number, Text, line};
 use crate::pack::{PackedGrid, PackedLevel, QUAD, reader};
 
+/// What stored values are multiplied by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Factors {
+    /// What the model says.
+    Constant,
+    /// What a buffer says, a number a level: they change while a field learns.
+    #[cfg(feature = "wgpu")]
+    Buffer,
+}
+
 /// Adds what evaluates the field.
-pub(super) fn write(grid: &PackedGrid, is_hierarchical: bool, text: &mut Text) {
+pub(super) fn write(grid: &PackedGrid, factors: Factors, is_hierarchical: bool, text: &mut Text) {
     let n_color_input = grid.n_feature_quads + grid.n_harmonics;
     text.number("MAX_SIGMA", MAX_SIGMA);
     text.number("LOG_DENSITY_BIAS", grid.log_density_bias);
@@ -33,13 +43,13 @@ pub(super) fn write(grid: &PackedGrid, is_hierarchical: bool, text: &mut Text) {
     if is_hierarchical {
         text.file(wgsl!("decoded_coarse"));
     }
-    encode(grid, text);
+    encode(grid, factors, text);
     function(text, "density_network", &grid.density);
     function(text, "color_network", &grid.color);
 }
 
 /// `encode`: the features of all levels, one after another.
-fn encode(grid: &PackedGrid, text: &mut Text) {
+fn encode(grid: &PackedGrid, factors: Factors, text: &mut Text) {
     let n = grid.n_features_per_level;
     let quads = (n * grid.levels.len()).div_ceil(QUAD);
     line!(text, "fn encode(u: vec3f) -> array<vec4f, {quads}> {{");
@@ -50,10 +60,12 @@ fn encode(grid: &PackedGrid, text: &mut Text) {
         let PackedLevel { level, first, factor } = packed;
         let [scale, shift, factor] = [level.scale, level.shift(), *factor].map(Number);
         let (side, entries) = (level.dense_side, level.entries);
-        line!(
-            text,
-            "let level{l} = Level({scale}, {shift}, {side}u, {entries}u, {first}u, {factor});"
-        );
+        line!(text, "let level{l} = Level({scale}, {shift}, {side}u, {entries}u, {first}u,");
+        match factors {
+            Factors::Constant => line!(text, "{factor});"),
+            #[cfg(feature = "wgpu")]
+            Factors::Buffer => line!(text, "factors[{l}]);"),
+        }
         line!(text, "let at{l} = position(level{l}, u);");
         for f in (0..n).step_by(if whole { QUAD } else { 1 }) {
             let (quad, place) = ((l * n + f) / QUAD, (l * n + f) % QUAD);

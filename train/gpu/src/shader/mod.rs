@@ -9,6 +9,8 @@
 mod hash_grid;
 mod network;
 mod text;
+#[cfg(feature = "wgpu")]
+mod training;
 #[cfg(feature = "nerf")]
 mod vanilla;
 
@@ -22,7 +24,10 @@ use pocketnerf_core::render::SamplingMode;
 use pocketnerf_core::{Model, RenderOptions, Space};
 
 use crate::pack::{Packed, PackedField};
+use hash_grid::Factors;
 use text::Text;
+#[cfg(feature = "wgpu")]
+pub(crate) use training::{Rows, source as training_source};
 
 /// The program that renders `model`, whose buffers are `packed`. Samples are placed
 /// hierarchically with the feature `nerf` alone, as by `pocketnerf_core`.
@@ -48,7 +53,9 @@ pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> St
         }
     };
     match &packed.field {
-        PackedField::HashGrid(grid) => hash_grid::write(grid, is_hierarchical, &mut text),
+        PackedField::HashGrid(grid) => {
+            hash_grid::write(grid, Factors::Constant, is_hierarchical, &mut text)
+        }
         #[cfg(feature = "nerf")]
         PackedField::Vanilla(field) => vanilla::write(field, is_hierarchical, &mut text),
     }

@@ -11,9 +11,23 @@ use super::TrainableHashGrid;
 use super::back::GroupGradients;
 use crate::aligned::Aligned;
 use crate::field::rounding::{EightBits, Half, Rounding};
-use crate::field::{Rounded, Update, sum_groups};
+use crate::field::{Layout, Rounded, Update, sum_groups};
 use crate::stopwatch::{Laps, Stage};
 use crate::trainer::{Adam, Slices, muon};
+
+/// New networks: by Muon at first, then by Adam.
+fn follow(
+    (level, layout): (fearless_simd::Level, &Layout),
+    (adam, rate, step): (Adam, f32, u32),
+    network: Slices<'_, u16>,
+) {
+    let corrected = adam.corrected(rate, step);
+    if step <= muon::STEPS {
+        muon::update_all(level, rate, layout, (&adam, corrected), Half, network);
+    } else {
+        dispatch!(level, simd => adam.update(simd, corrected, Half, network));
+    }
+}
 
 /// A level of the grid that is to be updated.
 struct Task<'p> {
@@ -50,7 +64,6 @@ impl TrainableHashGrid {
             square: network_v,
             rounded: &mut networks[..],
         };
-        let corrected = adam.corrected(rate, step);
         let features = config.grid.n_features_per_level as usize;
         let n_encoded = config.grid.n_output();
         let (mut rest, mut tables) = ([grid_p, grid_v], &mut tables[..]);
@@ -69,11 +82,7 @@ impl TrainableHashGrid {
         let largest_level = layout.tables().iter().map(|l| l.len()).max().unwrap_or(0);
         let update_networks = || {
             let mut laps = Laps::begin(stopwatch);
-            if step <= muon::STEPS {
-                muon::update_all(level, rate, layout, (&adam, corrected), Half, network);
-            } else {
-                dispatch!(level, simd => adam.update(simd, corrected, Half, network));
-            }
+            follow((level, layout), (adam, rate, step), network);
             laps.end(Stage::Adam, 0);
         };
         let update_level = |task: Task<'_>| {
@@ -97,6 +106,21 @@ impl TrainableHashGrid {
         };
         let update_grid = || tasks.into_par_iter().with_max_len(1).for_each(update_level);
         rayon::join(update_networks, update_grid);
+    }
+
+    /// A step of the networks alone, whose gradient is given.
+    pub(super) fn step_networks(&mut self, update: Update<'_>, gradient: &[f32]) {
+        let Update { level, parameters, mean, square, step, adam, rate, .. } = update;
+        let start = self.layout.networks_start();
+        self.gradient.copy_from_slice(gradient);
+        let network = Slices {
+            parameters: &mut parameters[start..],
+            gradient: &mut self.gradient,
+            mean,
+            square: &mut square[start..],
+            rounded: &mut self.rounded.networks[..],
+        };
+        follow((level, &self.layout), (adam, rate, step), network);
     }
 
     /// The groups' gradients, summed up as the update would see them.

@@ -17,14 +17,10 @@ use crate::trainer::step::group::{Group, Job};
 use crate::trainer::step::worker::Worker;
 use crate::trainer::{DensityGrid, GROUPS};
 
-/// Where less light than this passes, samples stand for several steps, as they do in
-/// rendering.
-const COARSE_STEP_BELOW: f32 = 0.3;
-
 /// Threads, SIMD lanes, and their memory.
 #[derive(Debug)]
 pub(crate) struct Cpu {
-    simd: SimdLevel,
+    pub(super) simd: SimdLevel,
     pub(crate) level: Level,
     pub(crate) field: Box<dyn TrainableField>,
     pub(crate) state: State,
@@ -62,7 +58,7 @@ impl Cpu {
 
     /// Forwards and backwards with every group of rays.
     fn run_groups(&mut self, input: &StepInput<'_>) {
-        let job = Job::new(input, COARSE_STEP_BELOW);
+        let job = Job::new(input);
         let Self { field, state, workers, level, limits, .. } = self;
         let (field, parameters) = (&**field, &state.field().parameters[..]);
         let context = Context { level: *level, parameters, stopwatch: input.stopwatch };
@@ -156,6 +152,10 @@ impl Backend for Cpu {
 
     fn download(&self) -> &State {
         &self.state
+    }
+
+    fn is_finite(&self, tables: bool) -> bool {
+        self.state.is_finite(tables)
     }
 
     fn round_coarsely(&mut self, lengths: &[f32]) {

@@ -2,15 +2,21 @@
 //!
 //! A [`Trainer`](super::Trainer) decides which rays and which settings, and what follows
 //! from a step; a backend holds the parameters and takes the steps. The processor's is
-//! [`Cpu`].
+//! [`Cpu`]; with the cargo feature `gpu` there is a GPU's.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+mod gpu;
+#[cfg(all(test, feature = "gpu"))]
+mod gpu_tests;
 
 use std::fmt::Debug;
 
 use pocketnerf_core::{AnyField, Occupancy, Sampling, SimdLevel, Space};
 
 pub(crate) use cpu::Cpu;
+#[cfg(feature = "gpu")]
+pub(crate) use gpu::OnGpu;
 
 use super::DensityGrid;
 use super::gains::GainStep;
@@ -39,6 +45,9 @@ pub(crate) trait Backend: Debug + Send + Sync {
     /// Looks at a share of a grid's cells: the field's densities at random points of them.
     fn densities(&self, grid: &mut DensityGrid, seed: u64);
 
+    /// Whether all parameters are finite; with or without the tables.
+    fn is_finite(&self, tables: bool) -> bool;
+
     /// From now on each table is rounded to multiples of a step of about this length.
     fn round_coarsely(&mut self, lengths: &[f32]);
 
@@ -47,6 +56,11 @@ pub(crate) trait Backend: Debug + Send + Sync {
 
     /// How pictures are rendered for tests of the finished model.
     fn simd(&self) -> SimdLevel;
+
+    /// Why the CPU takes the steps that another device was to take; `None` where that does.
+    fn fallback(&self) -> Option<String> {
+        None
+    }
 }
 
 /// All that a step depends on, beside what the backend holds.
@@ -68,6 +82,8 @@ pub(crate) struct StepInput<'s> {
     pub(crate) occupancy: Occupancy<'s>,
     /// Distance of samples and limits of rays.
     pub(crate) sampling: Sampling,
+    /// Where less light than this passes, samples stand for several steps.
+    pub(crate) coarse_step_below: f32,
     /// Hierarchical sampling in place of marching.
     pub(crate) hierarchical: Option<HierarchicalTraining>,
     /// Gradients at least this large are always passed back; smaller ones in proportion

@@ -183,6 +183,38 @@ impl DensityGrid {
         self.updates += 1;
     }
 
+    /// The random points of which [`look`](Self::look) asks the field for its densities now, for
+    /// fields that are elsewhere; [`note`](Self::note) takes them.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn points(&self, seed: u64) -> Vec<[f32; 3]> {
+        let (n, update) = (self.resolution as usize, u64::from(self.updates));
+        let phase = self.updates as usize % PERIOD;
+        let tasks = self.candidates.par_chunks(TASK * PERIOD).enumerate();
+        let points = tasks.flat_map_iter(|(task, cells)| {
+            let mut random = Random::new(seed, [2, update, task as u64]);
+            cells.iter().skip(phase).step_by(PERIOD).map(move |cell| {
+                let cell = *cell as usize;
+                let corner = [cell % n, cell / n % n, cell / (n * n)];
+                corner.map(|c| (c as f32 + random.next_f32()) / n as f32)
+            })
+        });
+        points.collect()
+    }
+
+    /// Takes the densities at [`points`](Self::points).
+    #[cfg(feature = "gpu")]
+    pub(crate) fn note(&mut self, sigmas: &[f32]) {
+        let phase = self.updates as usize % PERIOD;
+        let first_look = self.updates < PERIOD as u32;
+        let looked_at = self.density.chunks_mut(TASK * PERIOD);
+        let looked_at = looked_at.flat_map(|chunk| chunk.iter_mut().skip(phase).step_by(PERIOD));
+        for (density, sigma) in looked_at.zip(sigmas) {
+            let before = if first_look { 0.0 } else { *density * self.decay };
+            *density = before.max(*sigma);
+        }
+        self.updates += 1;
+    }
+
     /// Updates the bits, once all candidates have been sampled. `step` is the distance
     /// between samples, scene units.
     pub(crate) fn settle(&mut self, step: f32) {

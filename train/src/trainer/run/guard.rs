@@ -7,8 +7,6 @@
 
 use std::fmt;
 
-use rayon::prelude::*;
-
 use crate::random::Random;
 use crate::trainer::{StepStats, Targets, Trainer};
 
@@ -147,18 +145,7 @@ pub(super) fn judge(targets: &Targets, averages: &Averages) -> Option<Trouble> {
 
 /// Whether all parameters are finite; with or without the tables.
 pub(crate) fn is_finite(trainer: &Trainer, tables: bool) -> bool {
-    trainer.backend.download().groups.iter().all(|group| {
-        // Tables have no first moment.
-        let start = group.parameters.len() - group.mean.len();
-        all_finite(&group.parameters[if tables { 0 } else { start }..])
-    })
-}
-
-/// Whether all values are finite.
-fn all_finite(values: &[f32]) -> bool {
-    // Without an early end inside a piece, so that pieces are checked in lanes.
-    let piece = |piece: &[f32]| piece.iter().fold(true, |all, value| all & value.is_finite());
-    values.par_chunks(1 << 14).all(piece)
+    trainer.backend.is_finite(tables)
 }
 
 /// Where the random numbers of the `restarts`-th attempt after the first begin.
@@ -208,17 +195,6 @@ mod tests {
             nothing.unwrap().to_string(),
             "nothing has been learnt (PSNR 13.01 dB, one colour gives 13.01 dB)"
         );
-    }
-
-    #[test]
-    fn one_bad_value_is_found_anywhere() {
-        let mut values = vec![1.0; 40_000];
-        assert!(all_finite(&values));
-        for (at, bad) in [(0, f32::NAN), (20_001, f32::INFINITY), (39_999, f32::NEG_INFINITY)] {
-            let before = std::mem::replace(&mut values[at], bad);
-            assert!(!all_finite(&values));
-            values[at] = before;
-        }
     }
 
     #[test]

@@ -57,12 +57,12 @@ pub(crate) struct Job<'j> {
 }
 
 impl<'j> Job<'j> {
-    pub(crate) fn new(input: &StepInput<'j>, coarse_step_below: f32) -> Self {
+    pub(crate) fn new(input: &StepInput<'j>) -> Self {
         let StepInput { occupancy, space, sampling, .. } = *input;
         Self {
             marcher: Marcher::from_parts(Some(occupancy), space, sampling, true),
             step: sampling.step,
-            coarse_step_below,
+            coarse_step_below: input.coarse_step_below,
             roulette: input.roulette,
             hierarchical: input.hierarchical,
             space,

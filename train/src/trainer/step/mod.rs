@@ -8,7 +8,7 @@ mod hierarchical;
 mod march;
 pub(crate) mod poses;
 mod shade;
-mod slow_below;
+pub(crate) mod slow_below;
 pub(crate) mod worker;
 
 use std::time::Instant;
@@ -19,6 +19,9 @@ use super::gains::GainStep;
 use super::occupancy::density_grid::DensityGrid;
 use crate::stopwatch::Stage;
 
+/// Where less light than this passes, samples stand for several steps, as they do in
+/// rendering.
+pub(super) const COARSE_STEP_BELOW: f32 = 0.3;
 /// Steps between two updates of the occupancy.
 pub(crate) const OCCUPANCY_EVERY: u32 = 16;
 /// The neighbours of occupied cells are sampled in one of so many steps.
@@ -118,6 +121,7 @@ impl Trainer {
             space: self.space,
             occupancy,
             sampling,
+            coarse_step_below: self.coarse_step_below,
             hierarchical: self.config.hierarchical_training(),
             roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
             table_rate: self.config.grid_rate * settings.rate,

@@ -21,7 +21,7 @@ pub(crate) struct SlowBelow {
 
 impl SlowBelow {
     /// For a space in which nothing is nearer to a camera than `nearest`, scene units.
-    pub(super) fn new(space: &Space, nearest: Option<f32>) -> Option<Self> {
+    pub(crate) fn new(space: &Space, nearest: Option<f32>) -> Option<Self> {
         let unit = match space {
             Space::Box { .. } => 1.0,
             Space::Contracted(contracted) => contracted.radius,
@@ -30,6 +30,12 @@ impl SlowBelow {
         let (space, map) = (*space, space.unit_map());
         let distance = TIMES * nearest? / unit * map.scale;
         (distance > 0.0).then(|| Self { space, map, inverse: 1.0 / (distance * distance) })
+    }
+
+    /// The distance, unit lengths, from which on all is learnt.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn distance(&self) -> f32 {
+        1.0 / self.inverse.sqrt()
     }
 
     /// The share of its gradient that the sample of a ray at unit point `u` learns from.

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_train::dataset::Dataset;
+use pocketnerf_train::picture::Device;
 use pocketnerf_train::trainer::prepass::{self, Deadline, PrepassError};
 use pocketnerf_train::trainer::{Checkpoint, Length, NoTime, TrainConfig, Trainer};
 
@@ -29,7 +30,7 @@ impl Train {
     pub(super) fn new_trainer(
         &self,
         dataset: Dataset,
-        level: SimdLevel,
+        (level, device): (SimdLevel, Device),
         started: Instant,
         bar: &mut Bar,
     ) -> Result<Trainer, Failure> {
@@ -79,6 +80,7 @@ impl Train {
             }
         }
         let mut trainer = Trainer::from_prepared(prepared, level)?;
+        trainer.begin_on(device);
         self.fit_detail(&mut trainer, has_alpha)?;
         Ok(trainer)
     }

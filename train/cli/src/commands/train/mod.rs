@@ -24,7 +24,7 @@ use pocketnerf_train::trainer::{Checkpoint, Length, Run, Size, Trainer};
 use serde_json::{Value, json};
 
 use super::stop::Stop;
-use super::{Common, Failure, memory, print_line};
+use super::{Common, Failure, device, memory, print_line};
 pub(super) use bar::Bar;
 pub(super) use model::Method;
 pub(super) use options::{SECONDS, Train};
@@ -53,6 +53,8 @@ impl Train {
         let checkpoint = self.resume.as_deref().map(Checkpoint::read).transpose()?;
         let mut bar = Bar::new(common.quiet);
         let mut level = self.vectors.level();
+        let (device, refusal) = self.device.open();
+        refusal.into_iter().for_each(|why| bar.warn(why));
         if let Some(checkpoint) = &checkpoint {
             self.check_against(checkpoint)?;
             level = self.level_to_resume(checkpoint, &mut bar);
@@ -94,12 +96,19 @@ impl Train {
         let origin = Origin::new(&dataset, factor, self.precision);
         bar.phase("finding the scene");
         let (mut trainer, mut run) = match checkpoint {
-            Some(checkpoint) => checkpoint.resume(dataset, level, common.started)?,
+            Some(checkpoint) => {
+                let (mut trainer, run) = checkpoint.resume(dataset, level, common.started)?;
+                trainer.train_on(device);
+                (trainer, run)
+            }
             None => {
+                let level = (level, device);
                 let trainer = self.new_trainer(dataset, level, common.started, &mut bar)?;
                 (trainer, Run::new(self.length(), common.started))
             }
         };
+        let refused = trainer.fallback();
+        refused.iter().for_each(|why| bar.warn(device::trained_on_cpu(why)));
         self.model.check_size(&trainer)?;
         run.aim_at(self.model.size());
         // Not before: a refusal is one line.
@@ -123,6 +132,9 @@ impl Train {
                 None => Ok(()),
             }
         })?;
+        if let (None, Some(why)) = (&refused, trainer.fallback()) {
+            bar.warn(device::trained_on_cpu(&why));
+        }
         let stopped = || saving.is_asked_to_stop();
         let mut result = match finish(&trainer, &run, &origin, (&self.out, &stopped), &mut bar) {
             Ok(Some(result)) => result,
@@ -293,6 +305,7 @@ pub(super) fn finish(
         "replaced": replaced,
         "peak_memory_bytes": memory::peak(),
         "seed": trainer.config().seed,
+        "device": if trainer.is_on_gpu() { "gpu" } else { "cpu" },
         "threads": rayon::current_num_threads(),
         "method": method(trainer),
         "warnings": bar.warnings(),

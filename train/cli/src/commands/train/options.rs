@@ -10,6 +10,7 @@ use pocketnerf_train::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_R
 
 use super::model::ModelOptions;
 use super::scene::{Exposure, SceneOptions, SpaceKind};
+use crate::commands::device::TrainingDevice;
 use crate::commands::parse::{parse_precision, parse_seconds};
 use crate::commands::rendering::Vectors;
 use crate::commands::{Failure, Reading};
@@ -71,6 +72,8 @@ pub(in crate::commands) struct Train {
     pub(super) model: ModelOptions,
     #[command(flatten)]
     pub(super) vectors: Vectors,
+    #[command(flatten)]
+    pub(super) device: TrainingDevice,
 }
 
 impl Train {

@@ -212,6 +212,7 @@ impl Step {
             space: *space,
             occupancy: grid.view(),
             sampling: *sampling,
+            coarse_step_below: case.coarse_step_below,
             hierarchical: None,
             roulette,
             table_rate: 0.0,
@@ -224,7 +225,7 @@ impl Step {
             poses: None,
             stopwatch: None,
         };
-        let mut job = Job::new(&input, case.coarse_step_below);
+        let mut job = Job::new(&input);
         if case.depth {
             job.terms = &[&DepthTerm];
         }

@@ -1,0 +1,69 @@
+//! The program of a training step: what evaluates a field, as pictures have it, and the files of
+//! `training/wgsl`, whose kernels share its buffers.
+
+use alloc::string::String;
+
+use pocketnerf_core::tensor::SCALE_LOG2;
+use pocketnerf_core::{Model, Space};
+
+use super::hash_grid::{self, Factors};
+use super::scene;
+use super::text::{Text, line};
+use crate::pack::PackedGrid;
+
+/// Where the rows of both networks lie that kernels know by name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rows {
+    /// Features that the colour network reads, and harmonics of the direction behind them.
+    pub(crate) color_input: [u32; 2],
+    /// First rows of the colour network's output, of the gradient by it, and of that by the input.
+    pub(crate) color: [u32; 3],
+    /// How many values a point is encoded to.
+    pub(crate) n_encoded: u32,
+    /// First rows of encoded points, of the gradient by the density network's output, and of that
+    /// by encoded points.
+    pub(crate) density: [u32; 3],
+}
+
+/// The program that trains fields like that of `model`, whose tables are bytes.
+pub(crate) fn source(model: &Model<'_>, grid: &PackedGrid, rows: &Rows) -> String {
+    let mut text = Text::default();
+    text.file(wgsl!("step"));
+    scene(&mut text, model);
+    text.file(wgsl!("stride"));
+    hash_grid::write(grid, Factors::Buffer, false, &mut text);
+    line!(text, "fn local_origin(ray: Ray) -> vec3f {{");
+    match model.space {
+        Space::Contracted(_) => {
+            line!(text, "let walk = to_walk(ray);");
+            line!(text, "return image(walk.ray, walk.part, vec2f(0.0f, 1.0f));\n}}");
+        }
+        _ => line!(text, "return ray.origin;\n}}"),
+    }
+    for (name, value) in [
+        ("N_SHADED", rows.color_input[0]),
+        ("N_DIRECTIONS", rows.color_input[1]),
+        ("COLOR_OUT", rows.color[0]),
+        ("COLOR_BACK", rows.color[1]),
+        ("COLOR_IN_BACK", rows.color[2]),
+        ("N_ENCODED", rows.n_encoded),
+        ("ENCODED", rows.density[0]),
+        ("DENSITY_BACK", rows.density[1]),
+        ("ENCODED_BACK", rows.density[2]),
+    ] {
+        text.whole(name, value);
+    }
+    line!(text, "const COARSEST = {}i;", SCALE_LOG2.end());
+    for file in [
+        wgsl!("trace"),
+        wgsl!("directions"),
+        wgsl!("shade"),
+        wgsl!("loss"),
+        wgsl!("back"),
+        wgsl!("dense"),
+        wgsl!("tables"),
+    ] {
+        text.file(file);
+    }
+    text.into_string()
+}

@@ -1,0 +1,69 @@
+//! Kernels: entry points of the program, with the buffers that each binds.
+
+use crate::render::{Error, Gpu};
+
+/// The program, compiled entry point by entry point.
+#[derive(Debug)]
+pub(super) struct Program<'g> {
+    gpu: &'g Gpu,
+    module: wgpu::ShaderModule,
+}
+
+/// An entry point.
+#[derive(Debug)]
+pub(super) struct Pipeline(wgpu::ComputePipeline);
+
+/// A buffer, and where the program has it.
+pub(super) type Binding<'b> = (u32, &'b wgpu::Buffer);
+
+impl<'g> Program<'g> {
+    pub(super) fn new(gpu: &'g Gpu, source: String) -> Result<Self, Error> {
+        let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("training"),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        gpu.check()?;
+        Ok(Self { gpu, module })
+    }
+
+    pub(super) fn pipeline(&self, entry: &'static str) -> Result<Pipeline, Error> {
+        let pipeline =
+            self.gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: None,
+                module: &self.module,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+        self.gpu.check()?;
+        Ok(Pipeline(pipeline))
+    }
+}
+
+impl Pipeline {
+    /// Its buffers: exactly those that it uses.
+    pub(super) fn group(&self, gpu: &Gpu, buffers: &[Binding<'_>]) -> wgpu::BindGroup {
+        let entries = buffers.iter().map(|(binding, buffer)| wgpu::BindGroupEntry {
+            binding: *binding,
+            resource: buffer.as_entire_binding(),
+        });
+        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("training"),
+            layout: &self.0.get_bind_group_layout(0),
+            entries: &entries.collect::<Vec<_>>(),
+        })
+    }
+
+    /// Runs so many workgroups of it.
+    pub(super) fn run(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        group: &wgpu::BindGroup,
+        [x, y, z]: [u32; 3],
+    ) {
+        pass.set_pipeline(&self.0);
+        pass.set_bind_group(0, group, &[]);
+        pass.dispatch_workgroups(x, y, z);
+    }
+}

@@ -1,0 +1,393 @@
+//! A field that learns on a GPU.
+
+use pocketnerf_core::encoding::HashGrid;
+use pocketnerf_core::field::{HashGridField, Shading};
+use pocketnerf_core::{AnyField, DType, Model};
+
+use super::kernel::Program;
+use super::memory::{CHUNK, Memory, Room};
+use super::networks::{Networks, PARTS, TILE};
+use super::pipelines::Pipelines;
+use super::step::{PixelNumbers, RayResult, Settings};
+use super::{Pixel, StepResult};
+use crate::pack::{Packed, PackedField, network_rows, pack_cells};
+use crate::render::{Error, Gpu};
+use crate::shader::training_source;
+
+/// Numbers of `Frame` in `step.wgsl`.
+pub(super) const FRAME_WORDS: usize = 24;
+/// Rays that are asked for colours between the cameras, and directions of each: `shade.wgsl`.
+const EVERY: u32 = 16;
+const ASKED: u32 = 5;
+/// Workgroups of kernels whose invocations take several columns.
+const MOST_GROUPS: u32 = 2048;
+/// Words of counters.
+const COUNTERS: usize = 4;
+const TOO_MANY: usize = 1;
+const NOT_FINITE: usize = 3;
+/// Chunks of a step are at most so many times as many as were expected.
+const MOST_GROWTH: u32 = 64;
+
+/// A field that learns: a hash grid whose colours are those of rays, with tables of bytes.
+#[derive(Debug)]
+pub struct Learner {
+    pub(super) gpu: Gpu,
+    pub(super) pipelines: Pipelines,
+    networks: Networks,
+    pub(super) fixed: Fixed,
+    memory: Memory,
+    /// Quads of a ray and of a sample.
+    per_sample: u32,
+    /// Values of each level's table.
+    pub(super) tables: Vec<u32>,
+    n_features: u32,
+    cells: Vec<u32>,
+    cameras: u32,
+    /// Samples of a step, about.
+    samples: u32,
+    /// How many times as many chunks there are as usual.
+    growth: u32,
+}
+
+/// Buffers whose size does not depend on the rays.
+#[derive(Debug)]
+pub(super) struct Fixed {
+    pub(super) frame: wgpu::Buffer,
+    pub(super) weights: wgpu::Buffer,
+    pub(super) matrices: wgpu::Buffer,
+    pub(super) occupancy: wgpu::Buffer,
+    pub(super) cameras: wgpu::Buffer,
+    pub(super) counters: wgpu::Buffer,
+    pub(super) partial: wgpu::Buffer,
+    pub(super) gradient: wgpu::Buffer,
+    pub(super) table_of: wgpu::Buffer,
+    pub(super) units: wgpu::Buffer,
+    pub(super) entry_gradients: wgpu::Buffer,
+    pub(super) parameters: wgpu::Buffer,
+    pub(super) squares: wgpu::Buffer,
+    pub(super) largest: wgpu::Buffer,
+    pub(super) scales: wgpu::Buffer,
+    pub(super) factors: wgpu::Buffer,
+    /// The tables as fields read them.
+    pub(super) rounded: wgpu::Buffer,
+    /// Sums of parameters, from the first step on that counts in the average.
+    pub(super) averaged: Option<wgpu::Buffer>,
+}
+
+impl Learner {
+    /// For fields like that of `model`, whose tables are bytes, seen by cameras at these places,
+    /// with about so many samples a step. Nothing is learnt of the model's values:
+    /// [`set_tables`](Self::set_tables) and [`set_networks`](Self::set_networks) say them.
+    ///
+    /// # Errors
+    /// [`Error::Untrainable`] for other fields, [`Error::Device`] or [`Error::TooLarge`].
+    pub fn new(
+        gpu: &Gpu,
+        model: &Model<'_>,
+        cameras: &[[f32; 3]],
+        samples: u32,
+    ) -> Result<Self, Error> {
+        let AnyField::HashGrid(field) = &model.field else {
+            return Err(Error::Untrainable("this kind of field"));
+        };
+        let is_bytes = field.grid.levels[0].dtype() == DType::I8;
+        if field.decoder.shading != Shading::PerRay || !is_bytes {
+            return Err(Error::Untrainable("fields whose samples have colours of their own"));
+        }
+        if field.grid.config.level(0).is_by_corner() {
+            return Err(Error::Untrainable("grids of other programs"));
+        }
+        let packed = Packed::new(model)?;
+        let PackedField::HashGrid(grid) = &packed.field else {
+            return Err(Error::Untrainable("this kind of field"));
+        };
+        let widths = |network: &pocketnerf_core::network::Mlp<'_>| -> Vec<u32> {
+            let layers = network.layers();
+            let first = layers.first().map(|layer| layer.weight.rows());
+            let rest = layers.iter().map(|layer| layer.weight.cols());
+            first.into_iter().chain(rest).map(|width| width as u32).collect()
+        };
+        let decoder = &field.decoder;
+        let networks =
+            Networks::new(widths(&decoder.density), widths(&decoder.color), decoder.n_features);
+        let program = Program::new(gpu, training_source(model, grid, &networks.rows))?;
+        let pipelines = Pipelines::new(&program)?;
+        let fixed = Fixed::new(gpu, field, &packed, &networks, cameras, model)?;
+        let per_sample = 2 + grid.n_feature_quads as u32;
+        let memory = {
+            let room = Room { rays: 1, columns: 1, chunks: 1, kept: 1 };
+            Memory::new(gpu, (&pipelines, &networks), &fixed, per_sample, room)?
+        };
+        let n_features = field.grid.config.n_features_per_level;
+        let n_levels = field.grid.config.n_levels as usize;
+        let tables = (0..n_levels).map(|l| field.grid.config.level(l).entries * n_features);
+        Ok(Self {
+            gpu: gpu.clone(),
+            pipelines,
+            networks,
+            fixed,
+            memory,
+            per_sample,
+            tables: tables.collect(),
+            n_features,
+            cells: Vec::new(),
+            cameras: cameras.len() as u32,
+            samples,
+            growth: 1,
+        })
+    }
+
+    /// The networks of the next step: those of `field` forwards, and backwards these parameters,
+    /// which are weights, then the bias of each layer, the density network first.
+    ///
+    /// # Errors
+    /// [`Error::Untrainable`] for other fields.
+    pub fn set_networks(&mut self, field: &AnyField<'_>, exact: &[f32]) -> Result<(), Error> {
+        let AnyField::HashGrid(HashGridField { decoder, .. }) = field else {
+            return Err(Error::Untrainable("this kind of field"));
+        };
+        let rows = network_rows(decoder);
+        let matrices = self.networks.matrices([&decoder.density, &decoder.color], exact);
+        let queue = self.gpu.queue();
+        queue.write_buffer(&self.fixed.weights, 0, bytemuck::cast_slice(&rows));
+        queue.write_buffer(&self.fixed.matrices, 0, bytemuck::cast_slice(&matrices));
+        Ok(())
+    }
+
+    /// Takes a step: tables are new after it.
+    ///
+    /// # Errors
+    /// [`Error::Device`] or [`Error::TooLarge`].
+    pub fn step(&mut self, pixels: &[Pixel], settings: &Settings<'_>) -> Result<StepResult, Error> {
+        let n_rays = pixels.len() as u32;
+        let groups = if settings.between_views { n_rays.div_ceil(EVERY) } else { 0 };
+        let columns = n_rays + ASKED * groups;
+        self.show_cells(settings);
+        if settings.average && self.fixed.averaged.is_none() {
+            self.fixed.averaged = Some(self.table_buffer("sums of entries")?);
+        }
+        let numbers: Vec<PixelNumbers> = pixels.iter().map(Pixel::numbers).collect();
+        loop {
+            self.make_room(n_rays, columns)?;
+            let frame = self.frame(settings, [n_rays, columns]);
+            let queue = self.gpu.queue();
+            queue.write_buffer(&self.memory.rays, 0, bytemuck::cast_slice(&numbers));
+            queue.write_buffer(&self.fixed.frame, 0, bytemuck::cast_slice(&frame));
+            queue.write_buffer(&self.fixed.counters, 0, &[0; 4 * COUNTERS]);
+            let (result, counters) = self.submit([n_rays, columns, groups], settings.average)?;
+            if counters[TOO_MANY] == 0 {
+                let is_finite = counters[NOT_FINITE] == 0;
+                return Ok(StepResult { is_finite, ..result });
+            }
+            // Nothing was learnt: the same again with more memory.
+            self.growth *= 2;
+            if self.growth > MOST_GROWTH {
+                return Err(pocketnerf_core::Error::TooManySamples { allowed: 0 }.into());
+            }
+            let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
+            encoder.clear_buffer(&self.fixed.entry_gradients, 0, None);
+            self.gpu.queue().submit([encoder.finish()]);
+        }
+    }
+
+    /// The field's densities at points in the unit cube.
+    ///
+    /// # Errors
+    /// [`Error::Device`] or [`Error::TooLarge`].
+    pub fn densities(&self, points: &[[f32; 3]]) -> Result<Vec<f32>, Error> {
+        use wgpu::BufferUsages as Usage;
+        if points.is_empty() {
+            return Ok(Vec::new());
+        }
+        let gpu = &self.gpu;
+        let quads: Vec<[f32; 4]> = points.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
+        let given = gpu.upload("points", bytemuck::cast_slice(&quads))?;
+        let bytes = 4 * points.len() as u64;
+        let found = gpu.buffer("points", bytes, Usage::STORAGE | Usage::COPY_SRC)?;
+        let read = gpu.buffer("points", bytes, Usage::MAP_READ | Usage::COPY_DST)?;
+        let f = &self.fixed;
+        let buffers = [(1, &f.weights), (2, &f.rounded), (4, &f.factors), (0, &f.frame)];
+        let mut all = buffers.to_vec();
+        all.extend([(40, &given), (41, &found)]);
+        let group = self.pipelines.look.group(gpu, &all);
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let groups = (points.len() as u32).div_ceil(64).min(MOST_GROUPS);
+        self.pipelines.look.run(&mut pass, &group, [groups, 1, 1]);
+        drop(pass);
+        encoder.copy_buffer_to_buffer(&found, 0, &read, 0, bytes);
+        let asked = gpu.queue().submit([encoder.finish()]);
+        gpu.read(asked, &read, bytes, |bytes| bytemuck::pod_collect_to_vec(bytes))
+    }
+
+    /// Uploads the cells, where they are others than before.
+    fn show_cells(&mut self, settings: &Settings<'_>) {
+        let cells = pack_cells(Some(&settings.occupancy));
+        if cells != self.cells {
+            let bytes = bytemuck::cast_slice(&cells);
+            self.gpu.queue().write_buffer(&self.fixed.occupancy, 0, bytes);
+            self.cells = cells;
+        }
+    }
+
+    fn make_room(&mut self, n_rays: u32, columns: u32) -> Result<(), Error> {
+        let usual = 2 * self.samples / CHUNK + n_rays;
+        let chunks = usual.saturating_mul(self.growth);
+        // At first all samples are passed back.
+        let kept = self.samples.saturating_mul(2);
+        let needed = Room { rays: n_rays, columns, chunks, kept };
+        if self.memory.room.holds(&needed) {
+            return Ok(());
+        }
+        // Half as much again, because their number changes from step to step.
+        let more = |n: u32| n.saturating_add(n / 2);
+        let room = Room { rays: more(n_rays), columns: more(columns), chunks: more(chunks), kept };
+        let networks = (&self.pipelines, &self.networks);
+        let memory = Memory::new(&self.gpu, networks, &self.fixed, self.per_sample, room)?;
+        self.memory = memory;
+        Ok(())
+    }
+
+    fn frame(&self, s: &Settings<'_>, [n_rays, columns]: [u32; 2]) -> [u32; FRAME_WORDS] {
+        let Room { columns: apart, chunks, kept, .. } = self.memory.room;
+        let slow = if s.slow_below > 0.0 { 1.0 / (s.slow_below * s.slow_below) } else { 0.0 };
+        let numbers = [
+            [s.min_transmittance, s.coarse_step_below, s.step, s.roulette],
+            [s.tables.rate, s.tables.kept, s.tables.new, s.tables.epsilon],
+            [slow, 0.0, 0.0, 0.0],
+        ];
+        let flags = u32::from(s.blur_directions) | u32::from(s.between_views) << 1;
+        let chance = s.number.wrapping_mul(0x9e37_79b9).rotate_left(16);
+        let whole = [
+            [1, n_rays, columns, self.cameras],
+            [apart, kept, chunks, kept],
+            [s.seed, s.number, flags, chance],
+        ];
+        let mut words = [0; FRAME_WORDS];
+        let bits = numbers.as_flattened().iter().map(|number| number.to_bits());
+        let all = bits.chain(whole.as_flattened().iter().copied());
+        words.iter_mut().zip(all).for_each(|(word, value)| *word = value);
+        words
+    }
+
+    /// All kernels, one after another.
+    fn submit(
+        &self,
+        [n_rays, columns, groups]: [u32; 3],
+        average: bool,
+    ) -> Result<(StepResult, [u32; COUNTERS]), Error> {
+        let Self { gpu, pipelines: p, memory, fixed, .. } = self;
+        let g = &memory.groups;
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let pass_ = &mut pass;
+        let by_ray = [n_rays.div_ceil(64), 1, 1];
+        let by_column = columns.div_ceil(64).min(MOST_GROUPS);
+        let by_sample = memory.room.kept.div_ceil(64).min(MOST_GROUPS);
+        let with_asked = [(n_rays + groups).div_ceil(64), 1, 1];
+        p.trace.run(pass_, &g.trace, by_ray);
+        p.shade.run(pass_, &g.shade, with_asked);
+        for (group, blocks) in &g.color.forward {
+            p.dense_rays.run(pass_, group, [by_column, *blocks, 1]);
+        }
+        p.loss.run(pass_, &g.loss, with_asked);
+        for (group, blocks) in &g.color.backward {
+            p.dense_rays.run(pass_, group, [by_column, *blocks, 1]);
+        }
+        p.drop.run(pass_, &g.drop, by_ray);
+        p.scan.run(pass_, &g.scan, [1; 3]);
+        p.gather.run(pass_, &g.gather, by_ray);
+        p.encode_again.run(pass_, &g.encode_again, [by_sample, 1, 1]);
+        for (group, blocks) in g.density.forward.iter().chain(&g.density.backward) {
+            p.dense_samples.run(pass_, group, [by_sample, *blocks, 1]);
+        }
+        for (layers, outer) in [(&g.density, &p.outer_samples), (&g.color, &p.outer_rays)] {
+            for (parts, sum, product) in &layers.products {
+                let [a, b] = product.tiles();
+                outer.run(pass_, parts, [PARTS, a, b]);
+                p.reduce.run(pass_, sum, [product.len().div_ceil(64), 1, 1]);
+            }
+        }
+        let n_levels = self.tables.len() as u32;
+        p.find_units.run(pass_, &g.find_units, [n_levels, 1, 1]);
+        let corners = (memory.room.kept * self.n_features).div_ceil(32).min(2 * MOST_GROUPS);
+        p.scatter.run(pass_, &g.scatter, [corners, n_levels, 1]);
+        self.follow(pass_, average);
+        drop(pass);
+        let results = 16 * u64::from(n_rays);
+        let (gradient, counters) = (fixed.gradient.size(), fixed.counters.size());
+        let read = &memory.read;
+        encoder.copy_buffer_to_buffer(&fixed.counters, 0, read, 0, counters);
+        encoder.copy_buffer_to_buffer(&fixed.gradient, 0, read, counters, gradient);
+        let first = counters + gradient;
+        encoder.copy_buffer_to_buffer(&memory.results, 0, read, first, results);
+        let asked = gpu.queue().submit([encoder.finish()]);
+        gpu.read(asked, read, first + results, |bytes| {
+            let (counters, rest) = bytes.split_at(counters as usize);
+            let (gradient, rays) = rest.split_at(gradient as usize);
+            let n = self.networks.n_parameters;
+            let rays: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(rays);
+            let mut gradient: Vec<f32> = bytemuck::pod_collect_to_vec(gradient);
+            gradient.truncate(n);
+            let mut counted = [0; COUNTERS];
+            bytemuck::cast_slice_mut(&mut counted).copy_from_slice(counters);
+            let rays = rays.into_iter().map(RayResult::of).collect();
+            (StepResult { rays, gradient, is_finite: true }, counted)
+        })
+    }
+}
+
+impl Fixed {
+    fn new(
+        gpu: &Gpu,
+        field: &HashGridField<'_>,
+        packed: &Packed,
+        networks: &Networks,
+        cameras: &[[f32; 3]],
+        model: &Model<'_>,
+    ) -> Result<Self, Error> {
+        use wgpu::BufferUsages as Usage;
+        let (read, write) = (Usage::COPY_SRC, Usage::COPY_DST);
+        let storage = |what, bytes: usize, more: Usage| {
+            gpu.buffer(what, (bytes as u64).max(16), Usage::STORAGE | more)
+        };
+        let HashGrid { config, .. } = &field.grid;
+        let n_levels = config.n_levels as usize;
+        let mut tables: Vec<[u32; 8]> = Vec::new();
+        let mut start = 0;
+        for l in 0..n_levels {
+            let level = config.level(l);
+            let n = level.entries * config.n_features_per_level;
+            let [scale, shift] = [level.scale, level.shift()].map(f32::to_bits);
+            tables.push([scale, shift, level.dense_side, level.entries, start, 0, start, n]);
+            start += n;
+        }
+        let n_values = start as usize;
+        let resolution = model.occupancy.map_or(8, |occupancy| occupancy.resolution());
+        let blocks = (resolution as usize / 8).pow(3);
+        let places: Vec<[f32; 4]> = cameras.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
+        let tiles = networks.density.products.iter().chain(&networks.color.products);
+        let tiles = tiles.map(|product| product.tiles().iter().product::<u32>()).max();
+        let partial = tiles.unwrap_or(1) * PARTS * TILE * TILE;
+        Ok(Self {
+            frame: gpu.uniform(&[0; 4 * FRAME_WORDS])?,
+            weights: storage("networks", 16 * packed.weights.len(), write)?,
+            matrices: storage("networks", 16 * networks.n_quads, write)?,
+            occupancy: storage("cells", 4 * 17 * blocks, write)?,
+            cameras: gpu.upload("cameras", bytemuck::cast_slice(&places))?,
+            counters: storage("counters", 4 * COUNTERS, read | write)?,
+            partial: storage("networks", 4 * partial as usize, Usage::empty())?,
+            gradient: storage("networks", 4 * networks.n_parameters, read)?,
+            table_of: gpu.upload("levels", bytemuck::cast_slice(&tables))?,
+            units: storage("levels", 4 * n_levels, Usage::empty())?,
+            entry_gradients: storage("hash tables", 4 * n_values, write)?,
+            parameters: storage("hash tables", 4 * n_values, read | write)?,
+            squares: storage("hash tables", 4 * n_values, read | write)?,
+            largest: storage("levels", 4 * n_levels, write)?,
+            scales: gpu.buffer("levels", 8 * n_levels as u64, Usage::STORAGE | read | write)?,
+            factors: storage("levels", 4 * n_levels, Usage::empty())?,
+            rounded: storage("hash tables", n_values.next_multiple_of(4), Usage::empty())?,
+            averaged: None,
+        })
+    }
+}

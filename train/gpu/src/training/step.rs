@@ -1,0 +1,128 @@
+//! What a step is asked for, and what it gives.
+
+use pocketnerf_core::{Occupancy, Ray};
+
+/// A ray and the pixel that it is to look like.
+#[derive(Clone, Copy, Debug)]
+pub struct Pixel {
+    /// Through its centre.
+    pub ray: Ray,
+    /// Where in its step each sample lies, 0 to 1.
+    pub phase: f32,
+    /// How much its error counts.
+    pub weight: f32,
+    /// Mean of what may be behind the scene, and the variance of its channels.
+    pub background: [f32; 3],
+    /// See `background`.
+    pub background_variance: f32,
+    /// Its colour over that background.
+    pub target: [f32; 3],
+    /// Its opacity.
+    pub alpha: f32,
+}
+
+/// Sixteen numbers, as the shader has them.
+pub(super) type PixelNumbers = [[f32; 4]; 4];
+
+impl Pixel {
+    pub(super) fn numbers(&self) -> PixelNumbers {
+        let [ox, oy, oz] = self.ray.origin;
+        let [dx, dy, dz] = self.ray.direction;
+        let ([br, bg, bb], [r, g, b]) = (self.background, self.target);
+        [
+            [ox, oy, oz, self.phase],
+            [dx, dy, dz, self.weight],
+            [br, bg, bb, self.background_variance],
+            [r, g, b, self.alpha],
+        ]
+    }
+}
+
+/// How tables follow their gradients: Adam without momentum.
+#[derive(Clone, Copy, Debug)]
+pub struct TableRates {
+    /// Learning rate, corrected.
+    pub rate: f32,
+    /// What a step leaves of an entry that has a gradient.
+    pub kept: f32,
+    /// Part of the squared gradient that is new.
+    pub new: f32,
+    /// Keeps the division finite.
+    pub epsilon: f32,
+}
+
+/// What a step depends on beside the rays.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings<'s> {
+    /// Cells to march through.
+    pub occupancy: Occupancy<'s>,
+    /// Distance between samples.
+    pub step: f32,
+    /// A ray ends where less light than this passes, and counts as opaque.
+    pub min_transmittance: f32,
+    /// Where less light passes, samples stand for several steps.
+    pub coarse_step_below: f32,
+    /// Gradients at least this large are always passed back. 0: all are.
+    pub roulette: f32,
+    /// How tables follow.
+    pub tables: TableRates,
+    /// Samples nearer to their camera than this learn less, unit lengths. 0: none does.
+    pub slow_below: f32,
+    /// Where random numbers begin.
+    pub seed: u32,
+    /// The number of the step.
+    pub number: u32,
+    /// Whether directions are blurred between the cameras.
+    pub blur_directions: bool,
+    /// Whether colours between the cameras are held to what these see.
+    pub between_views: bool,
+    /// Whether the tables after the step count in their average.
+    pub average: bool,
+}
+
+/// What became of a ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RayResult {
+    /// Squared error of its colour, a channel.
+    pub squared_error: f32,
+    /// Opacity.
+    pub opacity: f32,
+    /// Sum of its samples' gradient magnitudes.
+    pub gradient_size: f32,
+    /// Samples.
+    pub samples: u32,
+    /// Samples that were passed back.
+    pub kept: u32,
+}
+
+impl RayResult {
+    pub(super) const fn of([squared_error, opacity, gradient_size, counts]: [f32; 4]) -> Self {
+        let counts = counts.to_bits();
+        let (samples, kept) = (counts & 0xffff, counts >> 16);
+        Self { squared_error, opacity, gradient_size, samples, kept }
+    }
+}
+
+/// What a step gives.
+#[derive(Clone, Debug, Default)]
+pub struct StepResult {
+    /// Of each ray.
+    pub rays: Vec<RayResult>,
+    /// Gradient of the networks: weights, then the bias of each layer, the density network first.
+    pub gradient: Vec<f32>,
+    /// Whether all entries of the tables are finite.
+    pub is_finite: bool,
+}
+
+/// All that is learnt of tables.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tables {
+    /// Entries, level after level.
+    pub parameters: Vec<f32>,
+    /// Their second moments.
+    pub square: Vec<f32>,
+    /// Sums of entries over the steps that count in the average; empty before the first.
+    pub sum: Vec<f32>,
+    /// Exponent of the unit that each level is rounded to multiples of, and units of a step.
+    pub scales: Vec<[i32; 2]>,
+}

@@ -1,0 +1,96 @@
+// A training step: what its kernels read and write. Each binds what it uses.
+
+struct Frame {
+    // Least light that passes; below how much samples stand for two steps; distance between
+    // samples; gradient below which samples are kept by chance.
+    detail: vec4f,
+    // Learning rate of tables; what a step leaves of an entry; part of the squared gradient that
+    // is new; least divisor.
+    adam: vec4f,
+    // Inverse of the squared distance, unit lengths, from which on samples learn all: 0 everywhere.
+    slow: vec4f,
+    // 1; rays; columns of rays and of what is asked between cameras; cameras.
+    once: vec4u,
+    // Values between rows of rays and of samples; chunks of samples; samples that are passed back.
+    sizes: vec4u,
+    // Seed, step; whether directions are blurred, or colours between cameras are held.
+    random: vec4u,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+// Networks as the renderer has them.
+@group(0) @binding(1) var<storage, read> weights: array<vec4f>;
+@group(0) @binding(2) var<storage, read> tables: array<u32>;
+@group(0) @binding(3) var<storage, read> occupancy: array<u32>;
+// What the stored values of each level are multiplied by.
+@group(0) @binding(4) var<storage, read> factors: array<f32>;
+// Of each ray: origin and phase, direction and weight, background and its variance, target and
+// opacity.
+@group(0) @binding(5) var<storage, read> rays: array<vec4f>;
+// Of each ray, `PER_RAY` quads: its last chunk, its samples, what passes, opacity; depth, gradient
+// by the opacity, size of the gradient by the sums; the sums, later the gradient by them.
+@group(0) @binding(6) var<storage, read_write> traced: array<vec4f>;
+// Of each sample, `PER_SAMPLE` quads: point and weight; light that passes, steps, density; its
+// channels. Later: gradients by the density's logarithm and the channels, and whether it is kept.
+@group(0) @binding(7) var<storage, read_write> samples: array<vec4f>;
+// The chunk of a ray before this one.
+@group(0) @binding(8) var<storage, read_write> links: array<u32>;
+@group(0) @binding(9) var<storage, read_write> counters: array<atomic<u32>, 4>;
+// The same, to be read alone.
+@group(0) @binding(10) var<storage, read> counted: array<u32>;
+// Rows of the colour network and of the density network, a column a ray and a sample.
+@group(0) @binding(11) var<storage, read_write> ray_rows: array<f32>;
+@group(0) @binding(12) var<storage, read_write> sample_rows: array<f32>;
+// Of each ray: squared error a channel, opacity, gradient of its samples, samples and how many
+// of them are kept.
+@group(0) @binding(13) var<storage, read_write> results: array<vec4f>;
+// Of each ray: samples that are kept, then where they begin.
+@group(0) @binding(14) var<storage, read_write> offsets: array<u32>;
+@group(0) @binding(15) var<storage, read> cameras: array<vec4f>;
+
+// Samples of a chunk.
+const CHUNK = 16u;
+const NONE = 0xffffffffu;
+const PER_RAY = 2u + N_CHANNELS;
+const PER_SAMPLE = 2u + N_CHANNELS;
+// Numbers of counters.
+const NEXT_CHUNK = 0u;
+const TOO_MANY = 1u;
+const KEPT = 2u;
+const NOT_FINITE = 3u;
+// Bits of `frame.random.z`.
+const BLUR = 1u;
+const BETWEEN = 2u;
+
+var<private> STEP: f32;
+var<private> PHASE: f32;
+
+fn chunk_quad(chunk: u32, place: u32) -> u32 {
+    return (chunk * CHUNK + place) * PER_SAMPLE;
+}
+
+fn is_opaque(transmittance: f32) -> bool {
+    return transmittance < frame.detail.x;
+}
+
+// Random numbers of a place (O'Neill 2014, as Jarzynski and Olano 2020 use it).
+struct Random {
+    state: u32,
+}
+
+fn random_at(purpose: u32, place: u32) -> Random {
+    let step = mixed(frame.random.x ^ mixed(frame.random.y));
+    return Random(mixed(mixed(step ^ purpose) ^ place));
+}
+
+fn mixed(value: u32) -> u32 {
+    let state = value * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
+// Uniform in [0, 1).
+fn next_random(random: ptr<function, Random>) -> f32 {
+    (*random).state = (*random).state * 747796405u + 2891336453u;
+    return f32(mixed((*random).state) >> 8u) / 16777216.0f;
+}

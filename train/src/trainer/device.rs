@@ -1,0 +1,62 @@
+//! What a trainer's steps are taken on.
+
+use super::{Trainer, backend, learnt_gains};
+use crate::picture::Device;
+
+/// Samples of a step of a GPU, which would be idle with fewer.
+const GPU_SAMPLES: usize = 1 << 18;
+
+impl Trainer {
+    /// From now on steps are taken on `device`, from what is learnt so far. Where it cannot, the
+    /// CPU takes them: [`fallback`](Self::fallback) says so.
+    pub fn train_on(&mut self, device: Device) {
+        self.device = device;
+        self.move_to_device();
+    }
+
+    /// The same before the first step, with as many samples a step as suit the device.
+    pub fn begin_on(&mut self, device: Device) {
+        let before = self.config.samples_per_step;
+        if !matches!(device, Device::Cpu) {
+            self.config.samples_per_step = GPU_SAMPLES;
+        }
+        self.train_on(device);
+        if !self.is_on_gpu() {
+            self.config.samples_per_step = before;
+        }
+    }
+
+    /// Why the CPU takes the steps that another device was to take; `None` where that does.
+    #[must_use]
+    pub fn fallback(&self) -> Option<String> {
+        self.fallback.clone().or_else(|| self.backend.fallback())
+    }
+
+    /// Whether steps are taken on a GPU.
+    #[must_use]
+    pub fn is_on_gpu(&self) -> bool {
+        !matches!(self.device, Device::Cpu) && self.fallback().is_none()
+    }
+
+    /// Moves what is learnt from the CPU to the device.
+    #[cfg(feature = "gpu")]
+    pub(super) fn move_to_device(&mut self) {
+        use super::backend::OnGpu;
+
+        let Device::Gpu(gpu) = &self.device else { return };
+        let (poses, gains) = (self.poses.as_ref(), learnt_gains(&self.source, &self.config));
+        let simd = self.backend.simd();
+        let Ok(mut cpu) = backend(&self.config, &self.space, poses, gains, simd) else { return };
+        cpu.state = self.backend.download().clone();
+        let scene = (self.space, self.sampling, self.grid.view());
+        let cameras: Vec<[f32; 3]> = self.source.cameras().iter().map(|c| c.position()).collect();
+        match OnGpu::new(gpu, cpu, scene, &cameras, self.config.samples_per_step) {
+            Ok(own) => (self.backend, self.fallback) = (Box::new(own), None),
+            Err((_, why)) => self.fallback = Some(why.to_string()),
+        }
+    }
+
+    /// There is nothing but the CPU.
+    #[cfg(not(feature = "gpu"))]
+    pub(super) fn move_to_device(&mut self) {}
+}
