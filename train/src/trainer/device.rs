@@ -3,8 +3,9 @@
 use super::{Trainer, backend, learnt_gains};
 use crate::picture::Device;
 
-/// Samples of a step of a GPU, which would be idle with fewer.
-const GPU_SAMPLES: usize = 1 << 18;
+/// Samples of a step of a GPU, which would be idle with fewer; half of them and so on where they
+/// do not fit into its buffers.
+const GPU_SAMPLES: [usize; 4] = [1 << 18, 1 << 17, 1 << 16, 1 << 15];
 
 impl Trainer {
     /// From now on steps are taken on `device`, from what is learnt so far. Where it cannot, the
@@ -16,14 +17,18 @@ impl Trainer {
 
     /// The same before the first step, with as many samples a step as suit the device.
     pub fn begin_on(&mut self, device: Device) {
+        if matches!(device, Device::Cpu) {
+            return;
+        }
         let before = self.config.samples_per_step;
-        if !matches!(device, Device::Cpu) {
-            self.config.samples_per_step = GPU_SAMPLES;
+        for samples in GPU_SAMPLES {
+            self.config.samples_per_step = samples;
+            self.train_on(device.clone());
+            if self.is_on_gpu() {
+                return;
+            }
         }
-        self.train_on(device);
-        if !self.is_on_gpu() {
-            self.config.samples_per_step = before;
-        }
+        self.config.samples_per_step = before;
     }
 
     /// Why the CPU takes the steps that another device was to take; `None` where that does.

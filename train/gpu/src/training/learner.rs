@@ -1,12 +1,12 @@
 //! A field that learns on a GPU.
 
-use pocketnerf_core::encoding::HashGrid;
 use pocketnerf_core::field::{HashGridField, Shading};
 use pocketnerf_core::{AnyField, DType, Model};
 
+use super::fixed::{COUNTERS, FRAME_WORDS, Fixed};
 use super::kernel::Program;
-use super::memory::{CHUNK, Memory, Room};
-use super::networks::{Networks, PARTS, TILE};
+use super::memory::{Memory, Room};
+use super::networks::{Networks, PARTS};
 use super::pipelines::Pipelines;
 use super::step::{PixelNumbers, RayResult, Settings};
 use super::{Pixel, StepResult};
@@ -14,18 +14,15 @@ use crate::pack::{Packed, PackedField, network_rows, pack_cells};
 use crate::render::{Error, Gpu};
 use crate::shader::training_source;
 
-/// Numbers of `Frame` in `step.wgsl`.
-pub(super) const FRAME_WORDS: usize = 24;
 /// Rays that are asked for colours between the cameras, and directions of each: `shade.wgsl`.
 const EVERY: u32 = 16;
 const ASKED: u32 = 5;
 /// Workgroups of kernels whose invocations take several columns.
 const MOST_GROUPS: u32 = 2048;
-/// Words of counters.
-const COUNTERS: usize = 4;
+/// Numbers of counters: `step.wgsl`.
 const TOO_MANY: usize = 1;
 const NOT_FINITE: usize = 3;
-/// Chunks of a step are at most so many times as many as were expected.
+/// Samples of a step are at most so many times as many as were expected.
 const MOST_GROWTH: u32 = 64;
 
 /// A field that learns: a hash grid whose colours are those of rays, with tables of bytes.
@@ -45,33 +42,8 @@ pub struct Learner {
     cameras: u32,
     /// Samples of a step, about.
     samples: u32,
-    /// How many times as many chunks there are as usual.
+    /// How many times as many there is room for as usual.
     growth: u32,
-}
-
-/// Buffers whose size does not depend on the rays.
-#[derive(Debug)]
-pub(super) struct Fixed {
-    pub(super) frame: wgpu::Buffer,
-    pub(super) weights: wgpu::Buffer,
-    pub(super) matrices: wgpu::Buffer,
-    pub(super) occupancy: wgpu::Buffer,
-    pub(super) cameras: wgpu::Buffer,
-    pub(super) counters: wgpu::Buffer,
-    pub(super) partial: wgpu::Buffer,
-    pub(super) gradient: wgpu::Buffer,
-    pub(super) table_of: wgpu::Buffer,
-    pub(super) units: wgpu::Buffer,
-    pub(super) entry_gradients: wgpu::Buffer,
-    pub(super) parameters: wgpu::Buffer,
-    pub(super) squares: wgpu::Buffer,
-    pub(super) largest: wgpu::Buffer,
-    pub(super) scales: wgpu::Buffer,
-    pub(super) factors: wgpu::Buffer,
-    /// The tables as fields read them.
-    pub(super) rounded: wgpu::Buffer,
-    /// Sums of parameters, from the first step on that counts in the average.
-    pub(super) averaged: Option<wgpu::Buffer>,
 }
 
 impl Learner {
@@ -114,10 +86,8 @@ impl Learner {
         let pipelines = Pipelines::new(&program)?;
         let fixed = Fixed::new(gpu, field, &packed, &networks, cameras, model)?;
         let per_sample = 2 + grid.n_feature_quads as u32;
-        let memory = {
-            let room = Room { rays: 1, columns: 1, chunks: 1, kept: 1 };
-            Memory::new(gpu, (&pipelines, &networks), &fixed, per_sample, room)?
-        };
+        let room = Room::new(samples, samples / 8, samples / 5, 1);
+        let memory = Memory::new(gpu, (&pipelines, &networks), &fixed, per_sample, room)?;
         let n_features = field.grid.config.n_features_per_level;
         let n_levels = field.grid.config.n_levels as usize;
         let tables = (0..n_levels).map(|l| field.grid.config.level(l).entries * n_features);
@@ -231,17 +201,13 @@ impl Learner {
     }
 
     fn make_room(&mut self, n_rays: u32, columns: u32) -> Result<(), Error> {
-        let usual = 2 * self.samples / CHUNK + n_rays;
-        let chunks = usual.saturating_mul(self.growth);
-        // At first all samples are passed back.
-        let kept = self.samples.saturating_mul(2);
-        let needed = Room { rays: n_rays, columns, chunks, kept };
+        let needed = Room::new(self.samples, n_rays, columns, self.growth);
         if self.memory.room.holds(&needed) {
             return Ok(());
         }
         // Half as much again, because their number changes from step to step.
         let more = |n: u32| n.saturating_add(n / 2);
-        let room = Room { rays: more(n_rays), columns: more(columns), chunks: more(chunks), kept };
+        let room = Room::new(self.samples, more(n_rays), more(columns), self.growth);
         let networks = (&self.pipelines, &self.networks);
         let memory = Memory::new(&self.gpu, networks, &self.fixed, self.per_sample, room)?;
         self.memory = memory;
@@ -333,61 +299,6 @@ impl Learner {
             bytemuck::cast_slice_mut(&mut counted).copy_from_slice(counters);
             let rays = rays.into_iter().map(RayResult::of).collect();
             (StepResult { rays, gradient, is_finite: true }, counted)
-        })
-    }
-}
-
-impl Fixed {
-    fn new(
-        gpu: &Gpu,
-        field: &HashGridField<'_>,
-        packed: &Packed,
-        networks: &Networks,
-        cameras: &[[f32; 3]],
-        model: &Model<'_>,
-    ) -> Result<Self, Error> {
-        use wgpu::BufferUsages as Usage;
-        let (read, write) = (Usage::COPY_SRC, Usage::COPY_DST);
-        let storage = |what, bytes: usize, more: Usage| {
-            gpu.buffer(what, (bytes as u64).max(16), Usage::STORAGE | more)
-        };
-        let HashGrid { config, .. } = &field.grid;
-        let n_levels = config.n_levels as usize;
-        let mut tables: Vec<[u32; 8]> = Vec::new();
-        let mut start = 0;
-        for l in 0..n_levels {
-            let level = config.level(l);
-            let n = level.entries * config.n_features_per_level;
-            let [scale, shift] = [level.scale, level.shift()].map(f32::to_bits);
-            tables.push([scale, shift, level.dense_side, level.entries, start, 0, start, n]);
-            start += n;
-        }
-        let n_values = start as usize;
-        let resolution = model.occupancy.map_or(8, |occupancy| occupancy.resolution());
-        let blocks = (resolution as usize / 8).pow(3);
-        let places: Vec<[f32; 4]> = cameras.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
-        let tiles = networks.density.products.iter().chain(&networks.color.products);
-        let tiles = tiles.map(|product| product.tiles().iter().product::<u32>()).max();
-        let partial = tiles.unwrap_or(1) * PARTS * TILE * TILE;
-        Ok(Self {
-            frame: gpu.uniform(&[0; 4 * FRAME_WORDS])?,
-            weights: storage("networks", 16 * packed.weights.len(), write)?,
-            matrices: storage("networks", 16 * networks.n_quads, write)?,
-            occupancy: storage("cells", 4 * 17 * blocks, write)?,
-            cameras: gpu.upload("cameras", bytemuck::cast_slice(&places))?,
-            counters: storage("counters", 4 * COUNTERS, read | write)?,
-            partial: storage("networks", 4 * partial as usize, Usage::empty())?,
-            gradient: storage("networks", 4 * networks.n_parameters, read)?,
-            table_of: gpu.upload("levels", bytemuck::cast_slice(&tables))?,
-            units: storage("levels", 4 * n_levels, Usage::empty())?,
-            entry_gradients: storage("hash tables", 4 * n_values, write)?,
-            parameters: storage("hash tables", 4 * n_values, read | write)?,
-            squares: storage("hash tables", 4 * n_values, read | write)?,
-            largest: storage("levels", 4 * n_levels, write)?,
-            scales: gpu.buffer("levels", 8 * n_levels as u64, Usage::STORAGE | read | write)?,
-            factors: storage("levels", 4 * n_levels, Usage::empty())?,
-            rounded: storage("hash tables", n_values.next_multiple_of(4), Usage::empty())?,
-            averaged: None,
         })
     }
 }

@@ -1,13 +1,13 @@
 //! Memory of a step's rays and samples, and what kernels bind of it.
 
+use super::fixed::Fixed;
 use super::kernel::Pipeline;
-use super::learner::Fixed;
 use super::networks::{BLOCK, Chain, Networks, Product, Shape};
 use super::pipelines::Pipelines;
 use crate::render::{Error, Gpu};
 
 /// Samples of a chunk: `step.wgsl`.
-pub(super) const CHUNK: u32 = 16;
+const CHUNK: u32 = 16;
 /// Bytes of a number, and of four.
 const NUMBER: u64 = 4;
 const QUAD: u64 = 16;
@@ -26,6 +26,14 @@ pub(super) struct Room {
 }
 
 impl Room {
+    /// For so many rays and columns and about so many samples, or `growth` times as many.
+    pub(super) fn new(samples: u32, rays: u32, columns: u32, growth: u32) -> Self {
+        let chunks = (2 * samples / CHUNK + rays).saturating_mul(growth);
+        // The roulette passes back half of them at most, about.
+        let kept = (samples / 8 * 5).saturating_mul(growth);
+        Self { rays, columns, chunks, kept }
+    }
+
     /// Whether all that fits into another room fits here.
     pub(super) const fn holds(&self, other: &Self) -> bool {
         self.rays >= other.rays

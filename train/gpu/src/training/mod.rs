@@ -17,6 +17,7 @@
 //!
 //! The same rays give the same bytes on one GPU, however its threads run.
 
+mod fixed;
 mod kernel;
 mod learner;
 mod memory;

@@ -99,6 +99,10 @@ fn scan(@builtin(local_invocation_index) own: u32) {
             before += next;
         }
         atomicStore(&counters[KEPT], min(before, frame.sizes.w));
+        if before > frame.sizes.w {
+            // The step is taken again with more memory.
+            atomicStore(&counters[TOO_MANY], 1u);
+        }
     }
     workgroupBarrier();
     var begin = sums_before[own];
