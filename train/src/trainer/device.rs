@@ -1,5 +1,7 @@
 //! What a trainer's steps are taken on.
 
+use std::time::Duration;
+
 use super::{Trainer, backend, learnt_gains};
 use crate::picture::Device;
 
@@ -41,6 +43,12 @@ impl Trainer {
     #[must_use]
     pub fn is_on_gpu(&self) -> bool {
         !matches!(self.device, Device::Cpu) && self.fallback().is_none()
+    }
+
+    /// How long each kernel of a GPU has taken since [`watch`](Self::watch), in their order.
+    #[must_use]
+    pub fn kernels(&self) -> Vec<(&'static str, Duration)> {
+        self.backend.kernels()
     }
 
     /// Moves what is learnt from the CPU to the device.

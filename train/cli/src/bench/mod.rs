@@ -5,6 +5,8 @@
 //! measured in one run, because only ratios within one run mean anything.
 
 pub mod networks;
+#[cfg(feature = "gpu")]
+pub mod on_gpu;
 pub mod rendering;
 mod report;
 mod stage;
@@ -39,6 +41,9 @@ pub enum BenchError {
     /// Nor read.
     #[error(transparent)]
     Read(#[from] pocketnerf_formats::FormatError),
+    /// The device does not train.
+    #[error("{0}; leave --device out to measure the CPU")]
+    Device(String),
     /// Threads cannot be started.
     #[error("no thread can be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+#[cfg(feature = "gpu")]
+use pocketnerf_core::SimdLevel;
 use pocketnerf_formats::{About, DefaultCamera, Precision};
 use pocketnerf_train::builtin;
 use pocketnerf_train::cameras::Circle;
@@ -37,6 +39,10 @@ pub(super) struct Bench {
     /// figures
     #[arg(long)]
     quick: bool,
+    /// Device that trains: of a GPU, training alone is measured, kernel by kernel
+    #[cfg(feature = "gpu")]
+    #[arg(long, value_enum, value_name = "DEVICE", default_value_t)]
+    device: super::device::Kind,
     #[command(flatten)]
     rendering: Rendering,
 }
@@ -51,6 +57,10 @@ impl Bench {
         let dataset = self.dataset()?;
         let (name, first) = (dataset.source.clone(), default_camera(&dataset));
         let simd = self.rendering.vectors.level();
+        #[cfg(feature = "gpu")]
+        if self.device == super::device::Kind::Gpu {
+            return self.on_gpu(common, dataset, simd);
+        }
         say(common, "measuring the machine");
         let machine = Machine::measure(simd, self.quick)?;
         say(common, "measuring the networks of vanilla NeRF");
@@ -84,6 +94,26 @@ impl Bench {
         let model = path.display().to_string();
         let clock = machine::clock_now(self.quick);
         let report = Report::new(&machine, networks, (name, training), (model, rendering), clock);
+        if common.json {
+            print_json(serde_json::to_value(&report)?, &[]);
+        } else {
+            print_line(report.to_string().trim_end());
+        }
+        Ok(())
+    }
+
+    #[cfg(feature = "gpu")]
+    fn on_gpu(&self, common: &Common, dataset: Dataset, simd: SimdLevel) -> Result<(), Failure> {
+        let (device, why) = self.device.open();
+        if let Some(why) = why {
+            return Err(crate::bench::BenchError::Device(why).into());
+        }
+        let (steps, mut config) = self.training();
+        if dataset.forward_facing {
+            config.ndc = ndc_of(&dataset.views, 1.0);
+        }
+        say(common, &format!("training on {}", dataset.source));
+        let report = crate::bench::on_gpu::measure(dataset, config, steps, simd, device)?;
         if common.json {
             print_json(serde_json::to_value(&report)?, &[]);
         } else {

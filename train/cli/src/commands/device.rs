@@ -28,9 +28,10 @@ pub(super) struct TrainingDevice {
     device: Kind,
 }
 
+/// A device by its name.
 #[cfg(feature = "gpu")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-enum Kind {
+pub(super) enum Kind {
     #[default]
     Cpu,
     Gpu,
@@ -69,7 +70,7 @@ impl TrainingDevice {
 #[cfg(feature = "gpu")]
 impl Kind {
     /// The device, or the CPU and why.
-    fn open(self) -> (Device, Option<String>) {
+    pub(super) fn open(self) -> (Device, Option<String>) {
         use pocketnerf_gpu::{Gpu, Software};
 
         if self == Self::Cpu {

@@ -96,6 +96,8 @@ impl Gpu {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("pocketnerf"),
             required_limits: adapter.limits(),
+            // It needs none; it tells times where it can.
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             ..wgpu::DeviceDescriptor::default()
         };
         let opened = pollster::block_on(adapter.request_device(&descriptor));

@@ -1,5 +1,6 @@
 //! Kernels: entry points of the program, with the buffers that each binds.
 
+use super::sequence::Sequence;
 use crate::render::{Error, Gpu};
 
 /// The program, compiled entry point by entry point.
@@ -11,7 +12,7 @@ pub(super) struct Program<'g> {
 
 /// An entry point.
 #[derive(Debug)]
-pub(super) struct Pipeline(wgpu::ComputePipeline);
+pub(super) struct Pipeline(&'static str, wgpu::ComputePipeline);
 
 /// A buffer, and where the program has it.
 pub(super) type Binding<'b> = (u32, &'b wgpu::Buffer);
@@ -37,7 +38,7 @@ impl<'g> Program<'g> {
                 cache: None,
             });
         self.gpu.check()?;
-        Ok(Pipeline(pipeline))
+        Ok(Pipeline(entry, pipeline))
     }
 }
 
@@ -50,20 +51,13 @@ impl Pipeline {
         });
         gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("training"),
-            layout: &self.0.get_bind_group_layout(0),
+            layout: &self.1.get_bind_group_layout(0),
             entries: &entries.collect::<Vec<_>>(),
         })
     }
 
     /// Runs so many workgroups of it.
-    pub(super) fn run(
-        &self,
-        pass: &mut wgpu::ComputePass<'_>,
-        group: &wgpu::BindGroup,
-        [x, y, z]: [u32; 3],
-    ) {
-        pass.set_pipeline(&self.0);
-        pass.set_bind_group(0, group, &[]);
-        pass.dispatch_workgroups(x, y, z);
+    pub(super) fn run(&self, to: &mut Sequence<'_>, group: &wgpu::BindGroup, groups: [u32; 3]) {
+        to.run((self.0, &self.1), group, groups);
     }
 }

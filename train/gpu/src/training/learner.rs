@@ -8,6 +8,7 @@ use super::kernel::Program;
 use super::memory::{Memory, Room};
 use super::networks::{Networks, PARTS};
 use super::pipelines::Pipelines;
+use super::sequence::{Clock, Sequence};
 use super::step::{PixelNumbers, RayResult, Settings};
 use super::{Pixel, StepResult};
 use crate::pack::{Packed, PackedField, network_rows, pack_cells};
@@ -44,6 +45,7 @@ pub struct Learner {
     samples: u32,
     /// How many times as many there is room for as usual.
     growth: u32,
+    clock: Option<Clock>,
 }
 
 impl Learner {
@@ -104,7 +106,19 @@ impl Learner {
             cameras: cameras.len() as u32,
             samples,
             growth: 1,
+            clock: None,
         })
+    }
+
+    /// From now on steps say how long each kernel takes, where the GPU can tell; they take longer.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    pub fn watch(&mut self) -> Result<(), Error> {
+        if self.clock.is_none() {
+            self.clock = Clock::new(&self.gpu)?;
+        }
+        Ok(())
     }
 
     /// The networks of the next step: those of `field` forwards, and backwards these parameters,
@@ -154,9 +168,9 @@ impl Learner {
             if self.growth > MOST_GROWTH {
                 return Err(pocketnerf_core::Error::TooManySamples { allowed: 0 }.into());
             }
-            let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
-            encoder.clear_buffer(&self.fixed.entry_gradients, 0, None);
-            self.gpu.queue().submit([encoder.finish()]);
+            let mut all = Sequence::new(&self.gpu, None);
+            all.encoder().clear_buffer(&self.fixed.entry_gradients, 0, None);
+            all.submit(&self.gpu);
         }
     }
 
@@ -180,13 +194,11 @@ impl Learner {
         let mut all = buffers.to_vec();
         all.extend([(40, &given), (41, &found)]);
         let group = self.pipelines.look.group(gpu, &all);
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let mut all = Sequence::new(gpu, None);
         let groups = (points.len() as u32).div_ceil(64).min(MOST_GROUPS);
-        self.pipelines.look.run(&mut pass, &group, [groups, 1, 1]);
-        drop(pass);
-        encoder.copy_buffer_to_buffer(&found, 0, &read, 0, bytes);
-        let asked = gpu.queue().submit([encoder.finish()]);
+        self.pipelines.look.run(&mut all, &group, [groups, 1, 1]);
+        all.encoder().copy_buffer_to_buffer(&found, 0, &read, 0, bytes);
+        let asked = all.submit(gpu);
         gpu.read(asked, &read, bytes, |bytes| bytemuck::pod_collect_to_vec(bytes))
     }
 
@@ -244,50 +256,54 @@ impl Learner {
     ) -> Result<(StepResult, [u32; COUNTERS]), Error> {
         let Self { gpu, pipelines: p, memory, fixed, .. } = self;
         let g = &memory.groups;
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        let pass_ = &mut pass;
+        let mut all = Sequence::new(gpu, self.clock.as_ref());
+        let to = &mut all;
         let by_ray = [n_rays.div_ceil(64), 1, 1];
         let by_column = columns.div_ceil(64).min(MOST_GROUPS);
         let by_sample = memory.room.kept.div_ceil(64).min(MOST_GROUPS);
         let with_asked = [(n_rays + groups).div_ceil(64), 1, 1];
-        p.trace.run(pass_, &g.trace, by_ray);
-        p.shade.run(pass_, &g.shade, with_asked);
+        p.trace.run(to, &g.trace, by_ray);
+        p.shade.run(to, &g.shade, with_asked);
         for (group, blocks) in &g.color.forward {
-            p.dense_rays.run(pass_, group, [by_column, *blocks, 1]);
+            p.dense_rays.run(to, group, [by_column, *blocks, 1]);
         }
-        p.loss.run(pass_, &g.loss, with_asked);
+        p.loss.run(to, &g.loss, with_asked);
         for (group, blocks) in &g.color.backward {
-            p.dense_rays.run(pass_, group, [by_column, *blocks, 1]);
+            p.dense_rays.run(to, group, [by_column, *blocks, 1]);
         }
-        p.drop.run(pass_, &g.drop, by_ray);
-        p.scan.run(pass_, &g.scan, [1; 3]);
-        p.gather.run(pass_, &g.gather, by_ray);
-        p.encode_again.run(pass_, &g.encode_again, [by_sample, 1, 1]);
+        p.drop.run(to, &g.drop, by_ray);
+        p.scan.run(to, &g.scan, [1; 3]);
+        p.gather.run(to, &g.gather, by_ray);
+        p.encode_again.run(to, &g.encode_again, [by_sample, 1, 1]);
         for (group, blocks) in g.density.forward.iter().chain(&g.density.backward) {
-            p.dense_samples.run(pass_, group, [by_sample, *blocks, 1]);
+            p.dense_samples.run(to, group, [by_sample, *blocks, 1]);
         }
         for (layers, outer) in [(&g.density, &p.outer_samples), (&g.color, &p.outer_rays)] {
             for (parts, sum, product) in &layers.products {
                 let [a, b] = product.tiles();
-                outer.run(pass_, parts, [PARTS, a, b]);
-                p.reduce.run(pass_, sum, [product.len().div_ceil(64), 1, 1]);
+                outer.run(to, parts, [PARTS, a, b]);
+                p.reduce.run(to, sum, [product.len().div_ceil(64), 1, 1]);
             }
         }
         let n_levels = self.tables.len() as u32;
-        p.find_units.run(pass_, &g.find_units, [n_levels, 1, 1]);
+        p.find_units.run(to, &g.find_units, [n_levels, 1, 1]);
         let corners = (memory.room.kept * self.n_features).div_ceil(32).min(2 * MOST_GROUPS);
-        p.scatter.run(pass_, &g.scatter, [corners, n_levels, 1]);
-        self.follow(pass_, average);
-        drop(pass);
+        p.scatter.run(to, &g.scatter, [corners, n_levels, 1]);
+        self.follow(to, average);
         let results = 16 * u64::from(n_rays);
         let (gradient, counters) = (fixed.gradient.size(), fixed.counters.size());
         let read = &memory.read;
+        let encoder = all.encoder();
         encoder.copy_buffer_to_buffer(&fixed.counters, 0, read, 0, counters);
         encoder.copy_buffer_to_buffer(&fixed.gradient, 0, read, counters, gradient);
         let first = counters + gradient;
         encoder.copy_buffer_to_buffer(&memory.results, 0, read, first, results);
-        let asked = gpu.queue().submit([encoder.finish()]);
+        let names = std::mem::take(&mut all.names);
+        let asked = all.submit(gpu);
+        let mut times = Vec::new();
+        if let Some(clock) = &self.clock {
+            times = clock.read(gpu, &names, asked.clone())?;
+        }
         gpu.read(asked, read, first + results, |bytes| {
             let (counters, rest) = bytes.split_at(counters as usize);
             let (gradient, rays) = rest.split_at(gradient as usize);
@@ -298,7 +314,7 @@ impl Learner {
             let mut counted = [0; COUNTERS];
             bytemuck::cast_slice_mut(&mut counted).copy_from_slice(counters);
             let rays = rays.into_iter().map(RayResult::of).collect();
-            (StepResult { rays, gradient, is_finite: true }, counted)
+            (StepResult { rays, gradient, is_finite: true, times }, counted)
         })
     }
 }

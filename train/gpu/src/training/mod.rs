@@ -24,6 +24,7 @@ mod memory;
 mod networks;
 mod pipelines;
 mod reading;
+mod sequence;
 mod step;
 mod tables;
 

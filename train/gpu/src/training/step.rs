@@ -1,5 +1,7 @@
 //! What a step is asked for, and what it gives.
 
+use std::time::Duration;
+
 use pocketnerf_core::{Occupancy, Ray};
 
 /// A ray and the pixel that it is to look like.
@@ -112,6 +114,8 @@ pub struct StepResult {
     pub gradient: Vec<f32>,
     /// Whether all entries of the tables are finite.
     pub is_finite: bool,
+    /// How long each kernel took, in their order; empty where nobody asked.
+    pub times: Vec<(&'static str, Duration)>,
 }
 
 /// All that is learnt of tables.

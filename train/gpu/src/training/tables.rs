@@ -1,6 +1,7 @@
 //! The tables of a field that learns: how they follow their gradients, in and out.
 
 use super::Learner;
+use super::sequence::Sequence;
 use super::step::Tables;
 use crate::render::Error;
 
@@ -9,7 +10,7 @@ const BLOCK: u32 = 16;
 
 impl Learner {
     /// New tables from their gradients, and what is rounded of them.
-    pub(super) fn follow(&self, pass: &mut wgpu::ComputePass<'_>, average: bool) {
+    pub(super) fn follow(&self, to: &mut Sequence<'_>, average: bool) {
         let (f, p, gpu) = (&self.fixed, &self.pipelines, &self.gpu);
         let most = self.tables.iter().copied().max().unwrap_or(0);
         let n_levels = self.tables.len() as u32;
@@ -24,24 +25,24 @@ impl Learner {
             (35, &f.largest),
         ];
         let group = p.adam.group(gpu, &buffers);
-        p.adam.run(pass, &group, [most.div_ceil(64 * BLOCK), n_levels, 1]);
-        self.round(pass);
+        p.adam.run(to, &group, [most.div_ceil(64 * BLOCK), n_levels, 1]);
+        self.round(to);
         if let (true, Some(averaged)) = (average, &f.averaged) {
             let group = p.accumulate.group(gpu, &[(33, &f.parameters), (39, averaged)]);
-            p.accumulate.run(pass, &group, [2048, 1, 1]);
+            p.accumulate.run(to, &group, [2048, 1, 1]);
         }
     }
 
     /// What fields read of the tables.
-    fn round(&self, pass: &mut wgpu::ComputePass<'_>) {
+    fn round(&self, to: &mut Sequence<'_>) {
         let (f, p, gpu) = (&self.fixed, &self.pipelines, &self.gpu);
         let most = self.tables.iter().copied().max().unwrap_or(0);
         let buffers = [(35, &f.largest), (36, &f.scales), (37, &f.factors)];
         let group = p.hold_all.group(gpu, &buffers);
-        p.hold_all.run(pass, &group, [1; 3]);
+        p.hold_all.run(to, &group, [1; 3]);
         let buffers = [(30, &f.table_of), (33, &f.parameters), (36, &f.scales), (38, &f.rounded)];
         let group = p.round_all.group(gpu, &buffers);
-        p.round_all.run(pass, &group, [most.div_ceil(64 * 4), self.tables.len() as u32, 1]);
+        p.round_all.run(to, &group, [most.div_ceil(64 * 4), self.tables.len() as u32, 1]);
     }
 
     /// Takes over tables that are set all at once.
@@ -55,12 +56,10 @@ impl Learner {
         queue.write_buffer(&f.squares, 0, bytemuck::cast_slice(&tables.square));
         queue.write_buffer(&f.scales, 0, bytemuck::cast_slice(scales));
         queue.write_buffer(&f.largest, 0, &vec![0; f.largest.size() as usize]);
-        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
-        encoder.clear_buffer(&f.entry_gradients, 0, None);
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        self.round(&mut pass);
-        drop(pass);
-        self.gpu.queue().submit([encoder.finish()]);
+        let mut all = Sequence::new(&self.gpu, None);
+        all.encoder().clear_buffer(&f.entry_gradients, 0, None);
+        self.round(&mut all);
+        all.submit(&self.gpu);
         self.fixed.averaged = None;
         if !tables.sum.is_empty() {
             let averaged = self.table_buffer("sums of entries")?;
@@ -76,11 +75,9 @@ impl Learner {
     /// [`Error::Device`].
     pub fn set_scales(&mut self, scales: &[[i32; 2]]) -> Result<(), Error> {
         self.gpu.queue().write_buffer(&self.fixed.scales, 0, bytemuck::cast_slice(scales));
-        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        self.round(&mut pass);
-        drop(pass);
-        self.gpu.queue().submit([encoder.finish()]);
+        let mut all = Sequence::new(&self.gpu, None);
+        self.round(&mut all);
+        all.submit(&self.gpu);
         self.gpu.check()
     }
 
@@ -110,9 +107,9 @@ impl Learner {
         use wgpu::BufferUsages as Usage;
         let bytes = buffer.size();
         let read = self.gpu.buffer("tables", bytes, Usage::MAP_READ | Usage::COPY_DST)?;
-        let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &read, 0, bytes);
-        let asked = self.gpu.queue().submit([encoder.finish()]);
+        let mut all = Sequence::new(&self.gpu, None);
+        all.encoder().copy_buffer_to_buffer(buffer, 0, &read, 0, bytes);
+        let asked = all.submit(&self.gpu);
         self.gpu.read(asked, &read, bytes, |bytes| bytemuck::pod_collect_to_vec(bytes))
     }
 }

@@ -2,6 +2,7 @@
 //! happens in the GPU's memory.
 
 use std::sync::OnceLock;
+use std::time::Duration;
 
 use pocketnerf_core::{
     AnyField, ColorSpace, Display, Model, Occupancy, Sampling, SimdLevel, Space,
@@ -39,6 +40,8 @@ pub(crate) struct OnGpu {
     is_finite: bool,
     /// Why the CPU goes on.
     failure: Option<Error>,
+    /// How long each kernel has taken so far, where steps are timed.
+    times: Vec<(&'static str, Duration)>,
 }
 
 impl OnGpu {
@@ -61,7 +64,8 @@ impl OnGpu {
         };
         let state = cpu.state.clone();
         let fetched = OnceLock::new();
-        let mut own = Self { learner, cpu, fetched, is_finite: true, failure: None };
+        let mut own =
+            Self { learner, cpu, fetched, is_finite: true, failure: None, times: Vec::new() };
         match own.take_over(state) {
             Ok(()) => Ok(own),
             Err(why) => Err((Box::new(own.cpu), why)),
@@ -167,7 +171,11 @@ impl OnGpu {
             between_views: input.between_views,
             average: input.average,
         };
+        if input.stopwatch.is_some() {
+            self.learner.watch()?;
+        }
         let result = self.learner.step(&pixels, &settings)?;
+        self.note_times(&result);
         self.is_finite &= result.is_finite;
         let output = self.output(&result);
         let group = self.cpu.state.field_mut();
@@ -202,6 +210,15 @@ impl OnGpu {
         let sums = group.sum[start..].iter_mut().zip(&group.parameters[start..]);
         sums.for_each(|(sum, parameter)| *sum += parameter);
         self.cpu.state.averaged += 1;
+    }
+
+    fn note_times(&mut self, result: &StepResult) {
+        for (name, time) in &result.times {
+            match self.times.iter_mut().find(|(other, _)| other == name) {
+                Some((_, sum)) => *sum += *time,
+                None => self.times.push((name, *time)),
+            }
+        }
     }
 
     fn output(&self, result: &StepResult) -> StepOutput {
@@ -334,6 +351,10 @@ impl Backend for OnGpu {
 
     fn simd(&self) -> SimdLevel {
         self.cpu.simd()
+    }
+
+    fn kernels(&self) -> Vec<(&'static str, Duration)> {
+        self.times.clone()
     }
 
     fn fallback(&self) -> Option<String> {

@@ -11,6 +11,7 @@ mod gpu;
 mod gpu_tests;
 
 use std::fmt::Debug;
+use std::time::Duration;
 
 use pocketnerf_core::{AnyField, Occupancy, Sampling, SimdLevel, Space};
 
@@ -56,6 +57,11 @@ pub(crate) trait Backend: Debug + Send + Sync {
 
     /// How pictures are rendered for tests of the finished model.
     fn simd(&self) -> SimdLevel;
+
+    /// How long each kernel of a GPU has taken since steps are timed.
+    fn kernels(&self) -> Vec<(&'static str, Duration)> {
+        Vec::new()
+    }
 
     /// Why the CPU takes the steps that another device was to take; `None` where that does.
     fn fallback(&self) -> Option<String> {
