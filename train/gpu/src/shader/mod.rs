@@ -27,7 +27,7 @@ use crate::pack::{Packed, PackedField};
 use hash_grid::Factors;
 use text::Text;
 #[cfg(feature = "wgpu")]
-pub(crate) use training::{Rows, source as training_source};
+pub(crate) use training::{Rows, Together, source as training_source};
 
 /// The program that renders `model`, whose buffers are `packed`. Samples are placed
 /// hierarchically with the feature `nerf` alone, as by `pocketnerf_core`.

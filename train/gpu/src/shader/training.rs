@@ -23,6 +23,21 @@ pub(crate) struct Rows {
     /// First rows of encoded points, of the gradient by the density network's output, and of that
     /// by encoded points.
     pub(crate) density: [u32; 3],
+    /// How samples of a workgroup are evaluated together, where they can be.
+    pub(crate) together: Option<Together>,
+}
+
+/// Samples of several rays, evaluated together by a workgroup.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Together {
+    /// Rays of a workgroup.
+    pub(crate) slots: u32,
+    /// Values of the one hidden layer.
+    pub(crate) n_hidden: u32,
+    /// Quads that the density network gives.
+    pub(crate) n_given: u32,
+    /// Of each of its two layers, in quads: where its matrix and its bias begin, and a row.
+    pub(crate) layers: [[u32; 3]; 2],
 }
 
 /// The program that trains fields like that of `model`, whose tables are bytes.
@@ -54,8 +69,12 @@ pub(crate) fn source(model: &Model<'_>, grid: &PackedGrid, rows: &Rows) -> Strin
         text.whole(name, value);
     }
     line!(text, "const COARSEST = {}i;", SCALE_LOG2.end());
+    match &rows.together {
+        Some(together) => trace_together(together, grid, &mut text),
+        None => text.file(wgsl!("trace")),
+    }
     for file in [
-        wgsl!("trace"),
+        wgsl!("look"),
         wgsl!("directions"),
         wgsl!("shade"),
         wgsl!("loss"),
@@ -66,4 +85,24 @@ pub(crate) fn source(model: &Model<'_>, grid: &PackedGrid, rows: &Rows) -> Strin
         text.file(file);
     }
     text.into_string()
+}
+
+fn trace_together(together: &Together, grid: &PackedGrid, text: &mut Text) {
+    let [hidden, given] = together.layers;
+    for (name, value) in [
+        ("SLOTS", together.slots),
+        ("N_LEVELS", grid.levels.len() as u32),
+        ("N_HIDDEN", together.n_hidden),
+        ("N_GIVEN", together.n_given),
+        ("HIDDEN_MATRIX", hidden[0]),
+        ("HIDDEN_BIAS", hidden[1]),
+        ("HIDDEN_ROW", hidden[2]),
+        ("GIVEN_MATRIX", given[0]),
+        ("GIVEN_BIAS", given[1]),
+        ("GIVEN_ROW", given[2]),
+    ] {
+        text.whole(name, value);
+    }
+    hash_grid::write_levels(grid, text);
+    text.file(wgsl!("trace_together"));
 }

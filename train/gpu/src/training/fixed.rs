@@ -4,13 +4,14 @@ use pocketnerf_core::Model;
 use pocketnerf_core::encoding::HashGrid;
 use pocketnerf_core::field::HashGridField;
 
+use super::memory::UNIT_PARTS;
 use super::networks::{Networks, PARTS, TILE};
 use crate::pack::Packed;
 use crate::render::{Error, Gpu};
 
 /// Numbers of `Frame` and of counters: `step.wgsl`.
 pub(super) const FRAME_WORDS: usize = 24;
-pub(super) const COUNTERS: usize = 4;
+pub(super) const COUNTERS: usize = 8;
 
 /// Buffers whose size does not depend on the rays.
 #[derive(Debug)]
@@ -25,6 +26,7 @@ pub(super) struct Fixed {
     pub(super) gradient: wgpu::Buffer,
     pub(super) table_of: wgpu::Buffer,
     pub(super) units: wgpu::Buffer,
+    pub(super) unit_parts: wgpu::Buffer,
     pub(super) entry_gradients: wgpu::Buffer,
     pub(super) parameters: wgpu::Buffer,
     pub(super) squares: wgpu::Buffer,
@@ -79,7 +81,8 @@ impl Fixed {
             partial: storage("networks", 4 * partial as usize, Usage::empty())?,
             gradient: storage("networks", 4 * networks.n_parameters, read)?,
             table_of: gpu.upload("levels", bytemuck::cast_slice(&tables))?,
-            units: storage("levels", 4 * n_levels, Usage::empty())?,
+            units: gpu.buffer("levels", 4 * n_levels as u64, Usage::STORAGE)?,
+            unit_parts: storage("levels", 16 * n_levels * UNIT_PARTS as usize, Usage::empty())?,
             entry_gradients: storage("hash tables", 4 * n_values, write)?,
             parameters: storage("hash tables", 4 * n_values, read | write)?,
             squares: storage("hash tables", 4 * n_values, read | write)?,

@@ -5,6 +5,7 @@ use pocketnerf_core::{AnyField, DType, Model};
 
 use super::fixed::{COUNTERS, FRAME_WORDS, Fixed};
 use super::kernel::Program;
+use super::memory::UNIT_PARTS;
 use super::memory::{Memory, Room};
 use super::networks::{Networks, PARTS};
 use super::pipelines::Pipelines;
@@ -13,13 +14,15 @@ use super::step::{PixelNumbers, RayResult, Settings};
 use super::{Pixel, StepResult};
 use crate::pack::{Packed, PackedField, network_rows, pack_cells};
 use crate::render::{Error, Gpu};
-use crate::shader::training_source;
+use crate::shader::{Together, training_source};
 
 /// Rays that are asked for colours between the cameras, and directions of each: `shade.wgsl`.
 const EVERY: u32 = 16;
 const ASKED: u32 = 5;
 /// Workgroups of kernels whose invocations take several columns.
 const MOST_GROUPS: u32 = 2048;
+/// Values that a workgroup sums up: `dense.wgsl`.
+const SUMS: u32 = 32;
 /// Numbers of counters: `step.wgsl`.
 const TOO_MANY: usize = 1;
 const NOT_FINITE: usize = 3;
@@ -82,8 +85,11 @@ impl Learner {
             first.into_iter().chain(rest).map(|width| width as u32).collect()
         };
         let decoder = &field.decoder;
-        let networks =
-            Networks::new(widths(&decoder.density), widths(&decoder.color), decoder.n_features);
+        let [density, color] = [&decoder.density, &decoder.color].map(widths);
+        let mut networks = Networks::new(density, color, decoder.n_features);
+        if field.grid.config.n_features_per_level != 4 {
+            networks.rows.together = None;
+        }
         let program = Program::new(gpu, training_source(model, grid, &networks.rows))?;
         let pipelines = Pipelines::new(&program)?;
         let fixed = Fixed::new(gpu, field, &packed, &networks, cameras, model)?;
@@ -262,7 +268,9 @@ impl Learner {
         let by_column = columns.div_ceil(64).min(MOST_GROUPS);
         let by_sample = memory.room.kept.div_ceil(64).min(MOST_GROUPS);
         let with_asked = [(n_rays + groups).div_ceil(64), 1, 1];
-        p.trace.run(to, &g.trace, by_ray);
+        let by_slots = |together: Together| n_rays.div_ceil(together.slots).min(MOST_GROUPS);
+        let tracing = self.networks.rows.together.map_or(by_ray, |own| [by_slots(own), 1, 1]);
+        p.trace.run(to, &g.trace, tracing);
         p.shade.run(to, &g.shade, with_asked);
         for (group, blocks) in &g.color.forward {
             p.dense_rays.run(to, group, [by_column, *blocks, 1]);
@@ -282,11 +290,12 @@ impl Learner {
             for (parts, sum, product) in &layers.products {
                 let [a, b] = product.tiles();
                 outer.run(to, parts, [PARTS, a, b]);
-                p.reduce.run(to, sum, [product.len().div_ceil(64), 1, 1]);
+                p.reduce.run(to, sum, [product.len().div_ceil(SUMS), 1, 1]);
             }
         }
         let n_levels = self.tables.len() as u32;
-        p.find_units.run(to, &g.find_units, [n_levels, 1, 1]);
+        p.sum_units.run(to, &g.sum_units, [UNIT_PARTS, n_levels, 1]);
+        p.find_units.run(to, &g.find_units, [1; 3]);
         let corners = (memory.room.kept * self.n_features).div_ceil(32).min(2 * MOST_GROUPS);
         p.scatter.run(to, &g.scatter, [corners, n_levels, 1]);
         self.follow(to, average);
@@ -298,7 +307,7 @@ impl Learner {
         encoder.copy_buffer_to_buffer(&fixed.gradient, 0, read, counters, gradient);
         let first = counters + gradient;
         encoder.copy_buffer_to_buffer(&memory.results, 0, read, first, results);
-        let names = std::mem::take(&mut all.names);
+        let names = all.names.clone();
         let asked = all.submit(gpu);
         let mut times = Vec::new();
         if let Some(clock) = &self.clock {

@@ -8,6 +8,8 @@ use crate::render::{Error, Gpu};
 
 /// Samples of a chunk: `step.wgsl`.
 const CHUNK: u32 = 16;
+/// Parts of the samples whose gradients are summed up: `tables.wgsl`.
+pub(super) const UNIT_PARTS: u32 = 64;
 /// Bytes of a number, and of four.
 const NUMBER: u64 = 4;
 const QUAD: u64 = 16;
@@ -66,6 +68,7 @@ pub(super) struct Groups {
     pub(super) gather: wgpu::BindGroup,
     pub(super) encode_again: wgpu::BindGroup,
     pub(super) density: Layers,
+    pub(super) sum_units: wgpu::BindGroup,
     pub(super) find_units: wgpu::BindGroup,
     pub(super) scatter: wgpu::BindGroup,
 }
@@ -148,7 +151,7 @@ impl Memory {
                 &p.trace,
                 &[
                     (0, &f.frame),
-                    (1, &f.weights),
+                    networks.rows.together.map_or((1, &f.weights), |_| (21, &f.matrices)),
                     (2, &f.rounded),
                     (3, &f.occupancy),
                     (4, &f.factors),
@@ -204,10 +207,11 @@ impl Memory {
                 ],
             ),
             density: layers(&networks.density, false)?,
-            find_units: bound(
-                &p.find_units,
-                &[(0, &f.frame), (10, &f.counters), (12, &sample_rows), (31, &f.units)],
+            sum_units: bound(
+                &p.sum_units,
+                &[(0, &f.frame), (10, &f.counters), (12, &sample_rows), (42, &f.unit_parts)],
             ),
+            find_units: bound(&p.find_units, &[(31, &f.units), (42, &f.unit_parts)]),
             scatter: bound(
                 &p.scatter,
                 &[

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use pocketnerf_core::TensorView;
 use pocketnerf_core::network::Mlp;
 
-use crate::shader::Rows;
+use crate::shader::{Rows, Together};
 
 /// Rows are written in blocks of so many.
 pub(super) const BLOCK: u32 = 16;
@@ -12,9 +12,11 @@ pub(super) const BLOCK: u32 = 16;
 const NONE: u32 = u32::MAX;
 /// Rows of a sample's point, before all others.
 const POINT: u32 = 3;
+/// Bytes that a workgroup shares, on any GPU.
+const MEMORY: u32 = 16_384;
 /// Parts of the columns whose sums are added up in order, and the sides of their tiles:
 /// `dense.wgsl`.
-pub(super) const PARTS: u32 = 64;
+pub(super) const PARTS: u32 = 256;
 pub(super) const TILE: u32 = 64;
 
 /// `Shape` in `dense.wgsl`.
@@ -110,16 +112,18 @@ impl Networks {
         let [samples, rays] =
             [Places::new(&density, POINT.next_multiple_of(BLOCK)), Places::new(&color, 0)];
         let last = |places: &[u32]| places.last().copied().unwrap_or(0);
-        let rows = Rows {
+        let mut rows = Rows {
             color_input: [n_features, color[0] - n_features],
             color: [last(&rays.values), last(&rays.gradients), rays.gradients[0]],
             n_encoded: density[0],
             density: [samples.values[0], last(&samples.gradients), samples.gradients[0]],
+            together: None,
         };
         let (mut quads, mut parameters) = (0, 0);
         let chains = [(&density, &samples), (&color, &rays)]
             .map(|(widths, places)| chain(widths, places, &mut quads, &mut parameters));
         let [mut density_chain, color_chain] = chains;
+        rows.together = together(&density, &density_chain.forward);
         // What it gives is known already.
         density_chain.forward.pop();
         Self {
@@ -162,6 +166,19 @@ impl Networks {
         }
         values
     }
+}
+
+/// How the density network is evaluated by workgroups: with one hidden layer that fits into their
+/// memory.
+fn together(widths: &[u32], layers: &[Shape]) -> Option<Together> {
+    let ([n_encoded, n_hidden, n_output], [hidden, given]) = (widths, layers) else { return None };
+    let n_given = n_output.div_ceil(4);
+    // A column's values, and its point.
+    let quads = (n_encoded + n_hidden).div_ceil(4) + n_given + 1;
+    let slots = [32, 16].into_iter().find(|slots| 16 * slots * quads + 64 <= MEMORY)?;
+    let layer = |shape: &Shape| [shape.matrix, shape.bias, shape.n_out / 4];
+    let layers = [hidden, given].map(layer);
+    Some(Together { slots, n_hidden: *n_hidden, n_given, layers })
 }
 
 /// The kernels of a network; counts its quads and parameters.

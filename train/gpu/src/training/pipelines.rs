@@ -33,6 +33,7 @@ pipelines!(
     dense_samples,
     outer_samples,
     reduce,
+    sum_units,
     find_units,
     scatter,
     adam,

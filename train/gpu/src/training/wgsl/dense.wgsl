@@ -95,7 +95,7 @@ struct Product {
 @group(0) @binding(25) var<storage, read_write> partial: array<f32>;
 @group(0) @binding(26) var<storage, read_write> gradient: array<f32>;
 
-const PARTS_OF_COLUMNS = 64u;
+const PARTS_OF_COLUMNS = 256u;
 const TILE = 64u;
 const DEPTH = 16u;
 var<workgroup> tile_a: array<vec4f, 256>;
@@ -172,22 +172,33 @@ fn outer_samples(
     outer(group, tiles, own, columns_of_samples());
 }
 
-// The sums of all parts, in their order.
-@compute @workgroup_size(64)
-fn reduce(@builtin(global_invocation_id) id: vec3u) {
+const SUMS = 32u;
+const SHARES = 8u;
+var<workgroup> shares: array<f32, SUMS * SHARES>;
+
+// The sums of all parts, always in the same order: those of a share, then those.
+@compute @workgroup_size(SUMS, SHARES)
+fn reduce(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) own: vec3u) {
     let p = product_of;
-    let a = id.x / p.n_b;
-    let b = id.x % p.n_b;
-    if a > p.n_a {
-        return;
-    }
+    let number = group.x * SUMS + own.x;
+    let a = number / p.n_b;
+    let b = number % p.n_b;
     let tiles_a = p.n_a / TILE + 1u;
     let tiles_b = (p.n_b + TILE - 1u) / TILE;
+    let each = PARTS_OF_COLUMNS / SHARES;
     var sum = 0.0f;
-    for (var part = 0u; part < PARTS_OF_COLUMNS; part++) {
-        let tile = (part * tiles_b + b / TILE) * tiles_a + a / TILE;
-        sum += partial[tile * TILE * TILE + (a % TILE) * TILE + b % TILE];
+    if a <= p.n_a {
+        for (var part = own.y * each; part < (own.y + 1u) * each; part++) {
+            let tile = (part * tiles_b + b / TILE) * tiles_a + a / TILE;
+            sum += partial[tile * TILE * TILE + (a % TILE) * TILE + b % TILE];
+        }
     }
-    let to = select(p.weights + a * p.n_b + b, p.bias + b, a == p.n_a);
-    gradient[to] = sum;
+    shares[own.y * SUMS + own.x] = sum;
+    workgroupBarrier();
+    if own.y == 0u && a <= p.n_a {
+        for (var share = 1u; share < SHARES; share++) {
+            sum += shares[share * SUMS + own.x];
+        }
+        gradient[select(p.weights + a * p.n_b + b, p.bias + b, a == p.n_a)] = sum;
+    }
 }

@@ -35,7 +35,7 @@ struct Frame {
 @group(0) @binding(7) var<storage, read_write> samples: array<vec4f>;
 // The chunk of a ray before this one.
 @group(0) @binding(8) var<storage, read_write> links: array<u32>;
-@group(0) @binding(9) var<storage, read_write> counters: array<atomic<u32>, 4>;
+@group(0) @binding(9) var<storage, read_write> counters: array<atomic<u32>, 8>;
 // The same, to be read alone.
 @group(0) @binding(10) var<storage, read> counted: array<u32>;
 // Rows of the colour network and of the density network, a column a ray and a sample.
@@ -58,6 +58,7 @@ const NEXT_CHUNK = 0u;
 const TOO_MANY = 1u;
 const KEPT = 2u;
 const NOT_FINITE = 3u;
+const NEXT_RAY = 4u;
 // Bits of `frame.random.z`.
 const BLUR = 1u;
 const BETWEEN = 2u;

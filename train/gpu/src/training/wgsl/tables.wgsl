@@ -30,21 +30,25 @@ struct Scale {
 @group(0) @binding(39) var<storage, read_write> averaged: array<f32>;
 
 const SUMMERS = 256u;
+// Parts of the samples that have sums of their own.
+const UNIT_PARTS = 64u;
 var<workgroup> magnitudes: array<vec4f, SUMMERS>;
+// Of each level, the sums of each part.
+@group(0) @binding(42) var<storage, read_write> unit_parts: array<vec4f>;
 
 // 2^`exponent` of a normal number.
 fn power_of_two(exponent: i32) -> f32 {
     return bitcast<f32>(u32(clamp(exponent, -126, 127) + 127) << 23u);
 }
 
-// The unit of each level's gradients.
+// Sums of magnitudes of a part of the samples, four features apart.
 @compute @workgroup_size(SUMMERS)
-fn find_units(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own: u32) {
+fn sum_units(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own: u32) {
     let apart = frame.sizes.y;
     var sum = vec4f();
-    for (var s = own; s < counted[KEPT]; s += SUMMERS) {
+    for (var s = group.x * SUMMERS + own; s < counted[KEPT]; s += SUMMERS * UNIT_PARTS) {
         for (var f = 0u; f < N_FEATURES; f++) {
-            let d = sample_rows[(ENCODED_BACK + group.x * N_FEATURES + f) * apart + s];
+            let d = sample_rows[(ENCODED_BACK + group.y * N_FEATURES + f) * apart + s];
             sum[f % 4u] += abs(d);
         }
     }
@@ -57,16 +61,28 @@ fn find_units(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_ind
         workgroupBarrier();
     }
     if own == 0u {
-        let all = magnitudes[0];
-        let most = max(max(all.x, all.y), max(all.z, all.w));
-        if !(is_finite(all.x) && is_finite(all.y) && is_finite(all.z) && is_finite(all.w)) {
-            units[group.x] = 0.0f;
-        } else {
-            // The exponent of the power of two above it.
-            let exponent = i32(bitcast<u32>(most) >> 23u) - 126;
-            units[group.x] = power_of_two(exponent - 29);
-        }
+        unit_parts[group.y * UNIT_PARTS + group.x] = magnitudes[0];
     }
+}
+
+// The unit of each level's gradients; 0 where they are not finite.
+@compute @workgroup_size(16)
+fn find_units(@builtin(local_invocation_index) l: u32) {
+    if l >= arrayLength(&units) {
+        return;
+    }
+    var all = vec4f();
+    for (var part = 0u; part < UNIT_PARTS; part++) {
+        all += unit_parts[l * UNIT_PARTS + part];
+    }
+    let most = max(max(all.x, all.y), max(all.z, all.w));
+    if !(is_finite(all.x) && is_finite(all.y) && is_finite(all.z) && is_finite(all.w)) {
+        units[l] = 0.0f;
+        return;
+    }
+    // The exponent of the power of two above it.
+    let exponent = i32(bitcast<u32>(most) >> 23u) - 126;
+    units[l] = power_of_two(exponent - 29);
 }
 
 // An invocation a feature of a corner of a sample.

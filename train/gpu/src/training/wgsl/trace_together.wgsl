@@ -1,0 +1,255 @@
+// Forwards, by workgroups: `SLOTS` rays at a time, whose samples are evaluated together, four
+// invocations a ray. A ray that ends makes room for the next.
+
+const INVOCATIONS = 4u * SLOTS;
+// Steps across empty cells until those that have found a sample go on.
+const PATIENCE = 12u;
+const COLUMNS = SLOTS / 4u;
+
+// A column a ray: points, what they are encoded to, what the hidden layer and the network give.
+var<workgroup> place: array<vec4f, SLOTS>;
+var<workgroup> encoded_rows: array<f32, N_ENCODED * SLOTS>;
+var<workgroup> hidden_rows: array<f32, N_HIDDEN * SLOTS>;
+var<workgroup> given: array<vec4f, N_GIVEN * SLOTS>;
+// Rays that have found a sample, and those that are under way, times 2^16.
+var<workgroup> seen: atomic<u32>;
+var<workgroup> status: u32;
+
+// A ray on its way.
+struct Way {
+    r: u32,
+    ray: Ray,
+    local: Local,
+    across: Stride,
+    k: f32,
+    end: f32,
+    steps: f32,
+    last: u32,
+    count: u32,
+    transmittance: f32,
+    opacity: f32,
+    depth: f32,
+    t: f32,
+    phase: f32,
+    is_under_way: bool,
+}
+
+@compute @workgroup_size(INVOCATIONS)
+fn trace(@builtin(local_invocation_index) own: u32) {
+    STEP = frame.detail.z;
+    let slot = own % SLOTS;
+    let part = own / SLOTS;
+    var way: Way;
+    var sums: Channels;
+    var may_come = true;
+    loop {
+        var has_found = false;
+        if part == 0u {
+            for (var i = 0u; i < PATIENCE && !has_found; i++) {
+                if !way.is_under_way {
+                    if !may_come {
+                        break;
+                    }
+                    may_come = begin(&way);
+                    sums = Channels();
+                    if !may_come {
+                        break;
+                    }
+                }
+                PHASE = way.phase;
+                has_found = seek(&way, slot);
+                if !way.is_under_way {
+                    finish(&way, &sums);
+                }
+            }
+            let under_way = select(0u, 0x10000u, way.is_under_way || may_come);
+            atomicAdd(&seen, under_way | select(0u, 1u, has_found));
+        }
+        workgroupBarrier();
+        if own == 0u {
+            status = atomicExchange(&seen, 0u);
+        }
+        let all = workgroupUniformLoad(&status);
+        if all == 0u {
+            break;
+        }
+        if (all & 0xffffu) != 0u {
+            encode_part(slot, part);
+            workgroupBarrier();
+            hide(own);
+            workgroupBarrier();
+            give(slot, part);
+            workgroupBarrier();
+            if has_found {
+                add(&way, &sums, slot);
+                if !way.is_under_way {
+                    finish(&way, &sums);
+                }
+            }
+        }
+    }
+}
+
+// Takes the next ray; false where there is none.
+fn begin(way: ptr<function, Way>) -> bool {
+    let r = atomicAdd(&counters[NEXT_RAY], 1u);
+    if r >= frame.once.y {
+        return false;
+    }
+    let start = rays[4u * r];
+    let ray = Ray(start.xyz, rays[4u * r + 1u].xyz);
+    PHASE = start.w;
+    (*way).r = r;
+    (*way).ray = ray;
+    (*way).local = to_local(ray);
+    (*way).phase = start.w;
+    (*way).steps = 1.0f;
+    (*way).last = NONE;
+    (*way).count = 0u;
+    (*way).transmittance = 1.0f;
+    (*way).opacity = 0.0f;
+    (*way).depth = 0.0f;
+    (*way).k = 0.0f;
+    (*way).end = 0.0f;
+    if (*way).local.is_there {
+        let first = first_steps((*way).local);
+        (*way).k = first.x;
+        (*way).end = first.y;
+        (*way).across = stride((*way).local.ray);
+    }
+    (*way).is_under_way = true;
+    return true;
+}
+
+// One step on; true at an occupied cell.
+fn seek(way: ptr<function, Way>, slot: u32) -> bool {
+    if !((*way).k < (*way).end) {
+        (*way).k = (*way).end;
+        if (*way).local.is_there {
+            var local = (*way).local;
+            (*way).end = turn(&local, (*way).k);
+            (*way).local = local;
+        }
+        if !((*way).k < (*way).end) {
+            (*way).is_under_way = false;
+            return false;
+        }
+        (*way).across = stride((*way).local.ray);
+    }
+    let ray = (*way).local.ray;
+    let t = distance_of(min((*way).k + ((*way).steps - 1.0f) * 0.5f, (*way).end - 1.0f));
+    let u = unit(ray.origin + t * ray.direction);
+    let cells = around(u);
+    if !cells.is_occupied {
+        (*way).k += steps_to_leave(ray, (*way).across, u, cells, t);
+        return false;
+    }
+    if (*way).count % CHUNK == 0u {
+        let chunk = atomicAdd(&counters[NEXT_CHUNK], 1u);
+        if chunk >= frame.sizes.z {
+            // The step is taken again with more memory.
+            atomicStore(&counters[TOO_MANY], 1u);
+            (*way).is_under_way = false;
+            return false;
+        }
+        links[chunk] = (*way).last;
+        (*way).last = chunk;
+    }
+    (*way).t = t;
+    place[slot] = vec4f(u, 0.0f);
+    return true;
+}
+
+// Encodes the point of a ray, every fourth level.
+fn encode_part(slot: u32, part: u32) {
+    let u = place[slot].xyz;
+    for (var l = part; l < N_LEVELS; l += 4u) {
+        let values = level_quad(l, u);
+        for (var f = 0u; f < 4u; f++) {
+            encoded_rows[(4u * l + f) * SLOTS + slot] = values[f];
+        }
+    }
+}
+
+// The hidden layer: blocks of four values and four rays.
+fn hide(own: u32) {
+    for (var block = own; block < N_HIDDEN / 4u * COLUMNS; block += INVOCATIONS) {
+        let quad = block / COLUMNS;
+        let first = 4u * (block % COLUMNS);
+        let bias = matrices[HIDDEN_BIAS + quad];
+        var sums = array<vec4f, 4>(bias, bias, bias, bias);
+        for (var i = 0u; i < N_ENCODED; i++) {
+            let row = matrices[HIDDEN_MATRIX + i * HIDDEN_ROW + quad];
+            let at = i * SLOTS + first;
+            sums[0] += encoded_rows[at] * row;
+            sums[1] += encoded_rows[at + 1u] * row;
+            sums[2] += encoded_rows[at + 2u] * row;
+            sums[3] += encoded_rows[at + 3u] * row;
+        }
+        for (var s = 0u; s < 4u; s++) {
+            let values = max(sums[s], vec4f());
+            for (var h = 0u; h < 4u; h++) {
+                hidden_rows[(4u * quad + h) * SLOTS + first + s] = values[h];
+            }
+        }
+    }
+}
+
+// The output layer: every fourth quad of a ray.
+fn give(slot: u32, part: u32) {
+    for (var quad = part; quad < N_GIVEN; quad += 4u) {
+        var sum = matrices[GIVEN_BIAS + quad];
+        for (var h = 0u; h < N_HIDDEN; h++) {
+            sum += hidden_rows[h * SLOTS + slot] * matrices[GIVEN_MATRIX + h * GIVEN_ROW + quad];
+        }
+        given[quad * SLOTS + slot] = sum;
+    }
+}
+
+// Adds the sample that was found.
+fn add(way: ptr<function, Way>, sums: ptr<function, Channels>, slot: u32) {
+    var own = given[slot];
+    let sigma = decoded_sigma(own.x);
+    let steps = (*way).steps;
+    let alpha = 1.0f - exp(-sigma * (STEP * steps));
+    let weight = (*way).transmittance * alpha;
+    let transmittance = (*way).transmittance * (1.0f - alpha);
+    let at = chunk_quad((*way).last, (*way).count % CHUNK);
+    samples[at] = vec4f(place[slot].xyz, weight);
+    samples[at + 1u] = vec4f(transmittance, steps, sigma, 0.0f);
+    for (var c = 0u; c < N_CHANNELS; c++) {
+        // The density comes before the features.
+        var next_own = vec4f();
+        if c + 1u < N_GIVEN {
+            next_own = given[(c + 1u) * SLOTS + slot];
+        }
+        let channel = vec4f(own.yzw, next_own.x);
+        samples[at + 2u + c] = channel;
+        (*sums)[c] += weight * channel;
+        own = next_own;
+    }
+    (*way).transmittance = transmittance;
+    (*way).opacity += weight;
+    (*way).depth += weight * (*way).t;
+    (*way).count += 1u;
+    (*way).k += steps;
+    (*way).steps = steps_at(transmittance);
+    if is_opaque(transmittance) {
+        (*way).is_under_way = false;
+    }
+}
+
+// Notes what a ray has accumulated.
+fn finish(way: ptr<function, Way>, sums: ptr<function, Channels>) {
+    let at = PER_RAY * (*way).r;
+    traced[at] = vec4f(
+        bitcast<f32>((*way).last),
+        bitcast<f32>((*way).count),
+        (*way).transmittance,
+        (*way).opacity,
+    );
+    traced[at + 1u] = vec4f((*way).depth, 0.0f, 0.0f, 0.0f);
+    for (var c = 0u; c < N_CHANNELS; c++) {
+        traced[at + 2u + c] = (*sums)[c];
+    }
+}
