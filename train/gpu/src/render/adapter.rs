@@ -96,6 +96,8 @@ impl Gpu {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("pocketnerf"),
             required_limits: adapter.limits(),
+            // It needs none; it tells times where it can.
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             ..wgpu::DeviceDescriptor::default()
         };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
@@ -153,6 +155,25 @@ impl Gpu {
         let buffer = self.device.create_buffer(&descriptor);
         self.check()?;
         Ok(buffer)
+    }
+
+    /// What a program reads and writes, in the order of its bindings.
+    pub(super) fn group(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        buffers: &[&wgpu::Buffer],
+    ) -> Result<wgpu::BindGroup, Error> {
+        let entries = buffers.iter().enumerate().map(|(binding, buffer)| wgpu::BindGroupEntry {
+            binding: binding as u32,
+            resource: buffer.as_entire_binding(),
+        });
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries.collect::<Vec<_>>(),
+        });
+        self.check()?;
+        Ok(group)
     }
 }
 
