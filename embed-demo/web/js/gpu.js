@@ -15,11 +15,17 @@ const MOST_SAMPLES = 1 << 15;
 /** Software GPUs are slower than WebAssembly. */
 const SOFTWARE = /swiftshader|llvmpipe|lavapipe|basic render/i;
 
+/** Quads of numbers that the program leaves a pixel for a second one, where there is one. */
+const MEAN = /const N_MEAN = (\d+)u/;
+
 /** A model in a GPU's memory, and the program that renders it. */
 export class Gpu {
   #device;
   #layout;
-  #pipeline;
+  /** What renders and, where colours are computed afterwards, what does so. */
+  #pipelines;
+  /** Bytes of a pixel that the first leaves for the second. */
+  #mean;
   /** Buffers that the program reads, the uniform first. */
   #inputs;
   /** Bytes of a buffer. */
@@ -73,15 +79,18 @@ export class Gpu {
     });
     // No rays are given: pictures have a camera.
     this.#inputs = [this.#buffer(144, UNIFORM | COPY_DST), ...model, this.#buffer(24, STORAGE)];
-    const types = ["uniform", ...Array(4).fill("read-only-storage"), "storage", "storage"];
+    const types = ["uniform", ...Array(4).fill("read-only-storage"), ...Array(3).fill("storage")];
     const entries = types.map((type, binding) => {
       return { binding, visibility: GPUShaderStage.COMPUTE, buffer: { type } };
     });
     this.#layout = this.#device.createBindGroupLayout({ entries });
-    this.#pipeline = await this.#device.createComputePipelineAsync({
-      layout: this.#device.createPipelineLayout({ bindGroupLayouts: [this.#layout] }),
-      compute: { module: this.#device.createShaderModule({ code: program }) },
-    });
+    const layout = this.#device.createPipelineLayout({ bindGroupLayouts: [this.#layout] });
+    const module = this.#device.createShaderModule({ code: program });
+    this.#mean = 16 * (MEAN.exec(program)?.[1] ?? 0);
+    const compile = (entryPoint) =>
+      this.#device.createComputePipelineAsync({ layout, compute: { module, entryPoint } });
+    const names = this.#mean ? ["render", "shade"] : ["render"];
+    this.#pipelines = await Promise.all(names.map(compile));
   }
 
   /** Drivers have faults: a small picture is to be that of WebAssembly, and to show something. */
@@ -103,7 +112,8 @@ export class Gpu {
     this.stats = { rays: width * height, samples: 0 };
     for (let y = 0; y < height; ) {
       const whole = 8 * Math.ceil(Math.max(this.#pixels / width, 1) / 8);
-      const fits = Math.max(Math.floor(this.#most / (width * (COLOR + DISTANCE))), 1);
+      const bytes = width * Math.max(COLOR + DISTANCE, this.#mean);
+      const fits = Math.max(Math.floor(this.#most / bytes), 1);
       const rows = Math.min(whole, fits, height - y);
       const begun = performance.now();
       const { pixels, samples } = await this.#render(instance, width, y, rows);
@@ -131,9 +141,11 @@ export class Gpu {
     queue.writeBuffer(this.#inputs[0], 0, instance.frame(row, rows));
     const encoder = this.#device.createCommandEncoder();
     const pass = encoder.beginComputePass();
-    pass.setPipeline(this.#pipeline);
     pass.setBindGroup(0, room.group);
-    pass.dispatchWorkgroups(Math.ceil(width / 8), Math.ceil(rows / 8));
+    for (const pipeline of this.#pipelines) {
+      pass.setPipeline(pipeline);
+      pass.dispatchWorkgroups(Math.ceil(width / 8), Math.ceil(rows / 8));
+    }
     pass.end();
     encoder.copyBufferToBuffer(room.colors, 0, room.read, 0, colors);
     encoder.copyBufferToBuffer(room.distances, 0, room.read, colors, distances);
@@ -160,8 +172,9 @@ export class Gpu {
     const colors = this.#buffer(COLOR * pixels, STORAGE | COPY_SRC);
     const distances = this.#buffer(DISTANCE * pixels, STORAGE | COPY_SRC);
     const read = this.#buffer((COLOR + DISTANCE) * pixels, MAP_READ | COPY_DST);
-    const own = [colors, distances, read];
-    const buffers = [...this.#inputs, colors, distances];
+    const means = this.#buffer(this.#mean * pixels, STORAGE);
+    const own = [colors, distances, read, means];
+    const buffers = [...this.#inputs, colors, distances, means];
     const entries = buffers.map((buffer, binding) => ({ binding, resource: { buffer } }));
     const group = this.#device.createBindGroup({ layout: this.#layout, entries });
     this.#room = { pixels, own, colors, distances, read, group };

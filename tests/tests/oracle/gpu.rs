@@ -6,8 +6,11 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::march::{Hierarchical, Reach};
+use pocketnerf_core::pixel::rgba8;
 use pocketnerf_core::render::{Detail, SamplingMode};
-use pocketnerf_core::{AnyField, Camera, Model, Ray, RenderOptions, SimdLevel, Tuning};
+use pocketnerf_core::{
+    AnyField, Camera, ColorSpace, Display, Model, Ray, RenderOptions, SimdLevel, Tuning,
+};
 use pocketnerf_gpu::{Gpu, Renderer, Software, pack::Packed, shader};
 
 use crate::models::{Encoding, Random, Recipe, camera, in_contracted, in_ndc};
@@ -232,6 +235,39 @@ fn the_same_pictures_from_rays_and_again() {
     assert!(psnr >= 40.0, "{psnr:.1} dB");
     let fewer = Renderer::new(gpu, &model, &options).unwrap().render(&camera).unwrap().samples;
     assert!(fewer < first.samples * 9 / 10, "{fewer} of {}", first.samples);
+}
+
+/// A picture that is drawn has the bytes of one that is rendered, over any background, also where
+/// its rows are asked for in several bands.
+#[test]
+fn what_is_drawn_has_the_bytes_of_what_is_rendered() {
+    let Some((gpu, _alone)) = gpu() else { return };
+    let (_, model) = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, Place::Box);
+    let mut renderer = Renderer::new(gpu, &model, &finest(&model)).unwrap();
+    let srgb = Display { background: [0.2, 1.0, 0.6], ..Display::default() };
+    let linear = Display { color_space: ColorSpace::Linear, ..srgb };
+    assert!(renderer.rgba8(&srgb).unwrap().is_empty());
+    // The larger one in bands, and then in the memory of the larger one.
+    for camera in [camera(93, 85), camera(40, 30)] {
+        renderer.draw(&camera).unwrap();
+        renderer.draw(&camera).unwrap();
+        for display in [srgb, linear] {
+            let found = renderer.rgba8(&display).unwrap().to_vec();
+            let expected = renderer.render(&camera).unwrap().rgba.as_chunks::<4>().0;
+            assert_eq!(found.len(), 4 * expected.len());
+            for (found, expected) in found.as_chunks::<4>().0.iter().zip(expected) {
+                let [r, g, b] = display.rgb8(*expected);
+                let alpha = rgba8(*expected, ColorSpace::Srgb)[3];
+                let off = found.iter().zip([r, g, b, alpha]).map(|(a, b)| a.abs_diff(b));
+                assert!(off.max() <= Some(1), "{found:?} {expected:?}");
+            }
+        }
+    }
+    renderer.finish().unwrap();
+    if renderer.set_timed().unwrap() {
+        renderer.render(&camera(40, 30)).unwrap();
+        assert!(renderer.gpu_time().is_some());
+    }
 }
 
 /// A small file cannot ask for hours of work.

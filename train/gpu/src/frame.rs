@@ -10,7 +10,7 @@ pub struct Frame {
     /// it looks; least light that passes, and below how much samples stand for two steps.
     numbers: [[f32; 4]; 7],
     /// Width of the picture, first row, number of rows; 1 where rays are given, and the camera
-    /// does not matter.
+    /// does not matter, and 2 where pixels have the numbers that they have in the picture.
     rows: [u32; 4],
 }
 
@@ -47,6 +47,13 @@ impl Frame {
         numbers[5] = [x, y, z, 0.0];
         numbers[6] = [least, detail.coarse_step_below, 0.0, 0.0];
         Self { numbers, rows: [width, first_row, rows, 1] }
+    }
+
+    /// The same, with the rows at their places in a whole picture.
+    #[must_use]
+    pub const fn in_place(mut self) -> Self {
+        self.rows[3] |= 2;
+        self
     }
 
     /// Pixels in a row, and rows.

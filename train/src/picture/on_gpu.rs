@@ -49,19 +49,26 @@ impl OnGpu {
             let mut part = *camera;
             part.height = rows as u32;
             part.center[1] -= first as f32;
-            picture.stats += self.render_part(&part, lens, n)?;
             let pixels = first * width..(first + rows) * width;
             let rgba = &mut picture.rgba[4 * pixels.start..4 * pixels.end];
-            rgba.copy_from_slice(&self.rgba[..rgba.len()]);
-            if !picture.depth.is_empty() {
-                picture.depth[pixels].copy_from_slice(&self.depth[..rows * width]);
-            }
+            let depth = match picture.depth.is_empty() {
+                true => None,
+                false => Some(&mut picture.depth[pixels]),
+            };
+            picture.stats += self.render_part(&part, lens, n, rgba, depth)?;
         }
         Ok(())
     }
 
-    /// Leaves the pixels of a small picture in `rgba` and `depth`.
-    fn render_part(&mut self, camera: &Camera, lens: &Lens, n: u32) -> Result<RenderStats, Error> {
+    /// Fills the pixels of a small picture.
+    fn render_part(
+        &mut self,
+        camera: &Camera,
+        lens: &Lens,
+        n: u32,
+        rgba: &mut [f32],
+        depth: Option<&mut [f32]>,
+    ) -> Result<RenderStats, Error> {
         let fine = camera.finer(n);
         let rendered = match lens {
             Lens::Pinhole => self.renderer.render(&fine)?,
@@ -77,11 +84,23 @@ impl OnGpu {
                 self.renderer.render_rays(&self.rays, fine.width, fine.axis())?
             }
         };
+        let rays = u64::from(rendered.width) * u64::from(rendered.height);
+        let stats = RenderStats { rays, samples: rendered.samples, hits: rendered.hits };
+        if n == 1 {
+            rgba.copy_from_slice(&rendered.rgba);
+            if let Some(depth) = depth {
+                depth.copy_from_slice(&rendered.depth);
+            }
+            return Ok(stats);
+        }
         self.rgba.clone_from(&rendered.rgba);
         self.depth.clone_from(&rendered.depth);
         let tile = Tile { x: 0, y: 0, width: camera.width, height: camera.height };
-        let (samples, hits) = (rendered.samples, rendered.hits);
         average_tile(tile, n, &mut self.rgba, Some(&mut self.depth))?;
-        Ok(RenderStats { rays: self.depth.len() as u64, samples, hits })
+        rgba.copy_from_slice(&self.rgba[..rgba.len()]);
+        if let Some(depth) = depth {
+            depth.copy_from_slice(&self.depth[..depth.len()]);
+        }
+        Ok(stats)
     }
 }

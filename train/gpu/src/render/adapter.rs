@@ -172,6 +172,25 @@ impl Gpu {
         self.check()?;
         Ok(buffer)
     }
+
+    /// What a program reads and writes, in the order of its bindings.
+    pub(super) fn group(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        buffers: &[&wgpu::Buffer],
+    ) -> Result<wgpu::BindGroup, Error> {
+        let entries = buffers.iter().enumerate().map(|(binding, buffer)| wgpu::BindGroupEntry {
+            binding: binding as u32,
+            resource: buffer.as_entire_binding(),
+        });
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries.collect::<Vec<_>>(),
+        });
+        self.check()?;
+        Ok(group)
+    }
 }
 
 /// Drivers' messages have several lines.

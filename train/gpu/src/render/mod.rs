@@ -2,12 +2,15 @@
 //! folder.
 
 mod adapter;
+mod band;
 mod bands;
+mod drawing;
 mod error;
 mod picture;
 mod program;
 mod renderer;
 mod self_test;
+mod shown;
 
 pub use adapter::{Gpu, Software, adapters};
 pub use error::Error;

@@ -1,50 +1,46 @@
-//! A model in a GPU's memory, the program that renders it, and what goes in and out.
+//! A model in a GPU's memory, and the program that renders it.
 
 use std::sync::mpsc;
 use std::time::Duration;
 
 use pocketnerf_core::{Model, Ray, RenderOptions};
+use wgpu::BufferBindingType::{Storage, Uniform};
 
+use super::band::{Band, COLOR, DISTANCE};
 use super::{Error, Gpu};
 use crate::frame::Frame;
 use crate::pack::Packed;
 use crate::shader;
 
-/// Bytes of a pixel: its colour, then its depth and samples.
-const COLOR: u64 = 16;
-const DISTANCE: u64 = 8;
-/// Bytes of a ray.
-const RAY: u64 = size_of::<Ray>() as u64;
 /// A GPU that does not answer for so long is taken for lost.
 const PATIENCE: Duration = Duration::from_secs(180);
+
+/// What `ray.wgsl` declares, and `shade.wgsl`.
+const BINDINGS: [wgpu::BufferBindingType; 8] = {
+    const READ: wgpu::BufferBindingType = Storage { read_only: true };
+    const WRITE: wgpu::BufferBindingType = Storage { read_only: false };
+    [Uniform, READ, READ, READ, READ, WRITE, WRITE, WRITE]
+};
 
 #[derive(Debug)]
 pub(super) struct Program {
     gpu: Gpu,
-    pipeline: wgpu::ComputePipeline,
+    /// What renders and, where colours are computed afterwards, what does so.
+    pipelines: Vec<wgpu::ComputePipeline>,
+    /// Bytes of a pixel that the first leaves for the second.
+    mean: u64,
     frame: wgpu::Buffer,
     /// Weights, tables and cells.
     model: [wgpu::Buffer; 3],
+    clock: Option<Clock>,
 }
 
-/// Room for what goes in and out.
+/// Tells when a GPU begins and ends, where it can tell.
 #[derive(Debug)]
-pub(super) struct Band {
-    pixels: u64,
-    has_rays: bool,
-    rays: wgpu::Buffer,
-    colors: wgpu::Buffer,
-    distances: wgpu::Buffer,
-    /// Both, where the CPU can read them.
-    read: wgpu::Buffer,
-    group: wgpu::BindGroup,
-}
-
-impl Band {
-    /// Whether so many pixels fit.
-    pub(super) const fn fits(&self, pixels: u64, has_rays: bool) -> bool {
-        self.pixels >= pixels && (self.has_rays || !has_rays)
-    }
+struct Clock {
+    times: wgpu::QuerySet,
+    /// The same as numbers.
+    numbers: wgpu::Buffer,
 }
 
 impl Program {
@@ -55,7 +51,10 @@ impl Program {
         options: &RenderOptions,
     ) -> Result<Self, Error> {
         let packed = Packed::new(model)?;
-        let pipeline = compile(gpu, shader::source(model, &packed, options))?;
+        let source = shader::source(model, &packed, options);
+        let mean = 16 * shader::quads_to_shade(&packed) as u64;
+        let names = if mean == 0 { &["render"][..] } else { &["render", "shade"] };
+        let pipelines = compile(gpu, source, names, &BINDINGS)?;
         let frame = gpu.buffer(
             "frame",
             size_of_val(&Frame::default().words()) as u64,
@@ -64,51 +63,62 @@ impl Program {
         let weights = gpu.upload("networks", bytemuck::cast_slice(&packed.weights))?;
         let tables = gpu.upload("hash tables", bytemuck::cast_slice(&packed.tables))?;
         let cells = gpu.upload("cells", bytemuck::cast_slice(&packed.occupancy))?;
-        Ok(Self { gpu: gpu.clone(), pipeline, frame, model: [weights, tables, cells] })
+        let model = [weights, tables, cells];
+        Ok(Self { gpu: gpu.clone(), pipelines, mean, frame, model, clock: None })
+    }
+
+    pub(super) const fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Has the GPU tell from now on how long it computes; false where it cannot.
+    pub(super) fn set_clock(&mut self) -> Result<bool, Error> {
+        let device = &self.gpu.device;
+        if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+            return Ok(false);
+        }
+        let times = device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("times"),
+            ty: wgpu::QueryType::Timestamp,
+            count: 2,
+        });
+        let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        let numbers = self.gpu.buffer("times", Band::TIMES, usage)?;
+        self.clock = Some(Clock { times, numbers });
+        Ok(true)
+    }
+
+    /// How long the GPU computed, where it told: of the bytes after those of a band's pixels.
+    pub(super) fn time(&self, bytes: &[u8]) -> Option<Duration> {
+        let [begun, ended] = *bytes.as_chunks::<8>().0 else { return None };
+        let ticks = u64::from_le_bytes(ended).saturating_sub(u64::from_le_bytes(begun));
+        let nanoseconds = ticks as f64 * f64::from(self.gpu.queue.get_timestamp_period());
+        Some(Duration::from_nanos(nanoseconds as u64))
     }
 
     /// Pixels at a time at most, as buffers go.
     pub(super) fn most_pixels(&self) -> u32 {
-        (self.gpu.most_bytes() / (COLOR + DISTANCE)).min(1 << 22) as u32
+        let bytes = self.gpu.most_bytes().saturating_sub(Band::TIMES);
+        (bytes / (COLOR + DISTANCE).max(self.mean)).min(1 << 22) as u32
     }
 
     /// Room for so many pixels.
     pub(super) fn band(&self, pixels: u64, has_rays: bool) -> Result<Band, Error> {
-        use wgpu::BufferUsages as Usage;
-        let gpu = &self.gpu;
-        let out = Usage::STORAGE | Usage::COPY_SRC;
-        let n_rays = if has_rays { pixels } else { 1 };
-        let rays = gpu.buffer("rays", RAY * n_rays, Usage::STORAGE | Usage::COPY_DST)?;
-        let colors = gpu.buffer("pixels", COLOR * pixels, out)?;
-        let distances = gpu.buffer("pixels", DISTANCE * pixels, out)?;
-        let both = (COLOR + DISTANCE) * pixels;
-        let read = gpu.buffer("pixels", both, Usage::MAP_READ | Usage::COPY_DST)?;
         let [weights, tables, cells] = &self.model;
-        let buffers = [&self.frame, weights, tables, cells, &rays, &colors, &distances];
-        let entries = buffers.iter().enumerate().map(|(binding, buffer)| wgpu::BindGroupEntry {
-            binding: binding as u32,
-            resource: buffer.as_entire_binding(),
-        });
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("render"),
-            layout: &self.pipeline.get_bind_group_layout(0),
-            entries: &entries.collect::<Vec<_>>(),
-        });
-        gpu.check()?;
-        Ok(Band { pixels, has_rays, rays, colors, distances, read, group })
+        let inputs = [&self.frame, weights, tables, cells];
+        Band::new(&self.gpu, &self.pipelines[0], inputs, pixels, has_rays, self.mean)
     }
 
-    /// Renders the pixels of `frame`, whose `rays` are given or none, and hands over their
-    /// colours and, of each, depth and samples.
-    pub(super) fn run<T>(
+    /// Asks for the pixels of `frame`, whose `rays` are given or none; where they `are_read`, for
+    /// their colours and distances too.
+    pub(super) fn ask(
         &self,
         band: &Band,
         frame: &Frame,
         rays: &[Ray],
-        take: impl FnOnce(&[u8], &[[u8; 8]]) -> T,
-    ) -> Result<T, Error> {
+        are_read: bool,
+    ) -> wgpu::SubmissionIndex {
         let [width, rows] = frame.size();
-        let n = u64::from(width) * u64::from(rows);
         let Gpu { device, queue, .. } = &self.gpu;
         if !rays.is_empty() {
             // A ray is its six numbers.
@@ -117,39 +127,73 @@ impl Program {
         }
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame.words()));
         let mut encoder = device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&self.pipeline);
+        let clock = self.clock.as_ref().filter(|_| are_read);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("render"),
+            timestamp_writes: clock.map(|clock| wgpu::ComputePassTimestampWrites {
+                query_set: &clock.times,
+                beginning_of_pass_write_index: Some(0),
+                end_of_pass_write_index: Some(1),
+            }),
+        });
         pass.set_bind_group(0, &band.group, &[]);
-        pass.dispatch_workgroups(width.div_ceil(8), rows.div_ceil(8), 1);
+        for pipeline in &self.pipelines {
+            pass.set_pipeline(pipeline);
+            pass.dispatch_workgroups(width.div_ceil(8), rows.div_ceil(8), 1);
+        }
         drop(pass);
-        let [colors, distances] = [COLOR, DISTANCE].map(|bytes| bytes * n);
-        encoder.copy_buffer_to_buffer(&band.colors, 0, &band.read, 0, colors);
-        encoder.copy_buffer_to_buffer(&band.distances, 0, &band.read, colors, distances);
-        let asked = queue.submit([encoder.finish()]);
-        self.read(asked, &band.read, colors + distances, |bytes| {
-            let (colors, distances) = bytes.split_at(colors as usize);
-            take(colors, distances.as_chunks().0)
+        if are_read {
+            let n = u64::from(width) * u64::from(rows);
+            let [colors, distances] = [COLOR, DISTANCE].map(|bytes| bytes * n);
+            encoder.copy_buffer_to_buffer(&band.colors, 0, &band.read, 0, colors);
+            encoder.copy_buffer_to_buffer(&band.distances, 0, &band.read, colors, distances);
+            if let Some(Clock { times, numbers }) = clock {
+                encoder.resolve_query_set(times, 0..2, numbers, 0);
+                let end = colors + distances;
+                encoder.copy_buffer_to_buffer(numbers, 0, &band.read, end, Band::TIMES);
+            }
+        }
+        queue.submit([encoder.finish()])
+    }
+
+    /// Hands over the colours of `n` pixels, of each its depth and samples, and the times.
+    pub(super) fn read_band<T>(
+        &self,
+        asked: wgpu::SubmissionIndex,
+        band: &Band,
+        n: u64,
+        take: impl FnOnce(&[u8], &[[u8; 8]], &[u8]) -> T,
+    ) -> Result<T, Error> {
+        let times = if self.clock.is_some() { Band::TIMES } else { 0 };
+        self.read(asked, &band.read, (COLOR + DISTANCE) * n + times, |bytes| {
+            let (colors, rest) = bytes.split_at((COLOR * n) as usize);
+            let (distances, times) = rest.split_at((DISTANCE * n) as usize);
+            take(colors, distances.as_chunks().0, times)
         })
     }
 
+    /// Waits for what was `asked` for.
+    pub(super) fn wait(&self, asked: wgpu::SubmissionIndex) -> Result<(), Error> {
+        let wait = wgpu::PollType::Wait { submission_index: Some(asked), timeout: Some(PATIENCE) };
+        let polled = self.gpu.device.poll(wait);
+        self.gpu.check()?;
+        polled.map(|_| ()).map_err(|error| failed(&error))
+    }
+
     /// Waits for what was `asked` for, and hands over the first `bytes` of a buffer.
-    fn read<T>(
+    pub(super) fn read<T>(
         &self,
         asked: wgpu::SubmissionIndex,
         buffer: &wgpu::Buffer,
         bytes: u64,
         take: impl FnOnce(&[u8]) -> T,
     ) -> Result<T, Error> {
-        let failed = |error: &dyn std::fmt::Display| Error::Device(error.to_string());
         let (sender, receiver) = mpsc::channel();
         buffer.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
             // Nobody waits where polling has failed.
             let _ = sender.send(result);
         });
-        let wait = wgpu::PollType::Wait { submission_index: Some(asked), timeout: Some(PATIENCE) };
-        let polled = self.gpu.device.poll(wait);
-        self.gpu.check()?;
-        polled.map_err(|error| failed(&error))?;
+        self.wait(asked)?;
         // Another thread that polls the same device may be the one that says it.
         let result = receiver.recv_timeout(PATIENCE).map_err(|error| failed(&error))?;
         result.map_err(|error| failed(&error))?;
@@ -161,50 +205,57 @@ impl Program {
     }
 }
 
-fn compile(gpu: &Gpu, source: String) -> Result<wgpu::ComputePipeline, Error> {
+fn failed(error: &dyn std::fmt::Display) -> Error {
+    Error::Device(error.to_string())
+}
+
+/// The programs of these names in a text in WGSL, which read and write buffers of these types.
+pub(super) fn compile(
+    gpu: &Gpu,
+    source: String,
+    names: &[&'static str],
+    types: &[wgpu::BufferBindingType],
+) -> Result<Vec<wgpu::ComputePipeline>, Error> {
+    let label = names.first().copied();
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("render"),
+        label,
         source: wgpu::ShaderSource::Wgsl(source.into()),
     });
     gpu.check()?;
-    let layout = gpu.device.create_bind_group_layout(&layout());
+    let entry = |(binding, ty): (usize, &wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
+        binding: binding as u32,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: *ty,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label,
+        entries: &types.iter().enumerate().map(entry).collect::<Vec<_>>(),
+    });
     let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("render"),
+        label,
         bind_group_layouts: &[Some(&layout)],
         ..wgpu::PipelineLayoutDescriptor::default()
     });
-    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("render"),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some("render"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
-    gpu.check()?;
-    Ok(pipeline)
-}
-
-/// What `ray.wgsl` declares.
-fn layout() -> wgpu::BindGroupLayoutDescriptor<'static> {
-    const fn entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
-        wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-            count: None,
-        }
-    }
-    const IN: wgpu::BufferBindingType = wgpu::BufferBindingType::Storage { read_only: true };
-    const OUT: wgpu::BufferBindingType = wgpu::BufferBindingType::Storage { read_only: false };
-    const ENTRIES: [wgpu::BindGroupLayoutEntry; 7] = [
-        entry(0, wgpu::BufferBindingType::Uniform),
-        entry(1, IN),
-        entry(2, IN),
-        entry(3, IN),
-        entry(4, IN),
-        entry(5, OUT),
-        entry(6, OUT),
-    ];
-    wgpu::BindGroupLayoutDescriptor { label: Some("render"), entries: &ENTRIES }
+    let pipeline = |name: &&'static str| {
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(name),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                // What is shared is written before it is read.
+                zero_initialize_workgroup_memory: false,
+                ..wgpu::PipelineCompilationOptions::default()
+            },
+            cache: None,
+        });
+        gpu.check()?;
+        Ok(pipeline)
+    };
+    names.iter().map(pipeline).collect()
 }

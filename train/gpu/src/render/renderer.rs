@@ -1,23 +1,35 @@
 //! Pictures of a model.
 
-use std::time::Instant;
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
 
 use pocketnerf_core::render::Detail;
 use pocketnerf_core::{Camera, Model, Ray, RenderOptions};
 
+use super::band::Band;
 use super::bands::Bands;
-use super::program::{Band, Program};
+use super::drawing::Drawing;
+use super::program::Program;
+use super::shown::{Drawn, Shown};
 use super::{Error, Gpu, Picture, self_test};
 use crate::frame::Frame;
 
 /// Renders pictures of a model one after another, in memory that it keeps.
 #[derive(Debug)]
 pub struct Renderer {
-    program: Program,
-    band: Option<Band>,
-    bands: Bands,
-    detail: Detail,
-    min_transmittance: f32,
+    pub(super) program: Program,
+    /// Memory that is not in use.
+    room: Vec<Band>,
+    pub(super) bands: Bands,
+    /// When the last rows that were asked for were there.
+    pub(super) busy_until: Option<Instant>,
+    gpu_time: Option<Duration>,
+    pub(super) shown: Shown,
+    pub(super) drawn: Option<Drawn>,
+    pub(super) drawing: VecDeque<Drawing>,
+    pub(super) bytes: Vec<u8>,
+    pub(super) detail: Detail,
+    pub(super) min_transmittance: f32,
     max_samples_per_pixel: u32,
     picture: Picture,
 }
@@ -28,6 +40,15 @@ enum Source<'s> {
     Camera(&'s Camera),
     /// A ray a pixel, and where the camera that they are of looks.
     Rays(&'s [Ray], [f32; 3]),
+}
+
+/// Rows that the GPU has been asked for: the first one, and how many.
+#[derive(Debug)]
+struct Asked {
+    index: wgpu::SubmissionIndex,
+    band: Band,
+    rows: [u32; 2],
+    begun: Instant,
 }
 
 impl Renderer {
@@ -44,7 +65,13 @@ impl Renderer {
         let mut renderer = Self {
             bands: Bands::new(program.most_pixels()),
             program,
-            band: None,
+            room: Vec::new(),
+            busy_until: None,
+            gpu_time: None,
+            shown: Shown::new(gpu, options.max_samples_per_pixel)?,
+            drawn: None,
+            drawing: VecDeque::new(),
+            bytes: Vec::new(),
             detail: Detail::FINEST,
             min_transmittance: model.sampling.min_transmittance,
             max_samples_per_pixel: options.max_samples_per_pixel,
@@ -58,6 +85,21 @@ impl Renderer {
     /// Renders with other detail from now on.
     pub const fn set_detail(&mut self, detail: Detail) {
         self.detail = detail;
+    }
+
+    /// Has the GPU tell from now on how long it computes; false where it cannot.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    pub fn set_timed(&mut self) -> Result<bool, Error> {
+        self.program.set_clock()
+    }
+
+    /// How long the GPU computed the last picture of [`render`](Self::render), copies and waits
+    /// left out, if it [tells](Self::set_timed).
+    #[must_use]
+    pub const fn gpu_time(&self) -> Option<Duration> {
+        self.gpu_time
     }
 
     /// Renders the picture that `camera` takes.
@@ -96,68 +138,104 @@ impl Renderer {
         picture.depth.resize(n, 0.0);
         (picture.width, picture.height) = (width, height);
         (picture.samples, picture.hits) = (0, 0);
+        self.gpu_time = None;
         let mut row = 0;
-        while row < height && width > 0 {
-            let rows = self.bands.rows(width, height - row);
-            let begun = Instant::now();
-            self.render_rows(source, width, [row, rows])?;
-            self.bands.took(rows * width, begun.elapsed());
-            row += rows;
+        let mut before: Option<Asked> = None;
+        // While rows are copied from the GPU's memory, it renders the next ones.
+        loop {
+            let mut next = None;
+            if row < height && width > 0 {
+                let rows = self.bands.rows(width, height - row);
+                next = Some(self.ask(source, width, [row, rows])?);
+                row += rows;
+            }
+            let is_last = next.is_none();
+            if let Some(asked) = std::mem::replace(&mut before, next) {
+                self.take(asked, width)?;
+            } else if is_last {
+                return Ok(&self.picture);
+            }
         }
-        Ok(&self.picture)
     }
 
-    fn render_rows(
-        &mut self,
-        source: Source<'_>,
-        width: u32,
-        [first_row, rows]: [u32; 2],
-    ) -> Result<(), Error> {
-        let n = width as usize * rows as usize;
-        let first = width as usize * first_row as usize;
+    /// Asks for rows: the first one, and how many.
+    fn ask(&mut self, source: Source<'_>, width: u32, rows: [u32; 2]) -> Result<Asked, Error> {
+        let n = width as usize * rows[1] as usize;
+        let first = width as usize * rows[0] as usize;
         let rays = match source {
             Source::Rays(rays, _) => &rays[first..first + n],
             Source::Camera(_) => &[],
         };
-        let (pixels, has_rays) = (n as u64, !rays.is_empty());
-        let frame = self.frame(source, [width, first_row, rows]);
-        let band = match self.band.take().filter(|band| band.fits(pixels, has_rays)) {
-            Some(band) => band,
-            None => self.program.band(pixels, has_rays)?,
-        };
+        let size = [width, rows[0], rows[1]];
+        let frame = frame(source, &self.detail, self.min_transmittance, size);
+        let band = self.room(n as u64, !rays.is_empty())?;
+        let begun = Instant::now();
+        let index = self.program.ask(&band, &frame, rays, true);
+        Ok(Asked { index, band, rows, begun })
+    }
+
+    /// Memory that is not in use, for so many pixels.
+    fn room(&mut self, pixels: u64, has_rays: bool) -> Result<Band, Error> {
+        let fits = |band: &Band| band.fits(pixels, has_rays);
+        match self.room.iter().position(fits) {
+            Some(i) => Ok(self.room.swap_remove(i)),
+            None => {
+                self.room.clear();
+                self.program.band(pixels, has_rays)
+            }
+        }
+    }
+
+    /// Waits for rows, and copies them into the picture.
+    fn take(&mut self, asked: Asked, width: u32) -> Result<(), Error> {
+        let Asked { index, band, rows: [first, rows], begun } = asked;
+        let n = width as usize * rows as usize;
+        let first = width as usize * first as usize;
         let picture = &mut self.picture;
-        let most = self.program.run(&band, &frame, rays, |colors, distances| {
+        let read = self.program.read_band(index, &band, n as u64, |colors, distances, times| {
+            // The GPU may have been busy with the rows before, and the CPU with copying them.
+            let now = Instant::now();
+            let time = now - begun.max(self.busy_until.unwrap_or(begun));
+            self.bands.took(rows * width, time);
+            self.busy_until = Some(now);
+            if let Some(time) = self.program.time(times) {
+                *self.gpu_time.get_or_insert_default() += time;
+            }
             let rgba = &mut picture.rgba[4 * first..][..4 * n];
             bytemuck::cast_slice_mut(rgba).copy_from_slice(colors);
             let depths = &mut picture.depth[first..][..n];
-            let mut most = 0;
+            let (mut sum, mut hits, mut most) = (0, 0, 0);
             for (to, [a, b, c, d, samples @ ..]) in depths.iter_mut().zip(distances) {
                 let depth = f32::from_le_bytes([*a, *b, *c, *d]);
                 *to = if depth < 0.0 { f32::INFINITY } else { depth };
                 let samples = u32::from_le_bytes(*samples);
-                picture.samples += u64::from(samples);
-                picture.hits += u64::from(samples > 0);
+                sum += u64::from(samples);
+                hits += u32::from(samples > 0);
                 most = most.max(samples);
             }
+            picture.samples += sum;
+            picture.hits += u64::from(hits);
             most
-        })?;
-        self.band = Some(band);
+        });
+        let most = read?;
+        self.room.push(band);
+        self.check(most)
+    }
+
+    /// A ray may have so many samples.
+    pub(super) fn check(&self, most: u32) -> Result<(), Error> {
         if most > self.max_samples_per_pixel {
             let allowed = u64::from(self.max_samples_per_pixel);
             return Err(pocketnerf_core::Error::TooManySamples { allowed }.into());
         }
         Ok(())
     }
+}
 
-    fn frame(&self, source: Source<'_>, rows: [u32; 3]) -> Frame {
-        match source {
-            Source::Rays(_, axis) => {
-                Frame::of_rays(axis, &self.detail, self.min_transmittance, rows)
-            }
-            Source::Camera(camera) => {
-                Frame::of_camera(camera, &self.detail, self.min_transmittance, rows)
-            }
-        }
+fn frame(source: Source<'_>, detail: &Detail, min_transmittance: f32, rows: [u32; 3]) -> Frame {
+    match source {
+        Source::Rays(_, axis) => Frame::of_rays(axis, detail, min_transmittance, rows),
+        Source::Camera(camera) => Frame::of_camera(camera, detail, min_transmittance, rows),
     }
 }
 

@@ -4,11 +4,15 @@
 //! A pixel is an invocation: `ray.wgsl` makes its ray, `space_*.wgsl` takes it into the
 //! coordinates of the space, where it is `straight.wgsl` or a few straight pieces, `march.wgsl`
 //! or `hierarchical.wgsl` finds samples along it, with `cells.wgsl` to skip what is empty, and
-//! asks the field: `hash_grid.wgsl` and `decoder.wgsl`, or `vanilla.wgsl`.
+//! asks the field: `hash_grid.wgsl` and `decoder.wgsl`, or `vanilla.wgsl`. Where colours are
+//! those of rays, there is a second program, `shade`, with the feature `wgpu`: workgroups compute
+//! them together.
 
 mod hash_grid;
 mod network;
 mod text;
+#[cfg(feature = "wgpu")]
+mod together;
 #[cfg(feature = "wgpu")]
 mod training;
 #[cfg(feature = "nerf")]
@@ -54,7 +58,7 @@ pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> St
     };
     match &packed.field {
         PackedField::HashGrid(grid) => {
-            hash_grid::write(grid, Factors::Constant, is_hierarchical, &mut text)
+            hash_grid::write(grid, Factors::Constant, is_hierarchical, &mut text);
         }
         #[cfg(feature = "nerf")]
         PackedField::Vanilla(field) => vanilla::write(field, is_hierarchical, &mut text),
@@ -78,6 +82,16 @@ fn scene(text: &mut Text, model: &Model<'_>) {
     text.number("NEAR", model.sampling.near);
     text.number("FAR", model.sampling.far);
     text.number("MAX_STEPS", MAX_STEPS as f32);
+}
+
+/// Quads of numbers that the program `render` leaves a pixel for the program `shade`, which turns
+/// them into its colour; 0: the colours are there, and there is no such program.
+#[must_use]
+pub fn quads_to_shade(packed: &Packed) -> usize {
+    match &packed.field {
+        PackedField::HashGrid(grid) if hash_grid::is_shaded(grid) => grid.n_feature_quads,
+        _ => 0,
+    }
 }
 
 /// The constants of a space, and its file.

@@ -4,7 +4,7 @@ use alloc::string::String;
 use core::fmt;
 
 use super::text::{Text, line};
-use crate::pack::Layer;
+use crate::pack::{Layer, QUAD};
 
 /// What a layer reads: quads with a name.
 pub(super) type Source<'s> = (&'s str, usize);
@@ -14,7 +14,15 @@ pub(super) fn layer(text: &mut Text, layer: &Layer, sources: &[Source<'_>], to: 
     let n = layer.n_output;
     line!(text, "var {to}: array<vec4f, {n}>;");
     line!(text, "for (var o = 0u; o < times({n}u); o++) {{");
-    quad(text, layer, sources, true);
+    bias(text, layer);
+    let mut first = layer.first;
+    for (name, quads) in sources {
+        // Arrays are indexed by what compilers do not know in any case: it stays a loop.
+        line!(text, "for (var i = 0u; i < times({quads}u); i++) {{");
+        line!(text, "sum += product({name}[i], {first}u + {}u * i + o, {n}u);", 4 * n);
+        line!(text, "}}");
+        first += 4 * n * quads;
+    }
     line!(text, "{to}[o] = {};", if relu { "max(sum, vec4f())" } else { "sum" });
     line!(text, "}}");
 }
@@ -30,40 +38,59 @@ fn pair(
 ) {
     let (hidden, n) = (first.n_output, second.n_output);
     line!(text, "var {to}: array<vec4f, {n}>;");
-    let each = |text: &mut Text, value: fmt::Arguments<'_>| {
-        line!(text, "for (var j = 0u; j < {n}u; j++) {{");
-        line!(text, "{to}[j] = {value};");
-        line!(text, "}}");
-    };
-    if let Some(bias) = second.bias {
-        each(text, format_args!("weights[{bias}u + j]"));
+    for j in 0..n {
+        line!(text, "{to}[{j}] = {};", row(second.bias, format_args!("{j}u")));
     }
     line!(text, "for (var o = 0u; o < times({hidden}u); o++) {{");
-    quad(text, first, sources, false);
+    bias(text, first);
+    // Loops that are written out: not all compilers do it, and none needs to check them.
+    let mut number = first.first;
+    for (name, quads) in sources {
+        for (i, c) in (0..*quads).flat_map(|i| (0..QUAD).map(move |c| (i, c))) {
+            line!(text, "sum += {name}[{i}][{c}] * {};", row(Some(number), format_args!("o")));
+            number += hidden;
+        }
+    }
     line!(text, "let h = max(sum, vec4f());");
-    line!(text, "let v = {}u + {}u * o;", second.first, 4 * n);
-    each(text, format_args!("{to}[j] + product(h, v + j, {n}u)"));
+    line!(text, "let v = {}u * o;", QUAD * n);
+    for (c, j) in (0..QUAD).flat_map(|c| (0..n).map(move |j| (c, j))) {
+        let first = Some(second.first + c * n + j);
+        line!(text, "{to}[{j}] += h[{c}] * {};", row(first, format_args!("v")));
+    }
     line!(text, "}}");
     if relu {
-        each(text, format_args!("max({to}[j], vec4f())"));
+        (0..n).for_each(|j| line!(text, "{to}[{j}] = max({to}[{j}], vec4f());"));
     }
 }
 
-/// Statements that make `sum` output quad `o` of a layer. Where arrays are indexed by what
-/// compilers do not know in any case, the loop over inputs may stay one.
-fn quad(text: &mut Text, layer: &Layer, sources: &[Source<'_>], is_loop: bool) {
-    let Layer { mut first, n_output: n, .. } = *layer;
-    line!(text, "var sum = vec4f();");
-    if let Some(bias) = layer.bias {
-        line!(text, "sum = weights[{bias}u + o];");
+/// Statements that begin output quad `o` of a layer.
+fn bias(text: &mut Text, layer: &Layer) {
+    line!(text, "var sum = {};", row(layer.bias, format_args!("o")));
+}
+
+/// Row `first` plus `at` of the weights; zeros where there is none.
+pub(super) const fn row(first: Option<usize>, at: fmt::Arguments<'_>) -> Row<'_> {
+    Row(first, at)
+}
+
+pub(super) struct Row<'a>(Option<usize>, fmt::Arguments<'a>);
+
+impl fmt::Display for Row<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(first) => write!(f, "weight({first}u + {})", self.1),
+            None => f.write_str("vec4f()"),
+        }
     }
-    let times = if is_loop { "times" } else { "" };
-    for (name, quads) in sources {
-        line!(text, "for (var i = 0u; i < {times}({quads}u); i++) {{");
-        line!(text, "sum += product({name}[i], {first}u + {}u * i + o, {n}u);", 4 * n);
-        line!(text, "}}");
-        first += 4 * n * quads;
-    }
+}
+
+/// What rays add up, quads of numbers, and the function that adds it.
+pub(super) fn channels(text: &mut Text, n: usize) {
+    line!(text, "alias Channels = array<vec4f, {n}>;");
+    line!(text, "fn sum_of(a: Channels, weight: f32, b: Channels) -> Channels {{");
+    line!(text, "return Channels(");
+    (0..n).for_each(|c| line!(text, "a[{c}] + weight * b[{c}],"));
+    line!(text, ");\n}}");
 }
 
 /// A function from an array of quads to another: ReLU between layers, none after the last.

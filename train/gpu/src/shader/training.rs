@@ -69,6 +69,8 @@ pub(crate) fn source(model: &Model<'_>, grid: &PackedGrid, rows: &Rows) -> Strin
         text.whole(name, value);
     }
     line!(text, "const COARSEST = {}i;", SCALE_LOG2.end());
+    text.whole("N_CHANNELS", grid.n_feature_quads as u32);
+    write_encoded(rows.n_encoded, &mut text);
     match &rows.together {
         Some(together) => trace_together(together, grid, &mut text),
         None => text.file(wgsl!("trace")),
@@ -76,7 +78,7 @@ pub(crate) fn source(model: &Model<'_>, grid: &PackedGrid, rows: &Rows) -> Strin
     for file in [
         wgsl!("look"),
         wgsl!("directions"),
-        wgsl!("shade"),
+        wgsl!("inputs"),
         wgsl!("loss"),
         wgsl!("back"),
         wgsl!("dense"),
@@ -105,4 +107,40 @@ fn trace_together(together: &Together, grid: &PackedGrid, text: &mut Text) {
     }
     hash_grid::write_levels(grid, text);
     text.file(wgsl!("trace_together"));
+    layers(together, 4 * grid.levels.len() as u32, text);
+}
+
+/// Sums of both layers, written out: not all compilers do it, and none needs to check loops.
+fn layers(together: &Together, n_encoded: u32, text: &mut Text) {
+    line!(text, "fn hidden_sums(quad: u32, first: u32) -> array<vec4f, 4> {{");
+    for s in 0..4 {
+        line!(text, "var s{s} = matrices[HIDDEN_BIAS + quad];");
+    }
+    for i in 0..n_encoded {
+        let at = i * together.slots;
+        line!(text, "let r{i} = matrices[HIDDEN_MATRIX + {i}u * HIDDEN_ROW + quad];");
+        for s in 0..4 {
+            line!(text, "s{s} += encoded_rows[{}u + first] * r{i};", at + s);
+        }
+    }
+    line!(text, "return array<vec4f, 4>(s0, s1, s2, s3);\n}}");
+    line!(text, "fn given_sum(quad: u32, slot: u32) -> vec4f {{");
+    line!(text, "var sum = matrices[GIVEN_BIAS + quad];");
+    for h in 0..together.n_hidden {
+        let at = h * together.slots;
+        let row = format_args!("matrices[GIVEN_MATRIX + {h}u * GIVEN_ROW + quad]");
+        line!(text, "sum += hidden_rows[{at}u + slot] * {row};");
+    }
+    line!(text, "return sum;\n}}");
+}
+
+/// Writes an encoded point into the rows of samples.
+fn write_encoded(n_encoded: u32, text: &mut Text) {
+    line!(text, "fn write_encoded(u: vec3f, column: u32, apart: u32) {{");
+    line!(text, "let encoded = encode(u);");
+    for i in 0..n_encoded {
+        let (quad, place) = (i / 4, i % 4);
+        line!(text, "sample_rows[(ENCODED + {i}u) * apart + column] = encoded[{quad}][{place}];");
+    }
+    line!(text, "}}");
 }

@@ -7,13 +7,14 @@ use alloc::vec;
 
 use pocketnerf_core::field::{Activation, MAX_SIGMA};
 
-use super::network::{Source, chain, layer};
+use super::network::{Source, chain, channels, layer};
 use super::text::{Text, line};
 use crate::pack::{PackedFourier, PackedNetwork, PackedVanilla, PackedWaves, QUAD};
 
 /// Adds what evaluates the field.
 pub(super) fn write(field: &PackedVanilla, is_hierarchical: bool, text: &mut Text) {
-    text.whole("N_CHANNELS", 1);
+    channels(text, 1);
+    text.file(wgsl!("shaded"));
     text.number("MAX_SIGMA", MAX_SIGMA);
     text.number("DENSITY_SCALE", field.density_scale);
     text.point("MAP_SCALE", field.map[0]);
@@ -61,7 +62,7 @@ fn encode(text: &mut Text, name: &str, fourier: &PackedFourier) {
             line!(text, "for (var q = 0u; q < times({quads}u); q++) {{");
             line!(text, "var x: vec4f;");
             line!(text, "for (var j = 0u; j < 4u; j++) {{");
-            line!(text, "x[j] = 2.0f * dot(p, weights[{row}u + 4u * q + j].xyz);");
+            line!(text, "x[j] = 2.0f * dot(p, weight({row}u + 4u * q + j).xyz);");
             line!(text, "}}");
             line!(text, "encoded[{first}u + q] = cos_pi(x);");
             line!(text, "encoded[{first}u + {quads}u + q] = sin_pi(x);");

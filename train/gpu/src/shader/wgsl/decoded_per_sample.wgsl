@@ -1,7 +1,5 @@
 // Every sample has a colour; rays accumulate these.
 
-alias Channels = array<vec4f, 1>;
-
 struct Point {
     sigma: f32,
     channels: Channels,
@@ -10,11 +8,7 @@ struct Point {
 fn evaluate(u: vec3f, direction: vec3f) -> Point {
     var encoded = encode(u);
     let output = density_network(&encoded);
-    var features: array<vec4f, N_FEATURE_QUADS>;
-    for (var f = 0u; f < N_FEATURE_QUADS; f++) {
-        features[f] = output[f];
-    }
-    let color = decoded_color(&features, direction);
+    let color = decoded_color(features_of(output), direction);
     return Point(decoded_sigma(output[N_FEATURE_QUADS].x), Channels(vec4f(color, 0.0f)));
 }
 

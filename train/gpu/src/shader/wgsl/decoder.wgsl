@@ -1,5 +1,7 @@
 // From an encoded point to density and features, and from features to a colour.
 
+alias Features = array<vec4f, N_FEATURE_QUADS>;
+
 // Real spherical harmonics of a unit direction, the first DEGREE * DEGREE of them.
 fn harmonics(d: vec3f) -> array<vec4f, N_HARMONICS> {
     let x = d.x;
@@ -37,17 +39,4 @@ fn logistic(x: vec4f) -> vec3f {
 
 fn decoded_sigma(log_density: f32) -> f32 {
     return min(exp(min(log_density + LOG_DENSITY_BIAS, 80.0f)), MAX_SIGMA);
-}
-
-// Colour of the first N_FEATURE_QUADS of `features`, in [0, 1].
-fn decoded_color(features: ptr<function, array<vec4f, N_FEATURE_QUADS>>, direction: vec3f) -> vec3f {
-    var input: array<vec4f, N_COLOR_INPUT>;
-    for (var i = 0u; i < N_FEATURE_QUADS; i++) {
-        input[i] = (*features)[i];
-    }
-    let around = harmonics(direction);
-    for (var i = 0u; i < N_HARMONICS; i++) {
-        input[N_FEATURE_QUADS + i] = around[i];
-    }
-    return logistic(color_network(&input)[0]);
 }

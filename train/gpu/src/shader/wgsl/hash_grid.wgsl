@@ -43,8 +43,8 @@ fn position(level: Level, u: vec3f) -> Position {
 }
 
 fn corner_weight(at: Position, number: u32) -> f32 {
-    let far = vec3f((vec3u(number) >> vec3u(0u, 1u, 2u)) & vec3u(1u));
-    let w = mix(1.0f - at.fraction, at.fraction, far);
+    let is_far = (vec3u(number) & vec3u(1u, 2u, 4u)) != vec3u();
+    let w = select(1.0f - at.fraction, at.fraction, is_far);
     return w.x * w.y * w.z;
 }
 
@@ -62,12 +62,21 @@ fn single(level: Level, at: Position, f: u32) -> f32 {
     return sum * level.factor;
 }
 
+// The part of corner `number` in values `f` to `f + 3`.
+fn part(level: Level, at: Position, f: u32, number: u32) -> vec4f {
+    let first = level.first + N_FEATURES * entry(level, corner(at, number)) + f;
+    return corner_weight(at, number) * stored_quad(first);
+}
+
 // Values `f` to `f + 3`.
 fn quad(level: Level, at: Position, f: u32) -> vec4f {
-    var sum = vec4f();
-    for (var i = 0u; i < 8u; i++) {
-        let number = level.first + N_FEATURES * entry(level, corner(at, i)) + f;
-        sum += corner_weight(at, i) * stored_quad(number);
-    }
+    var sum = part(level, at, f, 0u);
+    sum += part(level, at, f, 1u);
+    sum += part(level, at, f, 2u);
+    sum += part(level, at, f, 3u);
+    sum += part(level, at, f, 4u);
+    sum += part(level, at, f, 5u);
+    sum += part(level, at, f, 6u);
+    sum += part(level, at, f, 7u);
     return sum * level.factor;
 }

@@ -127,16 +127,11 @@ fn trace(ray: Ray) -> Seen {
         }
         opacity += weight;
         distance += weight * t;
-        for (var c = 0u; c < N_CHANNELS; c++) {
-            sums[c] += weight * point.channels[c];
-        }
+        sums = sum_of(sums, weight, point.channels);
     }
     if !(opacity > 0.0f) {
         return Seen(vec4f(), -1.0f, samples);
     }
-    for (var c = 0u; c < N_CHANNELS; c++) {
-        sums[c] /= opacity;
-    }
-    let color = opacity * ray_color(sums, ray.direction);
+    let color = opacity * ray_color(sum_of(Channels(), 1.0f / opacity, sums), ray.direction);
     return Seen(vec4f(color, opacity), scene_depth(ray, local.ray, distance / opacity), samples);
 }

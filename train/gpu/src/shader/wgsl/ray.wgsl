@@ -21,7 +21,8 @@ struct Frame {
     axis: vec4f,
     // Least light that passes, and below how much samples stand for two steps.
     detail: vec4f,
-    // Width of the picture, first row and number of rows of the dispatch; 1 where rays are given.
+    // Width of the picture, first row and number of rows of the dispatch; 1 where rays are given,
+    // and 2 where pixels have the numbers that they have in the picture.
     rows: vec4u,
     // 1.
     once: vec4u,
@@ -40,10 +41,14 @@ struct Frame {
 // Depth as bits, samples.
 @group(0) @binding(6) var<storage, read_write> distances: array<vec2u>;
 
+fn weight(row: u32) -> vec4f {
+    return weights[row];
+}
+
 const NOTHING = Seen(vec4f(), -1.0f, 0u);
 
 fn pixel_ray(x: u32, y: u32, number: u32) -> Ray {
-    if frame.rows.w != 0u {
+    if (frame.rows.w & 1u) != 0u {
         let at = 6u * number;
         return Ray(
             vec3f(rays[at], rays[at + 1u], rays[at + 2u]),
@@ -55,17 +60,31 @@ fn pixel_ray(x: u32, y: u32, number: u32) -> Ray {
     return Ray(frame.position.xyz, normalize(d));
 }
 
+fn is_there(id: vec3u) -> bool {
+    return id.x < frame.rows.x && id.y < frame.rows.z;
+}
+
+fn number_of(id: vec3u) -> u32 {
+    let y = select(id.y, id.y + frame.rows.y, (frame.rows.w & 2u) != 0u);
+    return y * frame.rows.x + id.x;
+}
+
+// Nothing, where they are none.
+fn numbers_of(c: vec4f) -> vec4f {
+    let are_finite = is_finite(c.x) && is_finite(c.y) && is_finite(c.z) && is_finite(c.w);
+    return select(vec4f(), c, are_finite);
+}
+
 @compute @workgroup_size(8, 8)
 fn render(@builtin(global_invocation_id) id: vec3u) {
-    if id.x >= frame.rows.x || id.y >= frame.rows.z {
+    if !is_there(id) {
         return;
     }
-    let number = id.y * frame.rows.x + id.x;
-    var seen = trace(pixel_ray(id.x, id.y + frame.rows.y, number));
-    let c = seen.color;
-    if !(is_finite(c.x) && is_finite(c.y) && is_finite(c.z) && is_finite(c.w)) {
-        seen.color = vec4f();
-    }
-    colors[number] = seen.color;
+    let number = number_of(id);
+    let seen = trace(pixel_ray(id.x, id.y + frame.rows.y, number));
+    colors[number] = numbers_of(seen.color);
     distances[number] = vec2u(bitcast<u32>(seen.depth), seen.samples);
+    if seen.color.w > 0.0f {
+        keep(number);
+    }
 }

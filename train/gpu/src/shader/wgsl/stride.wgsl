@@ -19,14 +19,11 @@ fn stride(ray: Ray) -> Stride {
 
 // Steps to the first sample beyond the cells around `u`, or a little less; at least 1.
 fn steps_to_leave(ray: Ray, stride: Stride, u: vec3f, cells: Around, t: f32) -> f32 {
-    var steps = 1e9f;
-    for (var a = 0u; a < 3u; a++) {
-        let d = ray.direction[a];
-        if d != 0.0f {
-            let face = (cells.corner[a] + select(0.0f, cells.side, d > 0.0f)) / f32(RESOLUTION);
-            steps = min(steps, (face - u[a]) * stride.steps_per_unit[a] - stride.slack[a]);
-        }
-    }
+    let d = ray.direction;
+    let face = (cells.corner + select(vec3f(), vec3f(cells.side), d > vec3f())) / f32(RESOLUTION);
+    let along = (face - u) * stride.steps_per_unit - stride.slack;
+    let each = select(vec3f(1e9f), along, d != vec3f());
+    let steps = min(min(each.x, each.y), min(each.z, 1e9f));
     let safe = steps - (t * (8.0f * EPSILON / STEP) + 0.01f);
     return select(1.0f, floor(safe) + 1.0f, safe > 0.0f && safe < 1e6f);
 }

@@ -1,7 +1,5 @@
 // The original NeRF networks (Mildenhall et al. 2020, section 5.2).
 
-alias Channels = array<vec4f, 1>;
-
 struct Point {
     sigma: f32,
     channels: Channels,

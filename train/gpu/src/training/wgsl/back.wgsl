@@ -153,9 +153,6 @@ fn encode_again(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     let apart = frame.sizes.y;
     for (var s = id.x; s < counted[KEPT]; s += 64u * groups.x) {
         let u = vec3f(sample_rows[s], sample_rows[apart + s], sample_rows[2u * apart + s]);
-        var encoded = encode(u);
-        for (var i = 0u; i < N_ENCODED; i++) {
-            sample_rows[(ENCODED + i) * apart + s] = encoded[i / 4u][i % 4u];
-        }
+        write_encoded(u, s, apart);
     }
 }

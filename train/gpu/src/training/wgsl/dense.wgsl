@@ -30,34 +30,65 @@ fn columns_of_samples() -> vec2u {
     return vec2u(counted[KEPT], frame.sizes.y);
 }
 
+// Sixteen outputs of a column.
+struct Sums {
+    a: vec4f,
+    b: vec4f,
+    c: vec4f,
+    d: vec4f,
+}
+
+fn sums_with(sums: Sums, i: u32, block: u32, column: u32, apart: u32) -> Sums {
+    let x = rows[(shape.read + i) * apart + column];
+    let row = shape.matrix + i * (shape.n_out / 4u) + 4u * block;
+    return Sums(
+        sums.a + x * matrices[row],
+        sums.b + x * matrices[row + 1u],
+        sums.c + x * matrices[row + 2u],
+        sums.d + x * matrices[row + 3u],
+    );
+}
+
+fn write_one(number: u32, column: u32, apart: u32, sum: f32) {
+    var value = sum;
+    if shape.mode == 1u {
+        value = max(value, 0.0f);
+    }
+    if shape.mode == 2u {
+        let is_open = rows[(shape.mask + number) * apart + column] > 0.0f;
+        value = select(0.0f, value, is_open);
+    }
+    rows[(shape.write + number) * apart + column] = value;
+}
+
+fn write_four(number: u32, column: u32, apart: u32, values: vec4f) {
+    write_one(number, column, apart, values.x);
+    write_one(number + 1u, column, apart, values.y);
+    write_one(number + 2u, column, apart, values.z);
+    write_one(number + 3u, column, apart, values.w);
+}
+
 fn dense(column: u32, block: u32, apart: u32) {
-    let at = 4u * block;
-    var sums: array<vec4f, 4>;
+    var sums: Sums;
     if shape.bias != NONE {
-        for (var q = 0u; q < 4u; q++) {
-            sums[q] = matrices[shape.bias + at + q];
-        }
+        let at = shape.bias + 4u * block;
+        sums = Sums(matrices[at], matrices[at + 1u], matrices[at + 2u], matrices[at + 3u]);
     }
-    for (var i = 0u; i < shape.n_in; i++) {
-        let x = rows[(shape.read + i) * apart + column];
-        let row = shape.matrix + i * (shape.n_out / 4u) + at;
-        sums[0] += x * matrices[row];
-        sums[1] += x * matrices[row + 1u];
-        sums[2] += x * matrices[row + 2u];
-        sums[3] += x * matrices[row + 3u];
+    // Four at a time: compilers that check loops do not write them out.
+    let whole = shape.n_in & ~3u;
+    for (var i = 0u; i < whole; i += 4u) {
+        sums = sums_with(sums, i, block, column, apart);
+        sums = sums_with(sums, i + 1u, block, column, apart);
+        sums = sums_with(sums, i + 2u, block, column, apart);
+        sums = sums_with(sums, i + 3u, block, column, apart);
     }
-    for (var o = 0u; o < 16u; o++) {
-        let number = 16u * block + o;
-        var value = sums[o / 4u][o % 4u];
-        if shape.mode == 1u {
-            value = max(value, 0.0f);
-        }
-        if shape.mode == 2u {
-            let is_open = rows[(shape.mask + number) * apart + column] > 0.0f;
-            value = select(0.0f, value, is_open);
-        }
-        rows[(shape.write + number) * apart + column] = value;
+    for (var i = whole; i < shape.n_in; i++) {
+        sums = sums_with(sums, i, block, column, apart);
     }
+    write_four(16u * block, column, apart, sums.a);
+    write_four(16u * block + 4u, column, apart, sums.b);
+    write_four(16u * block + 8u, column, apart, sums.c);
+    write_four(16u * block + 12u, column, apart, sums.d);
 }
 
 @compute @workgroup_size(64)
@@ -118,40 +149,68 @@ fn read_b(row: u32, column: u32, n: vec2u) -> f32 {
     return rows_read[(product_of.b + row) * n.y + column];
 }
 
+fn four_of_a(row: u32, column: u32, n: vec2u) -> vec4f {
+    return vec4f(
+        read_a(row, column, n),
+        read_a(row + 1u, column, n),
+        read_a(row + 2u, column, n),
+        read_a(row + 3u, column, n),
+    );
+}
+
+fn four_of_b(row: u32, column: u32, n: vec2u) -> vec4f {
+    return vec4f(
+        read_b(row, column, n),
+        read_b(row + 1u, column, n),
+        read_b(row + 2u, column, n),
+        read_b(row + 3u, column, n),
+    );
+}
+
 fn outer(group: vec3u, tiles: vec3u, own: u32, n: vec2u) {
     let part = (n.x + PARTS_OF_COLUMNS - 1u) / PARTS_OF_COLUMNS;
     let first = group.x * part;
     let last = min(first + part, n.x);
     let i = own % 16u;
     let j = own / 16u;
-    var sums: array<vec4f, 4>;
+    var sums: Sums;
     for (var at = first; at < last; at += DEPTH) {
         // Four rows of a column a time: `[column][rows]`.
         let column = at + own % 16u;
         let row = 4u * (own / 16u);
         let is_own = column < last;
-        for (var r = 0u; r < 4u; r++) {
-            let place = (own % 16u) * 16u + own / 16u;
-            tile_a[place][r] = select(0.0f, read_a(group.y * TILE + row + r, column, n), is_own);
-            tile_b[place][r] = select(0.0f, read_b(group.z * TILE + row + r, column, n), is_own);
-        }
+        let to = (own % 16u) * 16u + own / 16u;
+        tile_a[to] = select(vec4f(), four_of_a(group.y * TILE + row, column, n), is_own);
+        tile_b[to] = select(vec4f(), four_of_b(group.z * TILE + row, column, n), is_own);
         workgroupBarrier();
-        for (var c = 0u; c < DEPTH; c++) {
-            let a = tile_a[c * 16u + i];
-            let b = tile_b[c * 16u + j];
-            sums[0] += a.x * b;
-            sums[1] += a.y * b;
-            sums[2] += a.z * b;
-            sums[3] += a.w * b;
+        for (var c = 0u; c < DEPTH; c += 4u) {
+            sums = products_with(sums, c, i, j);
+            sums = products_with(sums, c + 1u, i, j);
+            sums = products_with(sums, c + 2u, i, j);
+            sums = products_with(sums, c + 3u, i, j);
         }
         workgroupBarrier();
     }
     let tile = (group.x * tiles.z + group.z) * tiles.y + group.y;
-    for (var r = 0u; r < 4u; r++) {
-        for (var c = 0u; c < 4u; c++) {
-            partial[tile * TILE * TILE + (4u * i + r) * TILE + 4u * j + c] = sums[r][c];
-        }
-    }
+    let to = tile * TILE * TILE + 4u * i * TILE + 4u * j;
+    write_partial(to, sums.a);
+    write_partial(to + TILE, sums.b);
+    write_partial(to + 2u * TILE, sums.c);
+    write_partial(to + 3u * TILE, sums.d);
+}
+
+fn write_partial(at: u32, values: vec4f) {
+    partial[at] = values.x;
+    partial[at + 1u] = values.y;
+    partial[at + 2u] = values.z;
+    partial[at + 3u] = values.w;
+}
+
+// Four rows of `a` by four of `b`, of a column of the tiles.
+fn products_with(sums: Sums, column: u32, i: u32, j: u32) -> Sums {
+    let a = tile_a[column * 16u + i];
+    let b = tile_b[column * 16u + j];
+    return Sums(sums.a + a.x * b, sums.b + a.y * b, sums.c + a.z * b, sums.d + a.w * b);
 }
 
 @compute @workgroup_size(256)

@@ -66,6 +66,10 @@ const BETWEEN = 2u;
 var<private> STEP: f32;
 var<private> PHASE: f32;
 
+fn weight(row: u32) -> vec4f {
+    return weights[row];
+}
+
 fn chunk_quad(chunk: u32, place: u32) -> u32 {
     return (chunk * CHUNK + place) * PER_SAMPLE;
 }

@@ -3,7 +3,7 @@
 
 const INVOCATIONS = 4u * SLOTS;
 // Steps across empty cells until those that have found a sample go on.
-const PATIENCE = 12u;
+const PATIENCE = 4u;
 const COLUMNS = SLOTS / 4u;
 
 // A column a ray: points, what they are encoded to, what the hidden layer and the network give.
@@ -165,10 +165,20 @@ fn encode_part(slot: u32, part: u32) {
     let u = place[slot].xyz;
     for (var l = part; l < N_LEVELS; l += 4u) {
         let values = level_quad(l, u);
-        for (var f = 0u; f < 4u; f++) {
-            encoded_rows[(4u * l + f) * SLOTS + slot] = values[f];
-        }
+        let at = 4u * l * SLOTS + slot;
+        encoded_rows[at] = values.x;
+        encoded_rows[at + SLOTS] = values.y;
+        encoded_rows[at + 2u * SLOTS] = values.z;
+        encoded_rows[at + 3u * SLOTS] = values.w;
     }
+}
+
+fn write_hidden(at: u32, values: vec4f) {
+    let positive = max(values, vec4f());
+    hidden_rows[at] = positive.x;
+    hidden_rows[at + SLOTS] = positive.y;
+    hidden_rows[at + 2u * SLOTS] = positive.z;
+    hidden_rows[at + 3u * SLOTS] = positive.w;
 }
 
 // The hidden layer: blocks of four values and four rays.
@@ -176,33 +186,19 @@ fn hide(own: u32) {
     for (var block = own; block < N_HIDDEN / 4u * COLUMNS; block += INVOCATIONS) {
         let quad = block / COLUMNS;
         let first = 4u * (block % COLUMNS);
-        let bias = matrices[HIDDEN_BIAS + quad];
-        var sums = array<vec4f, 4>(bias, bias, bias, bias);
-        for (var i = 0u; i < N_ENCODED; i++) {
-            let row = matrices[HIDDEN_MATRIX + i * HIDDEN_ROW + quad];
-            let at = i * SLOTS + first;
-            sums[0] += encoded_rows[at] * row;
-            sums[1] += encoded_rows[at + 1u] * row;
-            sums[2] += encoded_rows[at + 2u] * row;
-            sums[3] += encoded_rows[at + 3u] * row;
-        }
-        for (var s = 0u; s < 4u; s++) {
-            let values = max(sums[s], vec4f());
-            for (var h = 0u; h < 4u; h++) {
-                hidden_rows[(4u * quad + h) * SLOTS + first + s] = values[h];
-            }
-        }
+        let sums = hidden_sums(quad, first);
+        let at = 4u * quad * SLOTS + first;
+        write_hidden(at, sums[0]);
+        write_hidden(at + 1u, sums[1]);
+        write_hidden(at + 2u, sums[2]);
+        write_hidden(at + 3u, sums[3]);
     }
 }
 
 // The output layer: every fourth quad of a ray.
 fn give(slot: u32, part: u32) {
     for (var quad = part; quad < N_GIVEN; quad += 4u) {
-        var sum = matrices[GIVEN_BIAS + quad];
-        for (var h = 0u; h < N_HIDDEN; h++) {
-            sum += hidden_rows[h * SLOTS + slot] * matrices[GIVEN_MATRIX + h * GIVEN_ROW + quad];
-        }
-        given[quad * SLOTS + slot] = sum;
+        given[quad * SLOTS + slot] = given_sum(quad, slot);
     }
 }
 

@@ -1,0 +1,3 @@
+// Colours are there, and nothing is kept for another program.
+
+fn keep(number: u32) {}
