@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use super::backend::Backend;
+#[cfg(feature = "gpu")]
+use super::backend::OnGpu;
 use super::{Trainer, backend, learnt_gains};
 use crate::picture::Device;
 
@@ -51,25 +54,28 @@ impl Trainer {
         self.backend.kernels()
     }
 
-    /// Moves what is learnt from the CPU to the device.
-    #[cfg(feature = "gpu")]
+    /// Moves what is learnt to the device.
     pub(super) fn move_to_device(&mut self) {
-        use super::backend::OnGpu;
-
-        let Device::Gpu(gpu) = &self.device else { return };
         let (poses, gains) = (self.poses.as_ref(), learnt_gains(&self.source, &self.config));
         let simd = self.backend.simd();
         let Ok(mut cpu) = backend(&self.config, &self.space, poses, gains, simd) else { return };
-        cpu.state = self.backend.download().clone();
-        let scene = (self.space, self.sampling, self.grid.view());
-        let cameras: Vec<[f32; 3]> = self.source.cameras().iter().map(|c| c.position()).collect();
-        match OnGpu::new(gpu, cpu, scene, &cameras, self.config.samples_per_step) {
-            Ok(own) => (self.backend, self.fallback) = (Box::new(own), None),
-            Err((_, why)) => self.fallback = Some(why.to_string()),
+        cpu.upload(self.backend.download().clone());
+        self.fallback = None;
+        match &self.device {
+            Device::Cpu => self.backend = Box::new(cpu),
+            #[cfg(feature = "gpu")]
+            Device::Gpu(gpu) => {
+                let scene = (self.space, self.sampling, self.grid.view());
+                let cameras = self.source.cameras().iter().map(|camera| camera.position());
+                let cameras: Vec<[f32; 3]> = cameras.collect();
+                let samples = self.config.samples_per_step;
+                match OnGpu::new(gpu, cpu, scene, &cameras, samples) {
+                    Ok(own) => self.backend = Box::new(own),
+                    Err((cpu, why)) => {
+                        (self.backend, self.fallback) = (cpu, Some(why.to_string()));
+                    }
+                }
+            }
         }
     }
-
-    /// There is nothing but the CPU.
-    #[cfg(not(feature = "gpu"))]
-    pub(super) fn move_to_device(&mut self) {}
 }

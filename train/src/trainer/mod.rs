@@ -219,7 +219,9 @@ impl Trainer {
         let backend = backend(&config, &self.space, poses, gains, self.backend.simd())?;
         (self.config, self.sampling, self.backend) = (config, sampling, Box::new(backend));
         self.begin(0);
-        self.move_to_device();
+        if !matches!(self.device, Device::Cpu) {
+            self.move_to_device();
+        }
         Ok(())
     }
 

@@ -3,15 +3,15 @@
 use pocketnerf_core::field::{HashGridField, Shading};
 use pocketnerf_core::{AnyField, DType, Model};
 
+use super::StepResult;
 use super::fixed::{COUNTERS, FRAME_WORDS, Fixed};
 use super::kernel::Program;
-use super::memory::UNIT_PARTS;
-use super::memory::{Memory, Room};
+use super::memory::{Memory, Room, UNIT_PARTS};
 use super::networks::{Networks, PARTS};
 use super::pipelines::Pipelines;
 use super::sequence::{Clock, Sequence};
 use super::step::{PixelNumbers, RayResult, Settings};
-use super::{Pixel, StepResult};
+use super::tables::TableGroups;
 use crate::pack::{Packed, PackedField, network_rows, pack_cells};
 use crate::render::{Error, Gpu};
 use crate::shader::{Together, training_source};
@@ -36,6 +36,7 @@ pub struct Learner {
     pub(super) pipelines: Pipelines,
     networks: Networks,
     pub(super) fixed: Fixed,
+    pub(super) groups: TableGroups,
     memory: Memory,
     /// Quads of a ray and of a sample.
     per_sample: u32,
@@ -101,6 +102,7 @@ impl Learner {
         let tables = (0..n_levels).map(|l| field.grid.config.level(l).entries * n_features);
         Ok(Self {
             gpu: gpu.clone(),
+            groups: TableGroups::new(gpu, &pipelines, &fixed),
             pipelines,
             networks,
             fixed,
@@ -144,11 +146,16 @@ impl Learner {
         Ok(())
     }
 
-    /// Takes a step: tables are new after it.
+    /// Takes a step: tables are new after it. While the GPU computes, `meanwhile` is called.
     ///
     /// # Errors
     /// [`Error::Device`] or [`Error::TooLarge`].
-    pub fn step(&mut self, pixels: &[Pixel], settings: &Settings<'_>) -> Result<StepResult, Error> {
+    pub fn step(
+        &mut self,
+        pixels: &[PixelNumbers],
+        settings: &Settings<'_>,
+        meanwhile: impl FnOnce(),
+    ) -> Result<StepResult, Error> {
         let n_rays = pixels.len() as u32;
         let groups = if settings.between_views { n_rays.div_ceil(EVERY) } else { 0 };
         let columns = n_rays + ASKED * groups;
@@ -156,15 +163,19 @@ impl Learner {
         if settings.average && self.fixed.averaged.is_none() {
             self.fixed.averaged = Some(self.table_buffer("sums of entries")?);
         }
-        let numbers: Vec<PixelNumbers> = pixels.iter().map(Pixel::numbers).collect();
+        let mut meanwhile = Some(meanwhile);
         loop {
             self.make_room(n_rays, columns)?;
             let frame = self.frame(settings, [n_rays, columns]);
             let queue = self.gpu.queue();
-            queue.write_buffer(&self.memory.rays, 0, bytemuck::cast_slice(&numbers));
+            queue.write_buffer(&self.memory.rays, 0, bytemuck::cast_slice(pixels));
             queue.write_buffer(&self.fixed.frame, 0, bytemuck::cast_slice(&frame));
             queue.write_buffer(&self.fixed.counters, 0, &[0; 4 * COUNTERS]);
-            let (result, counters) = self.submit([n_rays, columns, groups], settings.average)?;
+            let (asked, names) = self.submit([n_rays, columns, groups], settings.average);
+            if let Some(meanwhile) = meanwhile.take() {
+                meanwhile();
+            }
+            let (result, counters) = self.result(n_rays, asked, &names)?;
             if counters[TOO_MANY] == 0 {
                 let is_finite = counters[NOT_FINITE] == 0;
                 return Ok(StepResult { is_finite, ..result });
@@ -259,7 +270,7 @@ impl Learner {
         &self,
         [n_rays, columns, groups]: [u32; 3],
         average: bool,
-    ) -> Result<(StepResult, [u32; COUNTERS]), Error> {
+    ) -> (wgpu::SubmissionIndex, Vec<&'static str>) {
         let Self { gpu, pipelines: p, memory, fixed, .. } = self;
         let g = &memory.groups;
         let mut all = Sequence::new(gpu, self.clock.as_ref());
@@ -308,21 +319,31 @@ impl Learner {
         let first = counters + gradient;
         encoder.copy_buffer_to_buffer(&memory.results, 0, read, first, results);
         let names = all.names.clone();
-        let asked = all.submit(gpu);
+        (all.submit(gpu), names)
+    }
+
+    /// What the kernels of these names give, and the counters.
+    fn result(
+        &self,
+        n_rays: u32,
+        asked: wgpu::SubmissionIndex,
+        names: &[&'static str],
+    ) -> Result<(StepResult, [u32; COUNTERS]), Error> {
+        let Self { gpu, memory, fixed, .. } = self;
         let mut times = Vec::new();
         if let Some(clock) = &self.clock {
-            times = clock.read(gpu, &names, asked.clone())?;
+            times = clock.read(gpu, names, asked.clone())?;
         }
-        gpu.read(asked, read, first + results, |bytes| {
-            let (counters, rest) = bytes.split_at(counters as usize);
-            let (gradient, rays) = rest.split_at(gradient as usize);
-            let n = self.networks.n_parameters;
-            let rays: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(rays);
+        let [counters, gradient] = [&fixed.counters, &fixed.gradient].map(|b| b.size() as usize);
+        let bytes = counters + gradient + 16 * n_rays as usize;
+        gpu.read(asked, &memory.read, bytes as u64, |bytes| {
+            let (counters, rest) = bytes.split_at(counters);
+            let (gradient, rays) = rest.split_at(gradient);
             let mut gradient: Vec<f32> = bytemuck::pod_collect_to_vec(gradient);
-            gradient.truncate(n);
+            gradient.truncate(self.networks.n_parameters);
             let mut counted = [0; COUNTERS];
             bytemuck::cast_slice_mut(&mut counted).copy_from_slice(counters);
-            let rays = rays.into_iter().map(RayResult::of).collect();
+            let rays = rays.as_chunks().0.iter().map(RayResult::of).collect();
             (StepResult { rays, gradient, is_finite: true, times }, counted)
         })
     }

@@ -29,4 +29,4 @@ mod step;
 mod tables;
 
 pub use learner::Learner;
-pub use step::{Pixel, RayResult, Settings, StepResult, TableRates, Tables};
+pub use step::{Pixel, PixelNumbers, RayResult, Settings, StepResult, TableRates, Tables};

@@ -23,11 +23,13 @@ pub struct Pixel {
     pub alpha: f32,
 }
 
-/// Sixteen numbers, as the shader has them.
-pub(super) type PixelNumbers = [[f32; 4]; 4];
+/// A pixel's sixteen numbers, as the shader has them.
+pub type PixelNumbers = [[f32; 4]; 4];
 
 impl Pixel {
-    pub(super) fn numbers(&self) -> PixelNumbers {
+    /// As the shader has it.
+    #[must_use]
+    pub fn numbers(&self) -> PixelNumbers {
         let [ox, oy, oz] = self.ray.origin;
         let [dx, dy, dz] = self.ray.direction;
         let ([br, bg, bb], [r, g, b]) = (self.background, self.target);
@@ -98,8 +100,10 @@ pub struct RayResult {
 }
 
 impl RayResult {
-    pub(super) const fn of([squared_error, opacity, gradient_size, counts]: [f32; 4]) -> Self {
-        let counts = counts.to_bits();
+    pub(super) fn of(bytes: &[u8; 16]) -> Self {
+        let number = |i: usize| f32::from_le_bytes([0, 1, 2, 3].map(|byte| bytes[4 * i + byte]));
+        let [squared_error, opacity, gradient_size] = [0, 1, 2].map(number);
+        let counts = number(3).to_bits();
         let (samples, kept) = (counts & 0xffff, counts >> 16);
         Self { squared_error, opacity, gradient_size, samples, kept }
     }

@@ -1,20 +1,26 @@
 //! The tables of a field that learns: how they follow their gradients, in and out.
 
 use super::Learner;
+use super::fixed::Fixed;
+use super::pipelines::Pipelines;
 use super::sequence::Sequence;
 use super::step::Tables;
-use crate::render::Error;
+use crate::render::{Error, Gpu};
 
 /// Values that are left alone only together: `tables.wgsl`.
 const BLOCK: u32 = 16;
 
-impl Learner {
-    /// New tables from their gradients, and what is rounded of them.
-    pub(super) fn follow(&self, to: &mut Sequence<'_>, average: bool) {
-        let (f, p, gpu) = (&self.fixed, &self.pipelines, &self.gpu);
-        let most = self.tables.iter().copied().max().unwrap_or(0);
-        let n_levels = self.tables.len() as u32;
-        let buffers = [
+/// What the kernels of tables bind.
+#[derive(Debug)]
+pub(super) struct TableGroups {
+    adam: wgpu::BindGroup,
+    hold_all: wgpu::BindGroup,
+    round_all: wgpu::BindGroup,
+}
+
+impl TableGroups {
+    pub(super) fn new(gpu: &Gpu, p: &Pipelines, f: &Fixed) -> Self {
+        let adam = [
             (0, &f.frame),
             (9, &f.counters),
             (30, &f.table_of),
@@ -24,25 +30,41 @@ impl Learner {
             (34, &f.squares),
             (35, &f.largest),
         ];
-        let group = p.adam.group(gpu, &buffers);
-        p.adam.run(to, &group, [most.div_ceil(64 * BLOCK), n_levels, 1]);
+        let hold_all = [(35, &f.largest), (36, &f.scales), (37, &f.factors)];
+        let round_all = [(30, &f.table_of), (33, &f.parameters), (36, &f.scales), (38, &f.rounded)];
+        Self {
+            adam: p.adam.group(gpu, &adam),
+            hold_all: p.hold_all.group(gpu, &hold_all),
+            round_all: p.round_all.group(gpu, &round_all),
+        }
+    }
+}
+
+impl Learner {
+    /// New tables from their gradients, and what is rounded of them.
+    pub(super) fn follow(&self, to: &mut Sequence<'_>, average: bool) {
+        let (p, g) = (&self.pipelines, &self.groups);
+        let blocks = self.most_values().div_ceil(64 * BLOCK);
+        p.adam.run(to, &g.adam, [blocks, self.tables.len() as u32, 1]);
         self.round(to);
-        if let (true, Some(averaged)) = (average, &f.averaged) {
-            let group = p.accumulate.group(gpu, &[(33, &f.parameters), (39, averaged)]);
+        if let (true, Some(averaged)) = (average, &self.fixed.averaged) {
+            let buffers = [(33, &self.fixed.parameters), (39, averaged)];
+            let group = p.accumulate.group(&self.gpu, &buffers);
             p.accumulate.run(to, &group, [2048, 1, 1]);
         }
     }
 
     /// What fields read of the tables.
     fn round(&self, to: &mut Sequence<'_>) {
-        let (f, p, gpu) = (&self.fixed, &self.pipelines, &self.gpu);
-        let most = self.tables.iter().copied().max().unwrap_or(0);
-        let buffers = [(35, &f.largest), (36, &f.scales), (37, &f.factors)];
-        let group = p.hold_all.group(gpu, &buffers);
-        p.hold_all.run(to, &group, [1; 3]);
-        let buffers = [(30, &f.table_of), (33, &f.parameters), (36, &f.scales), (38, &f.rounded)];
-        let group = p.round_all.group(gpu, &buffers);
-        p.round_all.run(to, &group, [most.div_ceil(64 * 4), self.tables.len() as u32, 1]);
+        let (p, g) = (&self.pipelines, &self.groups);
+        p.hold_all.run(to, &g.hold_all, [1; 3]);
+        let words = self.most_values().div_ceil(64 * 4);
+        p.round_all.run(to, &g.round_all, [words, self.tables.len() as u32, 1]);
+    }
+
+    /// Values of the largest table.
+    fn most_values(&self) -> u32 {
+        self.tables.iter().copied().max().unwrap_or(0)
     }
 
     /// Takes over tables that are set all at once.

@@ -7,22 +7,17 @@ use std::time::Duration;
 use pocketnerf_core::{
     AnyField, ColorSpace, Display, Model, Occupancy, Sampling, SimdLevel, Space,
 };
-use pocketnerf_gpu::training::{
-    Learner, Pixel, RayResult, Settings, StepResult, TableRates, Tables,
-};
+use pocketnerf_gpu::training::{Learner, RayResult, Settings, StepResult, TableRates, Tables};
 use pocketnerf_gpu::{Error, Gpu};
-use rayon::prelude::*;
 
+use super::drawing::Drawing;
 use super::{Backend, Cpu, StepInput, StepOutput};
 use crate::field::Update;
 use crate::field::rounding::EightBits;
-use crate::random::Random;
-use crate::stopwatch::{Laps, Stage};
 use crate::trainer::parameters::State;
-use crate::trainer::pixels::rays::TrainingRay;
 use crate::trainer::step::group::MIN_TRANSMITTANCE;
 use crate::trainer::step::slow_below::SlowBelow;
-use crate::trainer::{Adam, DensityGrid, GROUPS};
+use crate::trainer::{Adam, DensityGrid};
 
 /// Steps after which the tables are fetched, so that no more is lost with the GPU.
 const FETCH_EVERY: u32 = 512;
@@ -36,6 +31,7 @@ pub(crate) struct OnGpu {
     cpu: Cpu,
     /// All that is learnt as it is now, once it is asked for.
     fetched: OnceLock<State>,
+    drawing: Drawing,
     /// Whether all entries of the tables are finite.
     is_finite: bool,
     /// Why the CPU goes on.
@@ -64,8 +60,15 @@ impl OnGpu {
         };
         let state = cpu.state.clone();
         let fetched = OnceLock::new();
-        let mut own =
-            Self { learner, cpu, fetched, is_finite: true, failure: None, times: Vec::new() };
+        let mut own = Self {
+            learner,
+            cpu,
+            fetched,
+            is_finite: true,
+            drawing: Drawing::default(),
+            failure: None,
+            times: Vec::new(),
+        };
         match own.take_over(state) {
             Ok(()) => Ok(own),
             Err(why) => Err((Box::new(own.cpu), why)),
@@ -130,24 +133,9 @@ impl OnGpu {
         }
     }
 
-    fn draw(&mut self, input: &StepInput<'_>) -> Vec<Pixel> {
-        self.cpu.groups.par_iter_mut().enumerate().with_max_len(1).for_each(|(g, group)| {
-            let n = (g + 1) * input.n_rays / GROUPS - g * input.n_rays / GROUPS;
-            let mut laps = Laps::begin(input.stopwatch);
-            let random = Random::new(input.seed, [1, u64::from(input.step), g as u64]);
-            group.draw(input, n, random);
-            laps.end(Stage::Pixels, n);
-        });
-        self.rays().map(pixel).collect()
-    }
-
-    fn rays(&self) -> impl Iterator<Item = &TrainingRay> {
-        self.cpu.groups.iter().flat_map(|group| &group.rays)
-    }
-
     fn try_step(&mut self, input: &StepInput<'_>) -> Result<StepOutput, Error> {
         self.keep_fetched();
-        let pixels = self.draw(input);
+        let pixels = self.drawing.draw(input);
         let number = input.step + 1;
         let adam = Adam { decay: input.table_decay, beta1: 0.0, ..self.cpu.state.field().adam };
         let rate = adam.corrected(input.table_rate, number);
@@ -174,7 +162,8 @@ impl OnGpu {
         if input.stopwatch.is_some() {
             self.learner.watch()?;
         }
-        let result = self.learner.step(&pixels, &settings)?;
+        let Self { learner, drawing, .. } = self;
+        let result = learner.step(&pixels, &settings, || drawing.draw_ahead(input))?;
         self.note_times(&result);
         self.is_finite &= result.is_finite;
         let output = self.output(&result);
@@ -223,7 +212,7 @@ impl OnGpu {
 
     fn output(&self, result: &StepResult) -> StepOutput {
         let mut output = StepOutput::default();
-        for (ray, found) in self.rays().zip(&result.rays) {
+        for (ray, found) in self.drawing.rays().zip(&result.rays) {
             let RayResult { squared_error, opacity, gradient_size, samples, kept } = *found;
             let weight = f64::from(ray.weight);
             output.squared_error += weight * 3.0 * f64::from(squared_error);
@@ -272,18 +261,6 @@ fn learner(
         display,
     };
     Learner::new(gpu, &model, cameras, samples)
-}
-
-fn pixel(ray: &TrainingRay) -> Pixel {
-    Pixel {
-        ray: ray.ray,
-        phase: ray.phase,
-        weight: ray.weight,
-        background: ray.background,
-        background_variance: ray.background_variance,
-        target: ray.target,
-        alpha: ray.alpha,
-    }
 }
 
 impl Backend for OnGpu {
@@ -351,6 +328,11 @@ impl Backend for OnGpu {
 
     fn simd(&self) -> SimdLevel {
         self.cpu.simd()
+    }
+
+    #[cfg(test)]
+    fn draw_like_the_cpu(&mut self) {
+        self.drawing.like_the_cpu = true;
     }
 
     fn kernels(&self) -> Vec<(&'static str, Duration)> {

@@ -1,6 +1,7 @@
 //! A step on a GPU, beside the same step on the CPU.
 
 use pocketnerf_core::SimdLevel;
+use pocketnerf_core::field::Shading;
 use pocketnerf_gpu::{Gpu, Software};
 
 use crate::builtin;
@@ -22,11 +23,16 @@ fn gpu() -> Option<Device> {
     }
 }
 
-fn config() -> TrainConfig {
+/// A small field; of `others`, one that workgroups do not evaluate together.
+fn config(others: bool) -> TrainConfig {
     let mut config = TrainConfig::hash_grid();
     let field = config.field.hash_grid_mut().unwrap();
     (field.grid.n_levels, field.grid.log2_hashmap_size) = (5, 11);
     field.color_hidden = vec![32, 80];
+    if others {
+        (field.grid.n_features_per_level, field.density_hidden) = (2, vec![32, 16]);
+        (field.n_features, field.sh_degree, field.color_hidden) = (8, 2, vec![24]);
+    }
     config.aabb = Some([[-1.4; 3], [1.4; 3]]);
     config.samples_per_step = 4096;
     config.samples_per_side = 96.0;
@@ -34,12 +40,11 @@ fn config() -> TrainConfig {
     config
 }
 
-fn trainer(device: Option<&Device>) -> Trainer {
+fn trainer(config: TrainConfig, device: Option<&Device>) -> Trainer {
     let dataset = builtin::dataset(Split::Train, 8);
-    let mut trainer = Trainer::with_prepass(dataset, config(), SimdLevel::detect()).unwrap();
+    let mut trainer = Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap();
     if let Some(device) = device {
         trainer.train_on(device.clone());
-        assert_eq!(trainer.fallback(), None);
     }
     trainer
 }
@@ -61,22 +66,26 @@ fn gradients(state: &State) -> Vec<f32> {
     state.field().square.iter().map(|square| square.sqrt()).collect()
 }
 
-#[test]
-fn gradients_are_those_of_the_cpu() {
+/// All samples of the warm-up are learnt from; then gradients are small beside parameters.
+const WARM: StepSettings =
+    StepSettings { kept: 0.5, update_occupancy: true, ..StepSettings::PLAIN };
+
+fn gradients_are_those_of_the_cpu(others: bool) {
     let Some(device) = gpu() else { return };
     // After some steps: surfaces, and colours that depend on the direction.
-    let mut cpu = trainer(None);
-    let warm = StepSettings { kept: 0.5, update_occupancy: true, ..StepSettings::PLAIN };
-    (0..60).for_each(|_| _ = cpu.step(&warm));
+    let mut cpu = trainer(config(others), None);
+    (0..60).for_each(|_| _ = cpu.step(&WARM));
     let mut learnt = state(&cpu).clone();
     let group = learnt.field_mut();
     group.mean.fill(0.0);
     group.square.fill(0.0);
     cpu.backend.upload(learnt);
-    let mut on_gpu = trainer(Some(&device));
+    let mut on_gpu = trainer(config(others), Some(&device));
+    assert_eq!(on_gpu.fallback(), None);
     on_gpu.backend.upload(state(&cpu).clone());
     (on_gpu.step, on_gpu.n_rays) = (cpu.step, cpu.n_rays);
     on_gpu.grid.clone_from(&cpu.grid);
+    on_gpu.backend.draw_like_the_cpu();
     // Else the samples behind a surface stand for more steps from another one on: the CPU takes
     // several at a time.
     (cpu.coarse_step_below, on_gpu.coarse_step_below) = (0.0, 0.0);
@@ -98,4 +107,60 @@ fn gradients_are_those_of_the_cpu() {
     let [off, size] = differ(&state(&cpu).field().mean, &state(&on_gpu).field().mean);
     assert!(size > 0.0 && off < 1e-3 * size, "first moments: {off} of {size}");
     assert_eq!(state(&cpu).scales, state(&on_gpu).scales);
+}
+
+#[test]
+fn gradients_of_samples_together() {
+    gradients_are_those_of_the_cpu(false);
+}
+
+#[test]
+fn gradients_of_samples_one_by_one() {
+    gradients_are_those_of_the_cpu(true);
+}
+
+/// All that a run may ask of a step; the CPU goes on from it.
+#[test]
+fn the_same_steps_give_the_same_bytes() {
+    let Some(device) = gpu() else { return };
+    let run = || {
+        let mut trainer = trainer(config(false), Some(&device));
+        for step in 0..24 {
+            let average = step >= 16;
+            trainer.step(&StepSettings { average, between_views: average, ..WARM });
+        }
+        trainer
+    };
+    let [a, mut b] = [run(), run()];
+    for (a, b) in state(&a).groups.iter().zip(&state(&b).groups) {
+        assert!(a.parameters[..] == b.parameters[..] && a.square[..] == b.square[..]);
+        assert!(a.mean == b.mean && a.sum == b.sum && !a.sum.is_empty());
+    }
+    assert_eq!((state(&a).averaged, a.n_rays, a.roulette), (8, b.n_rays, b.roulette));
+    assert_eq!(a.grid.state(), b.grid.state());
+    // The sum of eight steps is about eight times the last.
+    let group = state(&b).field();
+    let [off, size] = differ(&group.sum, &group.parameters);
+    assert!((off / size - 7.0 / 8.0).abs() < 0.05, "{off} {size}");
+    b.train_on(Device::Cpu);
+    assert!(!b.is_on_gpu() && state(&b).field().sum == state(&a).field().sum);
+    let before = b.step(&WARM).mean_squared_error;
+    assert!(before.is_finite() && b.steps() == 25);
+}
+
+#[test]
+fn what_a_gpu_does_not_learn_the_cpu_does() {
+    let Some(device) = gpu() else { return };
+    let refused = |config: TrainConfig| {
+        let mut trainer = trainer(config.clone(), None);
+        trainer.begin_on(device.clone());
+        assert!(!trainer.is_on_gpu() && trainer.config == config);
+        assert!(trainer.step(&WARM).samples > 0);
+        trainer.fallback().unwrap()
+    };
+    let poses = refused(TrainConfig { refine_poses: true, ..config(false) });
+    assert_eq!(poses, "GPUs do not train the poses and the exposure of photographs");
+    let mut other = config(false);
+    other.field.hash_grid_mut().unwrap().shading = Shading::PerSample;
+    assert_eq!(refused(other), "GPUs do not train fields whose samples have colours of their own");
 }

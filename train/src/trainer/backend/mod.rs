@@ -6,6 +6,8 @@
 
 mod cpu;
 #[cfg(feature = "gpu")]
+mod drawing;
+#[cfg(feature = "gpu")]
 mod gpu;
 #[cfg(all(test, feature = "gpu"))]
 mod gpu_tests;
@@ -57,6 +59,10 @@ pub(crate) trait Backend: Debug + Send + Sync {
 
     /// How pictures are rendered for tests of the finished model.
     fn simd(&self) -> SimdLevel;
+
+    /// From now on rays are those that the CPU would draw.
+    #[cfg(test)]
+    fn draw_like_the_cpu(&mut self) {}
 
     /// How long each kernel of a GPU has taken since steps are timed.
     fn kernels(&self) -> Vec<(&'static str, Duration)> {

@@ -28,13 +28,16 @@ pub(crate) struct PixelSampler {
     /// Which are never drawn; empty: all are.
     left_out: Vec<bool>,
     alias: AliasTable,
+    /// How often that has changed.
+    changes: u32,
 }
 
 impl PixelSampler {
     /// All of so many tiles alike.
     pub(crate) fn new(n_tiles: usize) -> Self {
         let (errors, sizes) = (vec![UNKNOWN; n_tiles], vec![1.0; n_tiles]);
-        Self { errors, sizes, left_out: Vec::new(), alias: AliasTable::uniform(n_tiles) }
+        let alias = AliasTable::uniform(n_tiles);
+        Self { errors, sizes, left_out: Vec::new(), alias, changes: 0 }
     }
 
     /// From now on these are never drawn, and all others as before; none, if there is nothing
@@ -57,8 +60,15 @@ impl PixelSampler {
         drawn().map(|tile| f64::from(values[tile])).sum::<f64>() / drawn().count().max(1) as f64
     }
 
+    /// How often it has changed which tiles are drawn.
+    #[cfg(feature = "gpu")]
+    pub(crate) const fn changes(&self) -> u32 {
+        self.changes
+    }
+
     /// Draws tiles as often as their sizes say.
     fn renew(&mut self) {
+        self.changes += 1;
         if self.left_out.is_empty() {
             return self.alias.update(&self.sizes);
         }
