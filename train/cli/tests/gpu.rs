@@ -158,3 +158,42 @@ fn without_a_gpu_the_cpu_renders() {
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("[possible values: cpu, gpu]"));
 }
+
+/// A run on a GPU, gone on with on the CPU from its checkpoint.
+#[test]
+fn training_goes_on_wherever_it_began() {
+    if !has_gpu() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let small = ["--log2-hashmap-size", "9", "--hidden-width", "16", "--batch-rays", "256"];
+    let train = ["train", "builtin", "--downscale-factor", "16", "--steps", "48"];
+    let train = [&train[..], &small, &["--save-every", "1h"]].concat();
+    let on = |device: &str, out: &str| {
+        let more = ["--out", out, "--device", device];
+        json(folder.path(), &[&train[..], &more].concat(), &[(SOFTWARE, "1")])
+    };
+    let [gpu, cpu] = [on("gpu", "gpu.pnerf"), on("cpu", "cpu.pnerf")];
+    assert_eq!((gpu["device"].as_str(), cpu["device"].as_str()), (Some("gpu"), Some("cpu")));
+    let psnr = |object: &Value| object["train_psnr"].as_f64().expect("a number");
+    assert!((psnr(&gpu) - psnr(&cpu)).abs() < 1.0, "{} {}", psnr(&gpu), psnr(&cpu));
+    let refused = program(
+        folder.path(),
+        &[&train[..], &["--out", "c.pnerf", "--device", "gpu"]].concat(),
+        &[],
+    );
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    let is_software = adapters().iter().all(|name| name.contains("llvmpipe"));
+    assert!(
+        !is_software || said.contains("software GPU") && said.contains("the CPU trains"),
+        "{said}"
+    );
+    assert!(refused.status.success(), "{said}");
+    // The end of a run is gone on from: there is nothing left to do but to write the model again.
+    let resumed = ["train", "builtin", "--downscale-factor", "16", "--resume", "gpu.ckpt.pnerf"];
+    let resumed = [&resumed[..], &["--out", "again.pnerf", "--device", "cpu"]].concat();
+    let object = json(folder.path(), &resumed, &[(SOFTWARE, "1")]);
+    assert_eq!((object["steps"].as_u64(), object["device"].as_str()), (Some(48), Some("cpu")));
+    let read = |name: &str| std::fs::read(folder.path().join(name)).expect("a model");
+    assert_eq!(read("again.pnerf").len(), read("gpu.pnerf").len());
+}

@@ -68,7 +68,7 @@ impl Renderer {
             return Ok(());
         };
         let asked = Instant::now();
-        self.program.wait(index)?;
+        self.program.gpu().wait(index)?;
         let now = Instant::now();
         // What is there at once has been there for who knows how long.
         if now - asked > Duration::from_micros(500) {
@@ -88,7 +88,7 @@ impl Renderer {
         self.bytes.clear();
         let Some(drawn) = &self.drawn else { return Ok(&self.bytes) };
         let index = self.shown.ask(self.program.gpu(), drawn, display);
-        let most = self.program.read(index, &drawn.read, drawn.read_bytes(), |bytes| {
+        let most = self.program.gpu().read(index, &drawn.read, drawn.read_bytes(), |bytes| {
             let (most, pixels) = bytes.split_at(4);
             self.bytes.extend_from_slice(pixels);
             u32::from_le_bytes([most[0], most[1], most[2], most[3]])

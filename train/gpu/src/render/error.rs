@@ -37,6 +37,11 @@ pub enum Error {
     /// The device stopped working, or refused to.
     #[error("the GPU failed: {0}")]
     Device(String),
+    /// Its densities are not those of the CPU: by this part of the largest they differ, and may.
+    #[error(
+        "the GPU miscomputes: densities differ by {0:e} of the largest, expected at most {1:e}"
+    )]
+    MiscomputesDensities(f32, f32),
     /// Its pictures are not those of the CPU.
     #[error(
         "the GPU miscomputes: a picture of its own differs by {0:.1} dB, expected at least {1} dB"

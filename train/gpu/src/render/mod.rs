@@ -1,5 +1,5 @@
 //! A GPU, opened through wgpu, and the pictures that it renders. No type of wgpu leaves this
-//! folder.
+//! crate.
 
 mod adapter;
 mod band;
@@ -8,6 +8,7 @@ mod drawing;
 mod error;
 mod picture;
 mod program;
+mod reading;
 mod renderer;
 mod self_test;
 mod shown;

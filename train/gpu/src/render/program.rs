@@ -1,6 +1,5 @@
 //! A model in a GPU's memory, and the program that renders it.
 
-use std::sync::mpsc;
 use std::time::Duration;
 
 use pocketnerf_core::{Model, Ray, RenderOptions};
@@ -11,9 +10,6 @@ use super::{Error, Gpu};
 use crate::frame::Frame;
 use crate::pack::Packed;
 use crate::shader;
-
-/// A GPU that does not answer for so long is taken for lost.
-const PATIENCE: Duration = Duration::from_secs(180);
 
 /// What `ray.wgsl` declares, and `shade.wgsl`.
 const BINDINGS: [wgpu::BufferBindingType; 8] = {
@@ -165,48 +161,12 @@ impl Program {
         take: impl FnOnce(&[u8], &[[u8; 8]], &[u8]) -> T,
     ) -> Result<T, Error> {
         let times = if self.clock.is_some() { Band::TIMES } else { 0 };
-        self.read(asked, &band.read, (COLOR + DISTANCE) * n + times, |bytes| {
+        self.gpu.read(asked, &band.read, (COLOR + DISTANCE) * n + times, |bytes| {
             let (colors, rest) = bytes.split_at((COLOR * n) as usize);
             let (distances, times) = rest.split_at((DISTANCE * n) as usize);
             take(colors, distances.as_chunks().0, times)
         })
     }
-
-    /// Waits for what was `asked` for.
-    pub(super) fn wait(&self, asked: wgpu::SubmissionIndex) -> Result<(), Error> {
-        let wait = wgpu::PollType::Wait { submission_index: Some(asked), timeout: Some(PATIENCE) };
-        let polled = self.gpu.device.poll(wait);
-        self.gpu.check()?;
-        polled.map(|_| ()).map_err(|error| failed(&error))
-    }
-
-    /// Waits for what was `asked` for, and hands over the first `bytes` of a buffer.
-    pub(super) fn read<T>(
-        &self,
-        asked: wgpu::SubmissionIndex,
-        buffer: &wgpu::Buffer,
-        bytes: u64,
-        take: impl FnOnce(&[u8]) -> T,
-    ) -> Result<T, Error> {
-        let (sender, receiver) = mpsc::channel();
-        buffer.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
-            // Nobody waits where polling has failed.
-            let _ = sender.send(result);
-        });
-        self.wait(asked)?;
-        // Another thread that polls the same device may be the one that says it.
-        let result = receiver.recv_timeout(PATIENCE).map_err(|error| failed(&error))?;
-        result.map_err(|error| failed(&error))?;
-        let mapped = buffer.get_mapped_range(..bytes).map_err(|error| failed(&error))?;
-        let taken = take(&mapped);
-        drop(mapped);
-        buffer.unmap();
-        Ok(taken)
-    }
-}
-
-fn failed(error: &dyn std::fmt::Display) -> Error {
-    Error::Device(error.to_string())
 }
 
 /// The programs of these names in a text in WGSL, which read and write buffers of these types.

@@ -216,7 +216,7 @@ impl Learner {
         self.pipelines.look.run(&mut all, &group, [groups, 1, 1]);
         all.encoder().copy_buffer_to_buffer(&found, 0, &read, 0, bytes);
         let asked = all.submit(gpu);
-        gpu.read(asked, &read, bytes, |bytes| bytemuck::pod_collect_to_vec(bytes))
+        gpu.read(asked, &read, bytes, bytemuck::pod_collect_to_vec)
     }
 
     /// Uploads the cells, where they are others than before.

@@ -23,7 +23,6 @@ mod learner;
 mod memory;
 mod networks;
 mod pipelines;
-mod reading;
 mod sequence;
 mod step;
 mod tables;

@@ -153,7 +153,7 @@ impl Networks {
                 match &layer.bias {
                     Some(bias) => row(bias, 0, &mut values),
                     None => {
-                        values.resize(values.len() + n_out.next_multiple_of(BLOCK as usize), 0.0)
+                        values.resize(values.len() + n_out.next_multiple_of(BLOCK as usize), 0.0);
                     }
                 }
                 let weights = &exact[first..first + n_in * n_out];

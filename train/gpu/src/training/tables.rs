@@ -132,6 +132,6 @@ impl Learner {
         let mut all = Sequence::new(&self.gpu, None);
         all.encoder().copy_buffer_to_buffer(buffer, 0, &read, 0, bytes);
         let asked = all.submit(&self.gpu);
-        self.gpu.read(asked, &read, bytes, |bytes| bytemuck::pod_collect_to_vec(bytes))
+        self.gpu.read(asked, &read, bytes, bytemuck::pod_collect_to_vec)
     }
 }

@@ -11,7 +11,7 @@ use pocketnerf_gpu::training::{Learner, RayResult, Settings, StepResult, TableRa
 use pocketnerf_gpu::{Error, Gpu};
 
 use super::drawing::Drawing;
-use super::{Backend, Cpu, StepInput, StepOutput};
+use super::{Backend, Cpu, StepInput, StepOutput, self_test};
 use crate::field::Update;
 use crate::field::rounding::EightBits;
 use crate::trainer::parameters::State;
@@ -69,7 +69,8 @@ impl OnGpu {
             failure: None,
             times: Vec::new(),
         };
-        match own.take_over(state) {
+        let sound = own.take_over(state).and_then(|()| self_test::compare(&own.learner, &own.cpu));
+        match sound {
             Ok(()) => Ok(own),
             Err(why) => Err((Box::new(own.cpu), why)),
         }

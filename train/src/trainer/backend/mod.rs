@@ -11,6 +11,8 @@ mod drawing;
 mod gpu;
 #[cfg(all(test, feature = "gpu"))]
 mod gpu_tests;
+#[cfg(feature = "gpu")]
+mod self_test;
 
 use std::fmt::Debug;
 use std::time::Duration;
