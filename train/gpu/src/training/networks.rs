@@ -237,8 +237,11 @@ mod tests {
         // Two encoded values, three hidden ones, density and two features; these and one
         // harmonic become three channels.
         let networks = Networks::new(vec![2, 3, 3], vec![3, 3], 2);
-        let Rows { color_input, color, n_encoded, density } = networks.rows;
+        let Rows { color_input, color, n_encoded, density, together } = networks.rows;
         assert_eq!((color_input, n_encoded), ([2, 1], 2));
+        // Behind the first matrix and its bias lies the same matrix for the way back.
+        let layers = [[0, 8, 4], [24, 36, 4]];
+        assert_eq!(together, Some(Together { slots: 32, n_hidden: 3, n_given: 1, layers }));
         // Blocks of sixteen: points, then values, then gradients.
         assert_eq!(density, [16, 16 + 3 * 16 + 2 * 16, 16 + 3 * 16]);
         assert_eq!((color, networks.n_rows), ([16, 48, 32], [112, 64]));
@@ -265,7 +268,8 @@ mod tests {
         assert_eq!(values.len(), 4 * networks.n_quads);
         let Shape { matrix, bias, .. } = networks.density.forward[0];
         let at = |quad: u32| &values[4 * quad as usize..];
-        assert_eq!((at(matrix)[..4], at(matrix)[16]), ([0.0, 1.0, 2.0, 0.0], 3.0));
+        assert_eq!(at(matrix)[..4], [0.0, 1.0, 2.0, 0.0]);
+        assert_eq!(at(matrix)[16], 3.0);
         assert_eq!(at(bias)[..4], [6.0, 7.0, 8.0, 0.0]);
         // Backwards: a row an output, of what is exact.
         let back = networks.density.backward[1];

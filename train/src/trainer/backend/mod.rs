@@ -63,7 +63,7 @@ pub(crate) trait Backend: Debug + Send + Sync {
     fn simd(&self) -> SimdLevel;
 
     /// From now on rays are those that the CPU would draw.
-    #[cfg(test)]
+    #[cfg(all(test, feature = "gpu"))]
     fn draw_like_the_cpu(&mut self) {}
 
     /// How long each kernel of a GPU has taken since steps are timed.
