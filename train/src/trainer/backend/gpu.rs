@@ -4,13 +4,12 @@
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use pocketnerf_core::{
-    AnyField, ColorSpace, Display, Model, Occupancy, Sampling, SimdLevel, Space,
-};
+use pocketnerf_core::{AnyField, SimdLevel};
 use pocketnerf_gpu::training::{Learner, RayResult, Settings, StepResult, TableRates, Tables};
 use pocketnerf_gpu::{Error, Gpu};
 
 use super::drawing::Drawing;
+use super::learner::{Scene, learner};
 use super::{Backend, Cpu, StepInput, StepOutput, self_test};
 use crate::field::Update;
 use crate::field::rounding::EightBits;
@@ -226,42 +225,16 @@ impl OnGpu {
         output
     }
 
-    /// The CPU goes on from what was fetched last.
+    /// The CPU goes on from what was fetched last. Averages begin anew: their sums of tables and of
+    /// networks may be those of other steps.
     fn give_up(&mut self, why: Error) {
         self.keep_fetched();
-        let state = self.cpu.state.clone();
+        let mut state = self.cpu.state.clone();
+        state.averaged = 0;
+        state.groups.iter_mut().for_each(|group| group.sum = Vec::new());
         self.cpu.upload(state);
         self.failure = Some(why);
     }
-}
-
-/// Where a field is: its space, how rays are sampled, and which cells they cross.
-pub(crate) type Scene<'s> = (Space, Sampling, Occupancy<'s>);
-
-fn learner(
-    gpu: &Gpu,
-    cpu: &Cpu,
-    (space, sampling, occupancy): Scene<'_>,
-    cameras: &[[f32; 3]],
-    samples: u32,
-) -> Result<Learner, Error> {
-    if cpu.state.groups.len() > 1 {
-        return Err(Error::Untrainable("the poses and the exposure of photographs"));
-    }
-    let display = Display {
-        background: [0.0; 3],
-        color_space: ColorSpace::Srgb,
-        tolerance: Display::TOLERANCE,
-    };
-    let model = Model {
-        field: cpu.field.training_view(&cpu.state.field().parameters)?,
-        space,
-        occupancy: Some(occupancy),
-        sampling,
-        hierarchical: None,
-        display,
-    };
-    Learner::new(gpu, &model, cameras, samples)
 }
 
 impl Backend for OnGpu {
@@ -305,6 +278,10 @@ impl Backend for OnGpu {
         }
     }
 
+    fn skips_by_table(&self) -> bool {
+        self.failure.is_some()
+    }
+
     fn is_finite(&self, tables: bool) -> bool {
         let is_own = self.failure.is_none();
         self.cpu.is_finite(tables && !is_own) && (self.is_finite || !tables)
@@ -334,6 +311,11 @@ impl Backend for OnGpu {
     #[cfg(test)]
     fn draw_like_the_cpu(&mut self) {
         self.drawing.like_the_cpu = true;
+    }
+
+    #[cfg(test)]
+    fn lose(&mut self) {
+        self.give_up(Error::Device("it is lost".to_owned()));
     }
 
     fn kernels(&self) -> Vec<(&'static str, Duration)> {

@@ -2,6 +2,7 @@
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_core::field::Shading;
+use pocketnerf_core::space::Contracted;
 use pocketnerf_gpu::{Gpu, Software};
 
 use crate::builtin;
@@ -41,7 +42,11 @@ fn config(others: bool) -> TrainConfig {
 }
 
 fn trainer(config: TrainConfig, device: Option<&Device>) -> Trainer {
-    let dataset = builtin::dataset(Split::Train, 8);
+    let mut dataset = builtin::dataset(Split::Train, 8);
+    if config.contracted.is_some() {
+        // Points say where the scene is: samples near the cameras learn less.
+        (dataset.bounds, dataset.reach) = (Some([1.5, 6.0]), config.aabb);
+    }
     let mut trainer = Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap();
     if let Some(device) = device {
         trainer.train_on(device.clone());
@@ -70,22 +75,26 @@ fn gradients(state: &State) -> Vec<f32> {
 const WARM: StepSettings =
     StepSettings { kept: 0.5, update_occupancy: true, ..StepSettings::PLAIN };
 
-fn gradients_are_those_of_the_cpu(others: bool) {
+fn gradients_are_those_of_the_cpu(config: &TrainConfig, lengths: Option<&[f32]>) {
     let Some(device) = gpu() else { return };
     // After some steps: surfaces, and colours that depend on the direction.
-    let mut cpu = trainer(config(others), None);
+    let mut cpu = trainer(config.clone(), None);
     (0..60).for_each(|_| _ = cpu.step(&WARM));
     let mut learnt = state(&cpu).clone();
     let group = learnt.field_mut();
     group.mean.fill(0.0);
     group.square.fill(0.0);
     cpu.backend.upload(learnt);
-    let mut on_gpu = trainer(config(others), Some(&device));
+    let mut on_gpu = trainer(config.clone(), Some(&device));
     assert_eq!(on_gpu.fallback(), None);
     on_gpu.backend.upload(state(&cpu).clone());
     (on_gpu.step, on_gpu.n_rays) = (cpu.step, cpu.n_rays);
     on_gpu.grid.clone_from(&cpu.grid);
     on_gpu.backend.draw_like_the_cpu();
+    if let Some(lengths) = lengths {
+        cpu.backend.round_coarsely(lengths);
+        on_gpu.backend.round_coarsely(lengths);
+    }
     // Else the samples behind a surface stand for more steps from another one on: the CPU takes
     // several at a time.
     (cpu.coarse_step_below, on_gpu.coarse_step_below) = (0.0, 0.0);
@@ -111,12 +120,23 @@ fn gradients_are_those_of_the_cpu(others: bool) {
 
 #[test]
 fn gradients_of_samples_together() {
-    gradients_are_those_of_the_cpu(false);
+    gradients_are_those_of_the_cpu(&config(false), None);
 }
 
 #[test]
 fn gradients_of_samples_one_by_one() {
-    gradients_are_those_of_the_cpu(true);
+    gradients_are_those_of_the_cpu(&config(true), None);
+}
+
+#[test]
+fn gradients_of_coarsely_rounded_tables() {
+    gradients_are_those_of_the_cpu(&config(false), Some(&[0.01, 0.02, 0.002, 0.03, 1e-9]));
+}
+
+#[test]
+fn gradients_in_contracted_space() {
+    let contracted = Some(Contracted { center: [0.1, 0.0, 0.0], radius: 0.6 });
+    gradients_are_those_of_the_cpu(&TrainConfig { contracted, ..config(false) }, None);
 }
 
 /// All that a run may ask of a step; the CPU goes on from it.
@@ -146,6 +166,29 @@ fn the_same_steps_give_the_same_bytes() {
     assert!(!b.is_on_gpu() && state(&b).field().sum == state(&a).field().sum);
     let before = b.step(&WARM).mean_squared_error;
     assert!(before.is_finite() && b.steps() == 25);
+}
+
+/// A driver that is reset takes the tables with it: those of the last look are gone on with, and
+/// the average of other steps than theirs is not.
+#[test]
+fn a_run_goes_on_where_the_gpu_is_lost() {
+    let Some(device) = gpu() else { return };
+    let mut trainer = trainer(config(false), Some(&device));
+    (0..24).for_each(|_| _ = trainer.step(&WARM));
+    let looked_at = state(&trainer).field().parameters.to_vec();
+    let average = StepSettings { average: true, ..WARM };
+    let before = (0..6).map(|_| trainer.step(&average)).last().unwrap();
+    trainer.backend.lose();
+    assert_eq!(trainer.fallback().as_deref(), Some("the GPU failed: it is lost"));
+    assert!(!trainer.is_on_gpu() && state(&trainer).averaged == 0);
+    let start = trainer.config.field.kind().layout().networks_start();
+    assert!(state(&trainer).field().parameters[..start] == looked_at[..start]);
+    let after = (0..6).map(|_| trainer.step(&average)).last().unwrap();
+    assert!(after.mean_squared_error < 1.5 * before.mean_squared_error);
+    assert_eq!((trainer.steps(), state(&trainer).averaged), (36, 6));
+    trainer.finish();
+    let ends = state(&trainer).field().parameters.iter().all(|value| value.is_finite());
+    assert!(ends && state(&trainer).averaged == 0);
 }
 
 #[test]

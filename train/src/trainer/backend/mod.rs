@@ -12,6 +12,8 @@ mod gpu;
 #[cfg(all(test, feature = "gpu"))]
 mod gpu_tests;
 #[cfg(feature = "gpu")]
+mod learner;
+#[cfg(feature = "gpu")]
 mod self_test;
 
 use std::fmt::Debug;
@@ -50,6 +52,11 @@ pub(crate) trait Backend: Debug + Send + Sync {
     /// Looks at a share of a grid's cells: the field's densities at random points of them.
     fn densities(&self, grid: &mut DensityGrid, seed: u64);
 
+    /// Whether rays skip what is empty by core's table of cells.
+    fn skips_by_table(&self) -> bool {
+        true
+    }
+
     /// Whether all parameters are finite; with or without the tables.
     fn is_finite(&self, tables: bool) -> bool;
 
@@ -65,6 +72,10 @@ pub(crate) trait Backend: Debug + Send + Sync {
     /// From now on rays are those that the CPU would draw.
     #[cfg(all(test, feature = "gpu"))]
     fn draw_like_the_cpu(&mut self) {}
+
+    /// As if the device were lost.
+    #[cfg(all(test, feature = "gpu"))]
+    fn lose(&mut self) {}
 
     /// How long each kernel of a GPU has taken since steps are timed.
     fn kernels(&self) -> Vec<(&'static str, Duration)> {

@@ -1,5 +1,7 @@
 //! Sets of cells: as core reads them, and with all their neighbours.
 
+use std::sync::OnceLock;
+
 use pocketnerf_core::occupancy::{BLOCK, BLOCK_BYTES};
 use pocketnerf_core::{Error, Occupancy, Space};
 use rayon::prelude::*;
@@ -105,13 +107,13 @@ pub fn pack(
     Ok((coarse, fine))
 }
 
-/// Cells as core reads them, and a table of what lies around each.
+/// Cells as core reads them, and a table of what lies around each, once it is asked for.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Packed {
     resolution: u32,
     coarse: Vec<u8>,
     fine: Vec<u8>,
-    table: Vec<u8>,
+    table: OnceLock<Vec<u8>>,
 }
 
 impl Packed {
@@ -123,10 +125,8 @@ impl Packed {
 
     /// Of coarse blocks and fine bits.
     pub(crate) fn new(resolution: u32, coarse: Vec<u8>, fine: Vec<u8>) -> Result<Self, Error> {
-        let occupancy = Occupancy::new(resolution, 1, &coarse, &fine)?;
-        let mut table = vec![0; occupancy.table_len()];
-        occupancy.write_table(&mut table)?;
-        Ok(Self { resolution, coarse, fine, table })
+        Occupancy::new(resolution, 1, &coarse, &fine)?;
+        Ok(Self { resolution, coarse, fine, table: OnceLock::new() })
     }
 
     /// Those of the cells, by their numbers along the axes, that are `kept`.
@@ -141,9 +141,19 @@ impl Packed {
 
     /// For core to march through.
     pub(crate) fn view(&self) -> Occupancy<'_> {
-        Occupancy::new(self.resolution, 1, &self.coarse, &self.fine)
-            .and_then(|occupancy| occupancy.with_table(&self.table))
-            .expect("checked when it was packed")
+        let occupancy = self.bare();
+        let table = self.table.get_or_init(|| {
+            let mut table = vec![0; occupancy.table_len()];
+            occupancy.write_table(&mut table).expect("as long as it has to be");
+            table
+        });
+        occupancy.with_table(table).expect("written for these cells")
+    }
+
+    /// The cells alone: a GPU has a table of its own.
+    pub(crate) fn bare(&self) -> Occupancy<'_> {
+        let occupancy = Occupancy::new(self.resolution, 1, &self.coarse, &self.fine);
+        occupancy.expect("checked when it was packed")
     }
 }
 

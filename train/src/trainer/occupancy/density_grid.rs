@@ -5,6 +5,8 @@
 //! where a step through it would absorb more than a little; the threshold is
 //! held below the mean, so that a field that is thin everywhere is not lost.
 
+use std::sync::OnceLock;
+
 use fearless_simd::Level;
 use pocketnerf_core::AnyField;
 use pocketnerf_core::Occupancy;
@@ -37,8 +39,8 @@ pub struct DensityGrid {
     decay: f32,
     /// The occupied cells.
     occupied: Packed,
-    /// The occupied cells and their neighbours.
-    grown: Packed,
+    /// The occupied cells and their neighbours, once they are asked for.
+    grown: OnceLock<Packed>,
     updates: u32,
 }
 
@@ -52,7 +54,7 @@ impl DensityGrid {
             decay: DECAY,
             candidates,
             occupied: Packed::default(),
-            grown: Packed::default(),
+            grown: OnceLock::new(),
             updates: 0,
         };
         grid.reset();
@@ -64,7 +66,7 @@ impl DensityGrid {
         self.density.fill(f32::INFINITY);
         self.updates = 0;
         self.occupied = Packed::of(self.resolution, self.candidates.iter().copied());
-        self.grow();
+        self.grown = OnceLock::new();
     }
 
     /// The bits, for core to march through.
@@ -76,7 +78,19 @@ impl DensityGrid {
     /// The occupied cells and all their neighbours, candidates or not.
     #[must_use]
     pub fn grown(&self) -> Occupancy<'_> {
-        self.grown.view()
+        self.neighbours().view()
+    }
+
+    fn neighbours(&self) -> &Packed {
+        self.grown.get_or_init(|| {
+            let near = Grown::new(&self.occupied.bare());
+            Packed::of(self.resolution, near.cells())
+        })
+    }
+
+    /// The bits alone, or those of the neighbours too: without the tables that core has.
+    pub(crate) fn bare(&self, neighbours: bool) -> Occupancy<'_> {
+        if neighbours { self.neighbours().bare() } else { self.occupied.bare() }
     }
 
     /// Fraction of the candidates that are occupied.
@@ -140,7 +154,7 @@ impl DensityGrid {
         self.density.copy_from_slice(density);
         self.updates = updates;
         self.occupied = occupied;
-        self.grow();
+        self.grown = OnceLock::new();
         true
     }
 
@@ -220,7 +234,7 @@ impl DensityGrid {
     pub(crate) fn settle(&mut self, step: f32) {
         if self.updates >= PERIOD as u32 {
             self.occupied = self.above(step, 1.0);
-            self.grow();
+            self.grown = OnceLock::new();
         }
     }
 
@@ -238,11 +252,6 @@ impl DensityGrid {
         let cells = self.candidates.iter().zip(&self.density);
         let occupied = cells.filter(|(_, density)| **density >= threshold);
         Packed::of(self.resolution, occupied.map(|(cell, _)| *cell))
-    }
-
-    fn grow(&mut self) {
-        let near = Grown::new(&self.view());
-        self.grown = Packed::of(self.resolution, near.cells());
     }
 }
 

@@ -110,7 +110,11 @@ impl Trainer {
         // Now and then the neighbours of what is occupied have to be empty: else what
         // they share entries with would fill them unseen.
         let neighbours = self.step % GROWN_EVERY == GROWN_EVERY - 1;
-        let occupancy = if neighbours { self.grid.grown() } else { self.grid.view() };
+        let occupancy = match (self.backend.skips_by_table(), neighbours) {
+            (false, _) => self.grid.bare(neighbours),
+            (true, true) => self.grid.grown(),
+            (true, false) => self.grid.view(),
+        };
         self.backend.step(&StepInput {
             source: &self.source,
             visibility: &self.visibility,

@@ -23,7 +23,7 @@ struct Scale {
 @group(0) @binding(33) var<storage, read_write> parameters: array<f32>;
 @group(0) @binding(34) var<storage, read_write> squares: array<f32>;
 // Bits of the largest magnitude of each level.
-@group(0) @binding(35) var<storage, read_write> largest: array<atomic<u32>>;
+@group(0) @binding(35) var<storage, read_write> largest_of: array<atomic<u32>>;
 @group(0) @binding(36) var<storage, read_write> scales: array<Scale>;
 @group(0) @binding(37) var<storage, read_write> new_factors: array<f32>;
 @group(0) @binding(38) var<storage, read_write> new_tables: array<u32>;
@@ -160,8 +160,8 @@ fn adam(@builtin(global_invocation_id) id: vec3u) {
         most = max(most, abs(value));
     }
     let bits = bitcast<u32>(most);
-    if bits > atomicLoad(&largest[id.y]) {
-        atomicMax(&largest[id.y], bits);
+    if bits > atomicLoad(&largest_of[id.y]) {
+        atomicMax(&largest_of[id.y], bits);
     }
 }
 
@@ -172,7 +172,7 @@ fn hold_all(@builtin(local_invocation_index) l: u32) {
         return;
     }
     var scale = scales[l];
-    let most = bitcast<f32>(atomicLoad(&largest[l]));
+    let most = bitcast<f32>(atomicLoad(&largest_of[l]));
     while most > 127.0f * power_of_two(scale.exponent) && scale.exponent < COARSEST {
         scale.exponent += 1;
         scale.step = (scale.step + 1) / 2;
