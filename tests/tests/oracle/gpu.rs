@@ -11,7 +11,7 @@ use pocketnerf_core::render::{Detail, SamplingMode};
 use pocketnerf_core::{
     AnyField, Camera, ColorSpace, Display, Model, Ray, RenderOptions, SimdLevel, Tuning,
 };
-use pocketnerf_gpu::{Gpu, Renderer, Software, pack::Packed, shader};
+use pocketnerf_gpu::{Gpu, Renderer, Software, pack::Packed, shader, training};
 
 use crate::models::{Encoding, Random, Recipe, camera, in_contracted, in_ndc};
 use crate::picture::{Picture, rays, tile, whole};
@@ -123,23 +123,30 @@ fn hierarchically(model: &Model<'_>, reach: Reach, n_fine: u32) -> RenderOptions
 /// Naga's own compilers take each program, which asks for no optional feature of a GPU.
 #[test]
 fn every_program_is_valid_everywhere() {
-    let mut n = 0;
+    let (mut n, mut n_training) = (0, 0);
+    let validate = |name: &str, source: String| {
+        let module = naga::front::wgsl::parse_str(&source)
+            .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+        let mut validator = Validator::new(ValidationFlags::all(), CAPABILITIES);
+        validator.validate(&module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+    };
     for (i, recipe) in Recipe::all().enumerate() {
         for place in Place::ALL {
             let (name, model) = build(recipe, place);
             let packed = Packed::new(&model).unwrap();
+            if let Ok(source) = training::source(&model) {
+                validate(&name, source);
+                n_training += 1;
+            }
             let reach = [Reach::Clipped, Reach::Distance, Reach::Depth][i % 3];
             for options in [finest(&model), hierarchically(&model, reach, [40, 0][i % 2])] {
-                let source = shader::source(&model, &packed, &options);
-                let module = naga::front::wgsl::parse_str(&source)
-                    .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
-                let mut validator = Validator::new(ValidationFlags::all(), CAPABILITIES);
-                validator.validate(&module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+                validate(&name, shader::source(&model, &packed, &options));
                 n += 1;
             }
         }
     }
-    assert!(n > 450, "{n}");
+    assert!(n > 450 && n_training >= 24, "{n} {n_training}");
+    println!("{n} programs that render, {n_training} that train");
 }
 
 #[test]

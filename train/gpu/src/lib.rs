@@ -1,7 +1,7 @@
-//! Renders radiance fields on GPUs, through wgpu: the pictures of `pocketnerf-core`, every pixel
-//! of them.
+//! Trains and renders radiance fields on GPUs, through wgpu: the steps of `pocketnerf-train`, and
+//! the pictures of `pocketnerf-core`, every pixel of them.
 //!
-//! A [`Gpu`] is opened once. A [`Renderer`] holds a model in the GPU's memory and has a
+//! A [`Gpu`] is opened once. A [`training::Learner`] takes steps. A [`Renderer`] holds a model in the GPU's memory and has a
 //! program compiled for it: [`pack`] lays the model out in buffers, [`shader`] writes the
 //! program (WGSL) around its constants. It needs no optional feature of a GPU.
 //!

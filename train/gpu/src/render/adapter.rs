@@ -173,14 +173,14 @@ impl Gpu {
         Ok(buffer)
     }
 
-    /// What a program reads and writes, in the order of its bindings.
-    pub(super) fn group(
+    /// What a program reads and writes: each buffer with the number of its binding.
+    pub(crate) fn group<'b>(
         &self,
         pipeline: &wgpu::ComputePipeline,
-        buffers: &[&wgpu::Buffer],
+        buffers: impl IntoIterator<Item = (u32, &'b wgpu::Buffer)>,
     ) -> Result<wgpu::BindGroup, Error> {
-        let entries = buffers.iter().enumerate().map(|(binding, buffer)| wgpu::BindGroupEntry {
-            binding: binding as u32,
+        let entries = buffers.into_iter().map(|(binding, buffer)| wgpu::BindGroupEntry {
+            binding,
             resource: buffer.as_entire_binding(),
         });
         let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -3,6 +3,7 @@
 use pocketnerf_core::Ray;
 use wgpu::BufferUsages as Usage;
 
+use super::clock::Clock;
 use super::{Error, Gpu};
 
 /// Bytes of a pixel: its colour, then its depth and samples.
@@ -25,8 +26,8 @@ pub(super) struct Band {
 }
 
 impl Band {
-    /// Bytes of two times.
-    pub(super) const TIMES: u64 = 16;
+    /// Bytes of when the GPU began and ended.
+    pub(super) const TIMES: u64 = Clock::bytes(1);
 
     /// Room for so many pixels of programs that read `inputs`, and leave each other `mean`
     /// bytes a pixel.
@@ -48,7 +49,7 @@ impl Band {
         let read = gpu.buffer("pixels", all, Usage::MAP_READ | Usage::COPY_DST)?;
         let [frame, weights, tables, cells] = inputs;
         let buffers = [frame, weights, tables, cells, &rays, &colors, &distances, &means];
-        let group = gpu.group(pipeline, &buffers)?;
+        let group = gpu.group(pipeline, (0..).zip(buffers))?;
         Ok(Self { pixels, has_rays, rays, colors, distances, read, group })
     }
 

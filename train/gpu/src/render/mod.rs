@@ -4,6 +4,7 @@
 mod adapter;
 mod band;
 mod bands;
+mod clock;
 mod drawing;
 mod error;
 mod picture;
@@ -14,6 +15,7 @@ mod self_test;
 mod shown;
 
 pub use adapter::{Gpu, Software, adapters};
+pub(crate) use clock::Clock;
 pub use error::Error;
 pub use picture::Picture;
 pub use renderer::Renderer;

@@ -6,6 +6,7 @@ use pocketnerf_core::{Model, Ray, RenderOptions};
 use wgpu::BufferBindingType::{Storage, Uniform};
 
 use super::band::{Band, COLOR, DISTANCE};
+use super::clock::Clock;
 use super::{Error, Gpu};
 use crate::frame::Frame;
 use crate::pack::Packed;
@@ -29,14 +30,6 @@ pub(super) struct Program {
     /// Weights, tables and cells.
     model: [wgpu::Buffer; 3],
     clock: Option<Clock>,
-}
-
-/// Tells when a GPU begins and ends, where it can tell.
-#[derive(Debug)]
-struct Clock {
-    times: wgpu::QuerySet,
-    /// The same as numbers.
-    numbers: wgpu::Buffer,
 }
 
 impl Program {
@@ -69,27 +62,13 @@ impl Program {
 
     /// Has the GPU tell from now on how long it computes; false where it cannot.
     pub(super) fn set_clock(&mut self) -> Result<bool, Error> {
-        let device = &self.gpu.device;
-        if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
-            return Ok(false);
-        }
-        let times = device.create_query_set(&wgpu::QuerySetDescriptor {
-            label: Some("times"),
-            ty: wgpu::QueryType::Timestamp,
-            count: 2,
-        });
-        let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
-        let numbers = self.gpu.buffer("times", Band::TIMES, usage)?;
-        self.clock = Some(Clock { times, numbers });
-        Ok(true)
+        self.clock = Clock::new(&self.gpu, 1)?;
+        Ok(self.clock.is_some())
     }
 
     /// How long the GPU computed, where it told: of the bytes after those of a band's pixels.
     pub(super) fn time(&self, bytes: &[u8]) -> Option<Duration> {
-        let [begun, ended] = *bytes.as_chunks::<8>().0 else { return None };
-        let ticks = u64::from_le_bytes(ended).saturating_sub(u64::from_le_bytes(begun));
-        let nanoseconds = ticks as f64 * f64::from(self.gpu.queue.get_timestamp_period());
-        Some(Duration::from_nanos(nanoseconds as u64))
+        Clock::durations(&self.gpu, bytes).first().copied()
     }
 
     /// Pixels at a time at most, as buffers go.
@@ -126,11 +105,7 @@ impl Program {
         let clock = self.clock.as_ref().filter(|_| are_read);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("render"),
-            timestamp_writes: clock.map(|clock| wgpu::ComputePassTimestampWrites {
-                query_set: &clock.times,
-                beginning_of_pass_write_index: Some(0),
-                end_of_pass_write_index: Some(1),
-            }),
+            timestamp_writes: clock.and_then(|clock| clock.writes(0)),
         });
         pass.set_bind_group(0, &band.group, &[]);
         for pipeline in &self.pipelines {
@@ -143,10 +118,8 @@ impl Program {
             let [colors, distances] = [COLOR, DISTANCE].map(|bytes| bytes * n);
             encoder.copy_buffer_to_buffer(&band.colors, 0, &band.read, 0, colors);
             encoder.copy_buffer_to_buffer(&band.distances, 0, &band.read, colors, distances);
-            if let Some(Clock { times, numbers }) = clock {
-                encoder.resolve_query_set(times, 0..2, numbers, 0);
-                let end = colors + distances;
-                encoder.copy_buffer_to_buffer(numbers, 0, &band.read, end, Band::TIMES);
+            if let Some(clock) = clock {
+                clock.copy(&mut encoder, 1, (&band.read, colors + distances));
             }
         }
         queue.submit([encoder.finish()])

@@ -68,7 +68,7 @@ impl Shown {
         let usage = Usage::MAP_READ | Usage::COPY_DST;
         let read = gpu.buffer("bytes", MOST + PIXEL * pixels, usage)?;
         let buffers = [&self.display, &band.colors, &band.distances, &most, &bytes];
-        let group = gpu.group(&self.pipelines[0], &buffers)?;
+        let group = gpu.group(&self.pipelines[0], (0..).zip(buffers))?;
         Ok(Drawn { band, pixels: 0, most, bytes, read, group })
     }
 

@@ -71,6 +71,7 @@ pub(crate) fn source(model: &Model<'_>, grid: &PackedGrid, rows: &Rows) -> Strin
     line!(text, "const COARSEST = {}i;", SCALE_LOG2.end());
     text.whole("N_CHANNELS", grid.n_feature_quads as u32);
     write_encoded(rows.n_encoded, &mut text);
+    text.file(wgsl!("noted"));
     match &rows.together {
         Some(together) => trace_together(together, grid, &mut text),
         None => text.file(wgsl!("trace")),

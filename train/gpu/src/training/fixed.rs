@@ -35,8 +35,6 @@ pub(super) struct Fixed {
     pub(super) factors: wgpu::Buffer,
     /// The tables as fields read them.
     pub(super) rounded: wgpu::Buffer,
-    /// Sums of parameters, from the first step on that counts in the average.
-    pub(super) averaged: Option<wgpu::Buffer>,
 }
 
 impl Fixed {
@@ -90,7 +88,6 @@ impl Fixed {
             scales: gpu.buffer("levels", 8 * n_levels as u64, Usage::STORAGE | read | write)?,
             factors: storage("levels", 4 * n_levels, Usage::empty())?,
             rounded: storage("hash tables", n_values.next_multiple_of(4), Usage::empty())?,
-            averaged: None,
         })
     }
 }

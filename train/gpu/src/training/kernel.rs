@@ -44,16 +44,12 @@ impl<'g> Program<'g> {
 
 impl Pipeline {
     /// Its buffers: exactly those that it uses.
-    pub(super) fn group(&self, gpu: &Gpu, buffers: &[Binding<'_>]) -> wgpu::BindGroup {
-        let entries = buffers.iter().map(|(binding, buffer)| wgpu::BindGroupEntry {
-            binding: *binding,
-            resource: buffer.as_entire_binding(),
-        });
-        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("training"),
-            layout: &self.1.get_bind_group_layout(0),
-            entries: &entries.collect::<Vec<_>>(),
-        })
+    pub(super) fn group(
+        &self,
+        gpu: &Gpu,
+        buffers: &[Binding<'_>],
+    ) -> Result<wgpu::BindGroup, Error> {
+        gpu.group(&self.1, buffers.iter().copied())
     }
 
     /// Runs so many workgroups of it.

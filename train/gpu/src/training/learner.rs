@@ -1,7 +1,7 @@
 //! A field that learns on a GPU.
 
-use pocketnerf_core::field::{HashGridField, Shading};
-use pocketnerf_core::{AnyField, DType, Model};
+use pocketnerf_core::field::HashGridField;
+use pocketnerf_core::{AnyField, Model};
 
 use super::StepResult;
 use super::fixed::{COUNTERS, FRAME_WORDS, Fixed};
@@ -9,18 +9,19 @@ use super::kernel::Program;
 use super::memory::{Memory, Room, UNIT_PARTS};
 use super::networks::{Networks, PARTS};
 use super::pipelines::Pipelines;
-use super::sequence::{Clock, Sequence};
+use super::plan::Plan;
+use super::sequence::{Sequence, Watch};
 use super::step::{PixelNumbers, RayResult, Settings};
-use super::tables::TableGroups;
-use crate::pack::{Packed, PackedField, network_rows, pack_cells};
+use super::tables::{Sums, TableGroups};
+use crate::pack::{network_rows, pack_cells};
 use crate::render::{Error, Gpu};
-use crate::shader::{Together, training_source};
+use crate::shader::Together;
 
-/// Rays that are asked for colours between the cameras, and directions of each: `shade.wgsl`.
+/// Rays that are asked for colours between the cameras, and directions of each: `inputs.wgsl`.
 const EVERY: u32 = 16;
 const ASKED: u32 = 5;
 /// Workgroups of kernels whose invocations take several columns.
-const MOST_GROUPS: u32 = 2048;
+pub(super) const MOST_GROUPS: u32 = 2048;
 /// Values that a workgroup sums up: `dense.wgsl`.
 const SUMS: u32 = 32;
 /// Numbers of counters: `step.wgsl`.
@@ -37,6 +38,7 @@ pub struct Learner {
     networks: Networks,
     pub(super) fixed: Fixed,
     pub(super) groups: TableGroups,
+    pub(super) sums: Option<Sums>,
     memory: Memory,
     /// Quads of a ray and of a sample.
     per_sample: u32,
@@ -49,7 +51,7 @@ pub struct Learner {
     samples: u32,
     /// How many times as many there is room for as usual.
     growth: u32,
-    clock: Option<Clock>,
+    watch: Option<Watch>,
 }
 
 impl Learner {
@@ -65,36 +67,11 @@ impl Learner {
         cameras: &[[f32; 3]],
         samples: u32,
     ) -> Result<Self, Error> {
-        let AnyField::HashGrid(field) = &model.field else {
-            return Err(Error::Untrainable("this kind of field"));
-        };
-        let is_bytes = field.grid.levels[0].dtype() == DType::I8;
-        if field.decoder.shading != Shading::PerRay || !is_bytes {
-            return Err(Error::Untrainable("fields whose samples have colours of their own"));
-        }
-        if field.grid.config.level(0).is_by_corner() {
-            return Err(Error::Untrainable("grids of other programs"));
-        }
-        let packed = Packed::new(model)?;
-        let PackedField::HashGrid(grid) = &packed.field else {
-            return Err(Error::Untrainable("this kind of field"));
-        };
-        let widths = |network: &pocketnerf_core::network::Mlp<'_>| -> Vec<u32> {
-            let layers = network.layers();
-            let first = layers.first().map(|layer| layer.weight.rows());
-            let rest = layers.iter().map(|layer| layer.weight.cols());
-            first.into_iter().chain(rest).map(|width| width as u32).collect()
-        };
-        let decoder = &field.decoder;
-        let [density, color] = [&decoder.density, &decoder.color].map(widths);
-        let mut networks = Networks::new(density, color, decoder.n_features);
-        if field.grid.config.n_features_per_level != 4 {
-            networks.rows.together = None;
-        }
-        let program = Program::new(gpu, training_source(model, grid, &networks.rows))?;
+        let Plan { field, packed, networks, n_feature_quads, source } = Plan::new(model)?;
+        let program = Program::new(gpu, source)?;
         let pipelines = Pipelines::new(&program)?;
         let fixed = Fixed::new(gpu, field, &packed, &networks, cameras, model)?;
-        let per_sample = 2 + grid.n_feature_quads as u32;
+        let per_sample = 2 + n_feature_quads;
         let room = Room::new(samples, samples / 8, samples / 5, 1);
         let memory = Memory::new(gpu, (&pipelines, &networks), &fixed, per_sample, room)?;
         let n_features = field.grid.config.n_features_per_level;
@@ -102,7 +79,8 @@ impl Learner {
         let tables = (0..n_levels).map(|l| field.grid.config.level(l).entries * n_features);
         Ok(Self {
             gpu: gpu.clone(),
-            groups: TableGroups::new(gpu, &pipelines, &fixed),
+            groups: TableGroups::new(gpu, &pipelines, &fixed)?,
+            sums: None,
             pipelines,
             networks,
             fixed,
@@ -114,7 +92,7 @@ impl Learner {
             cameras: cameras.len() as u32,
             samples,
             growth: 1,
-            clock: None,
+            watch: None,
         })
     }
 
@@ -123,8 +101,8 @@ impl Learner {
     /// # Errors
     /// [`Error::Device`].
     pub fn watch(&mut self) -> Result<(), Error> {
-        if self.clock.is_none() {
-            self.clock = Clock::new(&self.gpu)?;
+        if self.watch.is_none() {
+            self.watch = Watch::new(&self.gpu)?;
         }
         Ok(())
     }
@@ -160,8 +138,8 @@ impl Learner {
         let groups = if settings.between_views { n_rays.div_ceil(EVERY) } else { 0 };
         let columns = n_rays + ASKED * groups;
         self.show_cells(settings);
-        if settings.average && self.fixed.averaged.is_none() {
-            self.fixed.averaged = Some(self.table_buffer("sums of entries")?);
+        if settings.average && self.sums.is_none() {
+            self.sums = Some(self.no_sums()?);
         }
         let mut meanwhile = Some(meanwhile);
         loop {
@@ -210,7 +188,7 @@ impl Learner {
         let buffers = [(1, &f.weights), (2, &f.rounded), (4, &f.factors), (0, &f.frame)];
         let mut all = buffers.to_vec();
         all.extend([(40, &given), (41, &found)]);
-        let group = self.pipelines.look.group(gpu, &all);
+        let group = self.pipelines.look.group(gpu, &all)?;
         let mut all = Sequence::new(gpu, None);
         let groups = (points.len() as u32).div_ceil(64).min(MOST_GROUPS);
         self.pipelines.look.run(&mut all, &group, [groups, 1, 1]);
@@ -273,7 +251,7 @@ impl Learner {
     ) -> (wgpu::SubmissionIndex, Vec<&'static str>) {
         let Self { gpu, pipelines: p, memory, fixed, .. } = self;
         let g = &memory.groups;
-        let mut all = Sequence::new(gpu, self.clock.as_ref());
+        let mut all = Sequence::new(gpu, self.watch.as_ref());
         let to = &mut all;
         let by_ray = [n_rays.div_ceil(64), 1, 1];
         let by_column = columns.div_ceil(64).min(MOST_GROUPS);
@@ -331,8 +309,8 @@ impl Learner {
     ) -> Result<(StepResult, [u32; COUNTERS]), Error> {
         let Self { gpu, memory, fixed, .. } = self;
         let mut times = Vec::new();
-        if let Some(clock) = &self.clock {
-            times = clock.read(gpu, names, asked.clone())?;
+        if let Some(watch) = &self.watch {
+            times = watch.read(gpu, names, asked.clone())?;
         }
         let [counters, gradient] = [&fixed.counters, &fixed.gradient].map(|b| b.size() as usize);
         let bytes = counters + gradient + 16 * n_rays as usize;

@@ -131,13 +131,13 @@ impl Memory {
             let layer = |shape: &Shape| -> Result<Layer, Error> {
                 let own = gpu.uniform(bytemuck::bytes_of(shape))?;
                 let buffers = [(20, &own), (21, &f.matrices), (22, rows)];
-                Ok((group(dense, &buffers), shape.n_out / BLOCK))
+                Ok((group(dense, &buffers)?, shape.n_out / BLOCK))
             };
             let product = |product: &Product| -> Result<_, Error> {
                 let own = gpu.uniform(bytemuck::bytes_of(product))?;
-                let sums = group(outer, &[(23, rows), (24, &own), (25, &f.partial)]);
+                let sums = group(outer, &[(23, rows), (24, &own), (25, &f.partial)])?;
                 let buffers = [(24, &own), (25, &f.partial), (26, &f.gradient)];
-                Ok((sums, bound(&pipelines.reduce, &buffers), *product))
+                Ok((sums, bound(&pipelines.reduce, &buffers)?, *product))
             };
             Ok::<_, Error>(Layers {
                 forward: chain.forward.iter().map(layer).collect::<Result<_, _>>()?,
@@ -161,16 +161,16 @@ impl Memory {
                     (8, &links),
                     (9, &f.counters),
                 ],
-            ),
+            )?,
             shade: bound(
                 &p.shade,
                 &[(0, &f.frame), (5, &rays), (6, &traced), (11, &ray_rows), (15, &f.cameras)],
-            ),
+            )?,
             color: layers(&networks.color, true)?,
             loss: bound(
                 &p.loss,
                 &[(0, &f.frame), (5, &rays), (6, &traced), (11, &ray_rows), (13, &results)],
-            ),
+            )?,
             drop: bound(
                 &p.drop,
                 &[
@@ -183,8 +183,8 @@ impl Memory {
                     (13, &results),
                     (14, &offsets),
                 ],
-            ),
-            scan: bound(&p.scan, &[(0, &f.frame), (9, &f.counters), (14, &offsets)]),
+            )?,
+            scan: bound(&p.scan, &[(0, &f.frame), (9, &f.counters), (14, &offsets)])?,
             gather: bound(
                 &p.gather,
                 &[
@@ -195,7 +195,7 @@ impl Memory {
                     (12, &sample_rows),
                     (14, &offsets),
                 ],
-            ),
+            )?,
             encode_again: bound(
                 &p.encode_again,
                 &[
@@ -205,13 +205,13 @@ impl Memory {
                     (10, &f.counters),
                     (12, &sample_rows),
                 ],
-            ),
+            )?,
             density: layers(&networks.density, false)?,
             sum_units: bound(
                 &p.sum_units,
                 &[(0, &f.frame), (10, &f.counters), (12, &sample_rows), (42, &f.unit_parts)],
-            ),
-            find_units: bound(&p.find_units, &[(31, &f.units), (42, &f.unit_parts)]),
+            )?,
+            find_units: bound(&p.find_units, &[(31, &f.units), (42, &f.unit_parts)])?,
             scatter: bound(
                 &p.scatter,
                 &[
@@ -222,9 +222,8 @@ impl Memory {
                     (31, &f.units),
                     (32, &f.entry_gradients),
                 ],
-            ),
+            )?,
         };
-        gpu.check()?;
         Ok(Self { room, rays, results, read, groups })
     }
 }

@@ -11,7 +11,7 @@
 //! * `drop`, `scan`, `gather`: gradients of samples, of which small ones are dropped by chance;
 //! * `encode_again`, `dense_samples`: back through the density network;
 //! * `outer_*`, `reduce`: the gradient of the networks;
-//! * `find_units`, `scatter`: the gradient of entries, in whole numbers, whose sum does not depend
+//! * `sum_units`, `find_units`, `scatter`: the gradient of entries, in whole numbers, whose sum does not depend
 //!   on the order;
 //! * `adam`, `hold_all`, `round_all`, `accumulate`: new entries, and what is rounded of them.
 //!
@@ -23,9 +23,11 @@ mod learner;
 mod memory;
 mod networks;
 mod pipelines;
+mod plan;
 mod sequence;
 mod step;
 mod tables;
 
 pub use learner::Learner;
+pub use plan::source;
 pub use step::{Pixel, PixelNumbers, RayResult, Settings, StepResult, TableRates, Tables};

@@ -2,38 +2,25 @@
 
 use std::time::Duration;
 
-use crate::render::{Error, Gpu};
+use crate::render::{Clock, Error, Gpu};
 
 /// Kernels of a step at most.
 const MOST: u32 = 128;
 
 /// Tells how long each kernel takes: on GPUs that have timestamps.
 #[derive(Debug)]
-pub(super) struct Clock {
-    times: wgpu::QuerySet,
-    /// The same as numbers, and where the CPU can read them.
-    numbers: wgpu::Buffer,
+pub(super) struct Watch {
+    clock: Clock,
+    /// The times, where the CPU can read them.
     read: wgpu::Buffer,
 }
 
-impl Clock {
+impl Watch {
     /// `None` where the GPU has no timestamps.
     pub(super) fn new(gpu: &Gpu) -> Result<Option<Self>, Error> {
-        use wgpu::BufferUsages as Usage;
-        let device = gpu.device();
-        if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
-            return Ok(None);
-        }
-        let bytes = 16 * u64::from(MOST);
-        Ok(Some(Self {
-            times: device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("times"),
-                ty: wgpu::QueryType::Timestamp,
-                count: 2 * MOST,
-            }),
-            numbers: gpu.buffer("times", bytes, Usage::QUERY_RESOLVE | Usage::COPY_SRC)?,
-            read: gpu.buffer("times", bytes, Usage::MAP_READ | Usage::COPY_DST)?,
-        }))
+        let Some(clock) = Clock::new(gpu, MOST)? else { return Ok(None) };
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        Ok(Some(Self { clock, read: gpu.buffer("times", Clock::bytes(MOST), usage)? }))
     }
 
     /// The times of the kernels of these names, once they have run.
@@ -43,13 +30,8 @@ impl Clock {
         names: &[&'static str],
         asked: wgpu::SubmissionIndex,
     ) -> Result<Vec<(&'static str, Duration)>, Error> {
-        let tick = f64::from(gpu.queue().get_timestamp_period());
-        gpu.read(asked, &self.read, 16 * names.len() as u64, |bytes| {
-            let ticks: Vec<[u64; 2]> = bytemuck::pod_collect_to_vec(bytes);
-            let time = |[begun, ended]: &[u64; 2]| {
-                Duration::from_nanos((tick * ended.saturating_sub(*begun) as f64) as u64)
-            };
-            names.iter().zip(&ticks).map(|(name, own)| (*name, time(own))).collect()
+        gpu.read(asked, &self.read, Clock::bytes(names.len() as u32), |bytes| {
+            names.iter().copied().zip(Clock::durations(gpu, bytes)).collect()
         })
     }
 }
@@ -59,14 +41,14 @@ pub(super) struct Sequence<'c> {
     encoder: wgpu::CommandEncoder,
     /// All in one pass, where nobody asks for their times.
     pass: Option<wgpu::ComputePass<'static>>,
-    clock: Option<&'c Clock>,
+    watch: Option<&'c Watch>,
     pub(super) names: Vec<&'static str>,
 }
 
 impl<'c> Sequence<'c> {
-    pub(super) fn new(gpu: &Gpu, clock: Option<&'c Clock>) -> Self {
+    pub(super) fn new(gpu: &Gpu, watch: Option<&'c Watch>) -> Self {
         let encoder = gpu.device().create_command_encoder(&Default::default());
-        Self { encoder, pass: None, clock, names: Vec::new() }
+        Self { encoder, pass: None, watch, names: Vec::new() }
     }
 
     /// Runs so many workgroups of a kernel.
@@ -76,15 +58,10 @@ impl<'c> Sequence<'c> {
         group: &wgpu::BindGroup,
         [x, y, z]: [u32; 3],
     ) {
-        let writes = self.clock.filter(|_| self.names.len() < MOST as usize).map(|clock| {
-            let first = 2 * self.names.len() as u32;
+        let writes = self.watch.and_then(|own| own.clock.writes(self.names.len() as u32));
+        if writes.is_some() {
             self.names.push(name);
-            wgpu::ComputePassTimestampWrites {
-                query_set: &clock.times,
-                beginning_of_pass_write_index: Some(first),
-                end_of_pass_write_index: Some(first + 1),
-            }
-        });
+        }
         if self.pass.is_none() || writes.is_some() {
             self.pass = None;
             let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes: writes };
@@ -105,10 +82,8 @@ impl<'c> Sequence<'c> {
     /// Asks for all of it.
     pub(super) fn submit(mut self, gpu: &Gpu) -> wgpu::SubmissionIndex {
         self.pass = None;
-        if let (Some(clock), n @ 1..) = (self.clock, self.names.len() as u32) {
-            self.encoder.resolve_query_set(&clock.times, 0..2 * n, &clock.numbers, 0);
-            let bytes = 16 * u64::from(n);
-            self.encoder.copy_buffer_to_buffer(&clock.numbers, 0, &clock.read, 0, bytes);
+        if let (Some(Watch { clock, read }), n @ 1..) = (self.watch, self.names.len() as u32) {
+            clock.copy(&mut self.encoder, n, (read, 0));
         }
         gpu.queue().submit([self.encoder.finish()])
     }

@@ -2,6 +2,7 @@
 
 use super::Learner;
 use super::fixed::Fixed;
+use super::learner::MOST_GROUPS;
 use super::pipelines::Pipelines;
 use super::sequence::Sequence;
 use super::step::Tables;
@@ -19,7 +20,7 @@ pub(super) struct TableGroups {
 }
 
 impl TableGroups {
-    pub(super) fn new(gpu: &Gpu, p: &Pipelines, f: &Fixed) -> Self {
+    pub(super) fn new(gpu: &Gpu, p: &Pipelines, f: &Fixed) -> Result<Self, Error> {
         let adam = [
             (0, &f.frame),
             (9, &f.counters),
@@ -32,12 +33,19 @@ impl TableGroups {
         ];
         let hold_all = [(35, &f.largest), (36, &f.scales), (37, &f.factors)];
         let round_all = [(30, &f.table_of), (33, &f.parameters), (36, &f.scales), (38, &f.rounded)];
-        Self {
-            adam: p.adam.group(gpu, &adam),
-            hold_all: p.hold_all.group(gpu, &hold_all),
-            round_all: p.round_all.group(gpu, &round_all),
-        }
+        Ok(Self {
+            adam: p.adam.group(gpu, &adam)?,
+            hold_all: p.hold_all.group(gpu, &hold_all)?,
+            round_all: p.round_all.group(gpu, &round_all)?,
+        })
     }
+}
+
+/// Sums of entries over the steps that count in the average, and what adds to them.
+#[derive(Debug)]
+pub(super) struct Sums {
+    buffer: wgpu::Buffer,
+    group: wgpu::BindGroup,
 }
 
 impl Learner {
@@ -47,10 +55,8 @@ impl Learner {
         let blocks = self.most_values().div_ceil(64 * BLOCK);
         p.adam.run(to, &g.adam, [blocks, self.tables.len() as u32, 1]);
         self.round(to);
-        if let (true, Some(averaged)) = (average, &self.fixed.averaged) {
-            let buffers = [(33, &self.fixed.parameters), (39, averaged)];
-            let group = p.accumulate.group(&self.gpu, &buffers);
-            p.accumulate.run(to, &group, [2048, 1, 1]);
+        if let (true, Some(sums)) = (average, &self.sums) {
+            p.accumulate.run(to, &sums.group, [MOST_GROUPS, 1, 1]);
         }
     }
 
@@ -82,11 +88,11 @@ impl Learner {
         all.encoder().clear_buffer(&f.entry_gradients, 0, None);
         self.round(&mut all);
         all.submit(&self.gpu);
-        self.fixed.averaged = None;
+        self.sums = None;
         if !tables.sum.is_empty() {
-            let averaged = self.table_buffer("sums of entries")?;
-            self.gpu.queue().write_buffer(&averaged, 0, bytemuck::cast_slice(&tables.sum));
-            self.fixed.averaged = Some(averaged);
+            let sums = self.no_sums()?;
+            self.gpu.queue().write_buffer(&sums.buffer, 0, bytemuck::cast_slice(&tables.sum));
+            self.sums = Some(sums);
         }
         self.gpu.check()
     }
@@ -113,16 +119,20 @@ impl Learner {
         Ok(Tables {
             parameters: self.download(&f.parameters)?,
             square: self.download(&f.squares)?,
-            sum: f.averaged.as_ref().map_or(Ok(Vec::new()), |sums| self.download(sums))?,
+            sum: self.sums.as_ref().map_or(Ok(Vec::new()), |sums| self.download(&sums.buffer))?,
             scales: scales.as_chunks().0.to_vec(),
         })
     }
 
-    /// Room for a number an entry's value, all 0.
-    pub(super) fn table_buffer(&self, what: &'static str) -> Result<wgpu::Buffer, Error> {
+    /// Sums that are all 0.
+    pub(super) fn no_sums(&self) -> Result<Sums, Error> {
         use wgpu::BufferUsages as Usage;
-        let usage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
-        self.gpu.buffer(what, self.fixed.parameters.size(), usage)
+        let (usage, parameters) =
+            (Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST, &self.fixed.parameters);
+        let buffer = self.gpu.buffer("sums of entries", parameters.size(), usage)?;
+        let buffers = [(33, parameters), (39, &buffer)];
+        let group = self.pipelines.accumulate.group(&self.gpu, &buffers)?;
+        Ok(Sums { buffer, group })
     }
 
     fn download<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer) -> Result<Vec<T>, Error> {

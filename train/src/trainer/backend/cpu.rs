@@ -169,7 +169,7 @@ impl Backend for Cpu {
         let output = self.output(input);
         self.update(input);
         if input.average {
-            self.state.accumulate();
+            self.state.accumulate(0);
         }
         output
     }

@@ -183,22 +183,13 @@ impl OnGpu {
         self.cpu.field.update_networks(update, &result.gradient);
         self.show_networks()?;
         if input.average {
-            self.accumulate();
+            let start = self.cpu.field.layout().networks_start();
+            self.cpu.state.accumulate(start);
         }
         if number.is_multiple_of(FETCH_EVERY) {
             self.cpu.state = self.fetch()?;
         }
         Ok(output)
-    }
-
-    /// Adds the networks to their sums; tables are the GPU's.
-    fn accumulate(&mut self) {
-        let start = self.cpu.field.layout().networks_start();
-        let group = self.cpu.state.field_mut();
-        group.sum.resize(group.parameters.len(), 0.0);
-        let sums = group.sum[start..].iter_mut().zip(&group.parameters[start..]);
-        sums.for_each(|(sum, parameter)| *sum += parameter);
-        self.cpu.state.averaged += 1;
     }
 
     fn note_times(&mut self, result: &StepResult) {

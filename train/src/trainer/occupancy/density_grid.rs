@@ -168,38 +168,21 @@ impl DensityGrid {
         probes: &Pool<Probe>,
         new: impl Fn() -> Probe + Sync,
     ) {
-        let n = self.resolution as usize;
-        let phase = self.updates as usize % PERIOD;
-        let update = u64::from(self.updates);
-        let first_look = self.updates < PERIOD as u32;
-        let (candidates, decay) = (&self.candidates, self.decay);
-        self.density.par_chunks_mut(TASK * PERIOD).enumerate().for_each(|(task, densities)| {
+        let points = self.points(seed);
+        let mut sigmas = vec![0.0; points.len()];
+        points.par_chunks(TASK).zip(sigmas.par_chunks_mut(TASK)).for_each(|(points, sigmas)| {
             let mut probe = probes.take(&new);
-            let first = task * TASK * PERIOD;
-            let mut random = Random::new(seed, [2, update, task as u64]);
-            let mut count = 0;
-            for i in (phase..densities.len()).step_by(PERIOD) {
-                let cell = candidates[first + i] as usize;
-                let corner = [cell % n, cell / n % n, cell / (n * n)];
-                for (row, c) in probe.points().iter_mut().zip(corner) {
-                    row[count] = (c as f32 + random.next_f32()) / n as f32;
-                }
-                count += 1;
+            for (a, row) in probe.points().iter_mut().enumerate() {
+                row.iter_mut().zip(points).for_each(|(to, point)| *to = point[a]);
             }
-            let sigmas = probe.densities(level, field, count);
-            let looked_at = densities.iter_mut().skip(phase).step_by(PERIOD);
-            for (density, sigma) in looked_at.zip(sigmas) {
-                let before = if first_look { 0.0 } else { *density * decay };
-                *density = before.max(*sigma);
-            }
+            sigmas.copy_from_slice(probe.densities(level, field, points.len()));
             probes.put(probe);
         });
-        self.updates += 1;
+        self.note(&sigmas);
     }
 
-    /// The random points of which [`look`](Self::look) asks the field for its densities now, for
-    /// fields that are elsewhere; [`note`](Self::note) takes them.
-    #[cfg(feature = "gpu")]
+    /// The random points that are looked at next, in unit coordinates, for [`note`](Self::note) to
+    /// take the densities there.
     pub(crate) fn points(&self, seed: u64) -> Vec<[f32; 3]> {
         let (n, update) = (self.resolution as usize, u64::from(self.updates));
         let phase = self.updates as usize % PERIOD;
@@ -215,13 +198,11 @@ impl DensityGrid {
         points.collect()
     }
 
-    /// Takes the densities at [`points`](Self::points).
-    #[cfg(feature = "gpu")]
+    /// Takes the densities at the [points](Self::points) that were to be looked at next.
     pub(crate) fn note(&mut self, sigmas: &[f32]) {
         let phase = self.updates as usize % PERIOD;
         let first_look = self.updates < PERIOD as u32;
-        let looked_at = self.density.chunks_mut(TASK * PERIOD);
-        let looked_at = looked_at.flat_map(|chunk| chunk.iter_mut().skip(phase).step_by(PERIOD));
+        let looked_at = self.density.iter_mut().skip(phase).step_by(PERIOD);
         for (density, sigma) in looked_at.zip(sigmas) {
             let before = if first_look { 0.0 } else { *density * self.decay };
             *density = before.max(*sigma);

@@ -9,11 +9,13 @@ struct Frame {
     adam: vec4f,
     // Inverse of the squared distance, unit lengths, from which on samples learn all: 0 everywhere.
     slow: vec4f,
-    // 1; rays; columns of rays and of what is asked between cameras; cameras.
+    // The number 1; how many rays there are; columns that the colour network is evaluated for: the
+    // rays, then directions between cameras; cameras.
     once: vec4u,
-    // Values between rows of rays and of samples; chunks of samples; samples that are passed back.
+    // Distance between two rows of the colour network's values, and of the density network's; room
+    // for chunks of samples, and for samples that are passed back.
     sizes: vec4u,
-    // Seed, step; whether directions are blurred, or colours between cameras are held.
+    // Seed; number of the step; the flags `BLUR` and `BETWEEN`; a random number of the step.
     random: vec4u,
 }
 
@@ -72,6 +74,18 @@ fn weight(row: u32) -> vec4f {
 
 fn chunk_quad(chunk: u32, place: u32) -> u32 {
     return (chunk * CHUNK + place) * PER_SAMPLE;
+}
+
+// A new chunk of a ray whose last one is given, or none: then the step is taken again with more
+// memory.
+fn new_chunk(last: u32) -> u32 {
+    let chunk = atomicAdd(&counters[NEXT_CHUNK], 1u);
+    if chunk >= frame.sizes.z {
+        atomicStore(&counters[TOO_MANY], 1u);
+        return NONE;
+    }
+    links[chunk] = last;
+    return chunk;
 }
 
 fn is_opaque(transmittance: f32) -> bool {

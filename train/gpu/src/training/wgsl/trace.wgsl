@@ -8,16 +8,10 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let start = rays[4u * r];
-    let along = rays[4u * r + 1u];
+    let ray = Ray(start.xyz, rays[4u * r + 1u].xyz);
     STEP = frame.detail.z;
     PHASE = start.w;
-    let ray = Ray(start.xyz, along.xyz);
-    var last = NONE;
-    var count = 0u;
-    var transmittance = 1.0f;
-    var opacity = 0.0f;
-    var depth = 0.0f;
-    var sums: Channels;
+    var sum = NOTHING;
     var local = to_local(ray);
     if local.is_there {
         let first = first_steps(local);
@@ -41,41 +35,20 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
                 k += steps_to_leave(local.ray, across, u, cells, t);
                 continue;
             }
-            if count % CHUNK == 0u {
-                let chunk = atomicAdd(&counters[NEXT_CHUNK], 1u);
-                if chunk >= frame.sizes.z {
-                    // The step is taken again with more memory.
-                    atomicStore(&counters[TOO_MANY], 1u);
+            if sum.count % CHUNK == 0u {
+                let chunk = new_chunk(sum.last);
+                if chunk == NONE {
                     break;
                 }
-                links[chunk] = last;
-                last = chunk;
+                sum.last = chunk;
             }
-            let point = evaluate(u, ray.direction);
+            add_sample(&sum, evaluate(u, ray.direction), u, t, steps);
             k += steps;
-            let alpha = 1.0f - exp(-point.sigma * (STEP * steps));
-            let weight = transmittance * alpha;
-            transmittance *= 1.0f - alpha;
-            opacity += weight;
-            depth += weight * t;
-            let at = chunk_quad(last, count % CHUNK);
-            samples[at] = vec4f(u, weight);
-            samples[at + 1u] = vec4f(transmittance, steps, point.sigma, 0.0f);
-            for (var c = 0u; c < N_CHANNELS; c++) {
-                samples[at + 2u + c] = point.channels[c];
-                sums[c] += weight * point.channels[c];
-            }
-            count += 1u;
-            if is_opaque(transmittance) {
+            if is_opaque(sum.transmittance) {
                 break;
             }
-            steps = steps_at(transmittance);
+            steps = steps_at(sum.transmittance);
         }
     }
-    let at = PER_RAY * r;
-    traced[at] = vec4f(bitcast<f32>(last), bitcast<f32>(count), transmittance, opacity);
-    traced[at + 1u] = vec4f(depth, 0.0f, 0.0f, 0.0f);
-    for (var c = 0u; c < N_CHANNELS; c++) {
-        traced[at + 2u + c] = sums[c];
-    }
+    note_ray(r, sum);
 }

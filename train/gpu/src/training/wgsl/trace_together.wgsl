@@ -24,11 +24,7 @@ struct Way {
     k: f32,
     end: f32,
     steps: f32,
-    last: u32,
-    count: u32,
-    transmittance: f32,
-    opacity: f32,
-    depth: f32,
+    sum: Sum,
     t: f32,
     phase: f32,
     is_under_way: bool,
@@ -40,7 +36,6 @@ fn trace(@builtin(local_invocation_index) own: u32) {
     let slot = own % SLOTS;
     let part = own / SLOTS;
     var way: Way;
-    var sums: Channels;
     var may_come = true;
     loop {
         var has_found = false;
@@ -51,7 +46,6 @@ fn trace(@builtin(local_invocation_index) own: u32) {
                         break;
                     }
                     may_come = begin(&way);
-                    sums = Channels();
                     if !may_come {
                         break;
                     }
@@ -59,7 +53,7 @@ fn trace(@builtin(local_invocation_index) own: u32) {
                 PHASE = way.phase;
                 has_found = seek(&way, slot);
                 if !way.is_under_way {
-                    finish(&way, &sums);
+                    note_ray(way.r, way.sum);
                 }
             }
             let under_way = select(0u, 0x10000u, way.is_under_way || may_come);
@@ -81,9 +75,9 @@ fn trace(@builtin(local_invocation_index) own: u32) {
             give(slot, part);
             workgroupBarrier();
             if has_found {
-                add(&way, &sums, slot);
+                add(&way, slot);
                 if !way.is_under_way {
-                    finish(&way, &sums);
+                    note_ray(way.r, way.sum);
                 }
             }
         }
@@ -104,11 +98,7 @@ fn begin(way: ptr<function, Way>) -> bool {
     (*way).local = to_local(ray);
     (*way).phase = start.w;
     (*way).steps = 1.0f;
-    (*way).last = NONE;
-    (*way).count = 0u;
-    (*way).transmittance = 1.0f;
-    (*way).opacity = 0.0f;
-    (*way).depth = 0.0f;
+    (*way).sum = NOTHING;
     (*way).k = 0.0f;
     (*way).end = 0.0f;
     if (*way).local.is_there {
@@ -144,16 +134,13 @@ fn seek(way: ptr<function, Way>, slot: u32) -> bool {
         (*way).k += steps_to_leave(ray, (*way).across, u, cells, t);
         return false;
     }
-    if (*way).count % CHUNK == 0u {
-        let chunk = atomicAdd(&counters[NEXT_CHUNK], 1u);
-        if chunk >= frame.sizes.z {
-            // The step is taken again with more memory.
-            atomicStore(&counters[TOO_MANY], 1u);
+    if (*way).sum.count % CHUNK == 0u {
+        let chunk = new_chunk((*way).sum.last);
+        if chunk == NONE {
             (*way).is_under_way = false;
             return false;
         }
-        links[chunk] = (*way).last;
-        (*way).last = chunk;
+        (*way).sum.last = chunk;
     }
     (*way).t = t;
     place[slot] = vec4f(u, 0.0f);
@@ -202,50 +189,29 @@ fn give(slot: u32, part: u32) {
     }
 }
 
-// Adds the sample that was found.
-fn add(way: ptr<function, Way>, sums: ptr<function, Channels>, slot: u32) {
+// What the network has given of a ray's sample: the density comes before the features.
+fn point_of(slot: u32) -> Point {
     var own = given[slot];
-    let sigma = decoded_sigma(own.x);
-    let steps = (*way).steps;
-    let alpha = 1.0f - exp(-sigma * (STEP * steps));
-    let weight = (*way).transmittance * alpha;
-    let transmittance = (*way).transmittance * (1.0f - alpha);
-    let at = chunk_quad((*way).last, (*way).count % CHUNK);
-    samples[at] = vec4f(place[slot].xyz, weight);
-    samples[at + 1u] = vec4f(transmittance, steps, sigma, 0.0f);
+    var point = Point(decoded_sigma(own.x), Channels());
     for (var c = 0u; c < N_CHANNELS; c++) {
-        // The density comes before the features.
-        var next_own = vec4f();
+        var after = vec4f();
         if c + 1u < N_GIVEN {
-            next_own = given[(c + 1u) * SLOTS + slot];
+            after = given[(c + 1u) * SLOTS + slot];
         }
-        let channel = vec4f(own.yzw, next_own.x);
-        samples[at + 2u + c] = channel;
-        (*sums)[c] += weight * channel;
-        own = next_own;
+        point.channels[c] = vec4f(own.yzw, after.x);
+        own = after;
     }
-    (*way).transmittance = transmittance;
-    (*way).opacity += weight;
-    (*way).depth += weight * (*way).t;
-    (*way).count += 1u;
-    (*way).k += steps;
-    (*way).steps = steps_at(transmittance);
-    if is_opaque(transmittance) {
-        (*way).is_under_way = false;
-    }
+    return point;
 }
 
-// Notes what a ray has accumulated.
-fn finish(way: ptr<function, Way>, sums: ptr<function, Channels>) {
-    let at = PER_RAY * (*way).r;
-    traced[at] = vec4f(
-        bitcast<f32>((*way).last),
-        bitcast<f32>((*way).count),
-        (*way).transmittance,
-        (*way).opacity,
-    );
-    traced[at + 1u] = vec4f((*way).depth, 0.0f, 0.0f, 0.0f);
-    for (var c = 0u; c < N_CHANNELS; c++) {
-        traced[at + 2u + c] = (*sums)[c];
+// Adds the sample that was found.
+fn add(way: ptr<function, Way>, slot: u32) {
+    var sum = (*way).sum;
+    add_sample(&sum, point_of(slot), place[slot].xyz, (*way).t, (*way).steps);
+    (*way).sum = sum;
+    (*way).k += (*way).steps;
+    (*way).steps = steps_at(sum.transmittance);
+    if is_opaque(sum.transmittance) {
+        (*way).is_under_way = false;
     }
 }
