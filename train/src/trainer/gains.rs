@@ -12,9 +12,10 @@ use super::run::checkpoint::kind;
 /// Channels of a photograph.
 pub(crate) const PER_VIEW: usize = 3;
 /// Learning rate at its highest ...
-const RATE: f32 = 2e-3;
-/// ... and what remains of it at the end.
-const FINAL_RATE: f32 = 0.02;
+const RATE: f32 = 3e-3;
+/// ... and what remains of it at the end: what neighbouring photographs have in common is found
+/// slowly, because the field shows it as light of the scene.
+const FINAL_RATE: f32 = 0.3;
 /// Share of the run over which it rises.
 const WARM_UP: f32 = 0.02;
 /// The constants of Adam.

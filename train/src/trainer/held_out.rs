@@ -110,7 +110,7 @@ impl HeldOutView {
             camera,
             lens: source.lenses()[number],
             rgba: pixels.clone().flat_map(|pixel| source.rgba(pixel)).collect(),
-            mask: pixels.map(|pixel| source.counts(number, index(&pixel)).into()).collect(),
+            mask: pixels.map(|pixel| source.is_exact(number, index(&pixel)).into()).collect(),
         }
     }
 

@@ -92,7 +92,7 @@ impl CalibrationTile<'_> {
             (tile.y..tile.y + tile.height).flat_map(|y| across.clone().map(move |x| (x, y)));
         let pixels = rgba.as_chunks::<4>().0.iter().zip(places);
         let index = |(x, y): (u32, u32)| (y * camera.width + x) as usize;
-        let counted = pixels.filter(|(_, at)| source.counts(*view as usize, index(*at)));
+        let counted = pixels.filter(|(_, at)| source.is_exact(*view as usize, index(*at)));
         let errors = counted.map(|(ours, (x, y))| {
             let theirs = source.rgba(Pixel { view: *view, x, y });
             let [r, g, b, alpha] = theirs.map(|value| f32::from(value) / 255.0);

@@ -23,9 +23,11 @@ pub(super) fn squared_error(ray: &TrainingRay, rendered: &Rendered) -> RayLoss {
     loss
 }
 
-/// Of colours that are off by so much.
+/// Of colours that are off by so much. Where a photograph was too bright, a scene that is brighter
+/// still is right.
 #[inline(always)]
 fn of(ray: &TrainingRay, rendered: &Rendered, off: [f32; 3]) -> RayLoss {
+    let off = [0, 1, 2].map(|c| if ray.at_least[c] { off[c].min(0.0) } else { off[c] });
     let [r, g, b] = off;
     // A background that is b brighter makes `b (alpha - opacity)` of difference.
     let through = 3.0 * ray.background_variance * (rendered.opacity - ray.alpha);
@@ -98,6 +100,36 @@ mod tests {
         let by_opacity =
             slope(&|by| expected(scene.map(|p| p + 0.5 * by), log_gains, opacity + by));
         assert!((error.d_opacity - by_opacity).abs() < 1e-4, "{} {by_opacity}", error.d_opacity);
+    }
+
+    #[test]
+    fn a_scene_too_bright_for_its_photograph_is_no_error() {
+        let pose = Camera::look_at([2.0; 3], [0.0; 3], [0.0, 0.0, 1.0]);
+        let camera = Camera::from_fov_x(1, 1, 0.7, pose);
+        let view = View::new("", camera, vec![255, 255, 102, 255]);
+        let mut source = RaySource::new(vec![view], Backdrop::Color([0.0; 3]));
+        // Red and blue are darkened, to 153 and 61; red was as bright as can be, green still is.
+        source.even_out(vec![[0.6, 1.0, 0.6]]);
+        let pixel = Pixel { view: 0, x: 0, y: 0 };
+        let ray = source.ray(pixel, source.rgba(pixel), (0, 2.0), &mut Random::new(1, [0; 3]));
+        assert_eq!(ray.at_least, [true, false, false]);
+        let error = |color| squared_error(&ray, &Rendered { color, opacity: 1.0, depth: 0.0 });
+        let blue = 61.0 / 255.0;
+        let brighter = error([0.9, 0.9, blue + 0.1]);
+        assert!((brighter.squared_error - 0.02).abs() < 1e-4, "{}", brighter.squared_error);
+        for (d, expected) in brighter.d_color.into_iter().zip([0.0, -0.2, 0.2]) {
+            assert!((d - expected).abs() < 1e-3, "{:?}", brighter.d_color);
+        }
+        let darker = error([0.5, 1.0, blue]);
+        assert!((darker.squared_error - 0.01).abs() < 1e-4, "{}", darker.squared_error);
+        assert!((darker.d_color[0] + 0.2).abs() < 1e-3, "{:?}", darker.d_color);
+        // So with gains that are learnt: a scene twice as bright in the photograph is too bright
+        // for it, and tells nothing of how bright it was.
+        source.brighten(vec![[2.0; 3]]);
+        let ray = source.ray(pixel, source.rgba(pixel), (0, 2.0), &mut Random::new(1, [0; 3]));
+        let color = [0.4, 0.5, 0.12];
+        let error = squared_error(&ray, &Rendered { color, opacity: 1.0, depth: 0.0 });
+        assert!(error.squared_error < 1e-4 && error.d_log_gain[0] == 0.0);
     }
 
     #[test]

@@ -43,19 +43,12 @@ impl Exposure {
         &self.gains
     }
 
-    /// Whether what is as bright as can be becomes darker in a view.
-    pub(crate) fn darkens(&self, view: usize) -> bool {
-        self.gains.get(view).is_some_and(|gains| gains.iter().any(|gain| *gain < DARKENED))
-    }
-
-    /// Whether a pixel of a view hides how bright the scene is: where there was too much light
-    /// for the photograph, but not for darker ones.
+    /// Of which channels of a pixel of a view only the least value is known: there was too much
+    /// light for the photograph, but not for darker ones.
     #[inline]
-    pub(crate) fn is_cut_off(&self, view: usize, rgba: [u8; 4]) -> bool {
-        let gains = self.gains.get(view);
-        let is_darkened =
-            |gains: &[f32; 3]| (0..3).any(|c| rgba[c] == u8::MAX && gains[c] < DARKENED);
-        rgba[3] > 0 && gains.is_some_and(is_darkened)
+    pub(crate) fn at_least(&self, view: usize, rgba: [u8; 4]) -> [bool; 3] {
+        let Some(gains) = self.gains.get(view) else { return [false; 3] };
+        [0, 1, 2].map(|c| rgba[c] == u8::MAX && gains[c] < DARKENED)
     }
 
     /// A pixel of a view, evened out.
@@ -83,16 +76,15 @@ mod tests {
         assert_eq!(exposure.even(0, [101, 60, 200, 7]), [51, 60, 255, 7]);
         assert_eq!(exposure.even(1, [101, 60, 200, 7]), [101, 60, 200, 7]);
         assert_eq!(Exposure::default().even(0, [1, 2, 3, 4]), [1, 2, 3, 4]);
-        // Red was cut off; of what is transparent nothing was.
-        assert!(exposure.is_cut_off(0, [255, 0, 0, 9]) && !exposure.is_cut_off(0, [254; 4]));
-        assert!(
-            !exposure.is_cut_off(0, [255, 0, 0, 0]) && !exposure.is_cut_off(0, [0, 255, 255, 9])
-        );
-        assert!(!exposure.is_cut_off(1, [255; 4]) && exposure.darkens(0) && !exposure.darkens(1));
+        // Red was cut off, green and blue are not darkened.
+        assert_eq!(exposure.at_least(0, [255; 4]), [true, false, false]);
+        assert_eq!(exposure.at_least(0, [254, 255, 255, 9]), [false; 3]);
+        assert_eq!(exposure.at_least(1, [255; 4]), [false; 3]);
+        assert_eq!(Exposure::default().at_least(0, [255; 4]), [false; 3]);
     }
 
     #[test]
-    fn what_was_cut_off_is_never_drawn() {
+    fn what_was_cut_off_is_drawn_but_not_compared() {
         let pose = Camera::look_at([3.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
         let camera = Camera::from_fov_x(24, 24, 0.5, pose);
         let is_bright = |i: u32| i.is_multiple_of(5);
@@ -103,8 +95,9 @@ mod tests {
         let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
         let visibility = PixelVisibility::new(&source, &space, 32, &[]);
         for (view, i) in (0..2).flat_map(|view| (0..24 * 24).map(move |i| (view, i))) {
-            let drawn = visibility.draws(Pixel { view, x: i % 24, y: i / 24 });
-            assert_eq!(drawn, view == 1 || !is_bright(i), "{view} {i}");
+            assert!(visibility.draws(Pixel { view, x: i % 24, y: i / 24 }), "{view} {i}");
+            let is_exact = source.is_exact(view as usize, i as usize);
+            assert_eq!(is_exact, view == 1 || !is_bright(i), "{view} {i}");
         }
     }
 }

@@ -41,6 +41,8 @@ pub struct TrainingRay {
     pub weight: f32,
     /// By how much the scene is brighter in the photograph, where that is learnt.
     pub gains: Option<[f32; 3]>,
+    /// Of which channels the target is the least value: the photograph was too bright there.
+    pub at_least: [bool; 3],
 }
 
 /// What the training images are like on average.
@@ -209,14 +211,19 @@ impl RaySource {
     /// Whether all pixels of a view count.
     #[inline]
     pub(crate) fn all_count(&self, view: usize) -> bool {
-        self.masks[view].is_none() && !self.exposure.darkens(view)
+        self.masks[view].is_none()
     }
 
     /// Whether the `i`-th pixel of a view counts.
     #[inline]
     pub(crate) fn counts(&self, view: usize, i: usize) -> bool {
         self.masks[view].as_ref().is_none_or(|mask| mask[i] != 0)
-            && !self.exposure.is_cut_off(view, self.images[view].as_chunks::<4>().0[i])
+    }
+
+    /// Whether it counts and tells how bright the scene is: it is not too bright for the photograph.
+    pub(crate) fn is_exact(&self, view: usize, i: usize) -> bool {
+        let rgba = self.images[view].as_chunks::<4>().0[i];
+        self.counts(view, i) && self.exposure.at_least(view, rgba) == [false; 3]
     }
 
     /// The views' images, RGBA.
@@ -256,6 +263,7 @@ impl RaySource {
         let target = [r * alpha + r0, g * alpha + g0, b * alpha + b0];
         let ray = self.through(pixel);
         let gains = self.exposure.factors(pixel.view as usize);
+        let at_least = self.exposure.at_least(pixel.view as usize, self.as_taken(pixel));
         TrainingRay {
             ray,
             phase,
@@ -266,6 +274,7 @@ impl RaySource {
             tile,
             weight,
             gains,
+            at_least,
         }
     }
 
@@ -301,7 +310,7 @@ impl RaySource {
             let even = move |rgba| self.exposure.even(view, rgba);
             image.as_chunks::<4>().0.iter().enumerate().map(move |(i, rgba)| (view, i, even(*rgba)))
         });
-        let counted = pixels.step_by(PIXELS_APART).filter(|(view, i, _)| self.counts(*view, *i));
+        let counted = pixels.step_by(PIXELS_APART).filter(|(view, i, _)| self.is_exact(*view, *i));
         for (view, i, pixel) in counted {
             let (mean, variance) = self.moments(view, pixel[3]);
             let (mean, variance) = (mean.map(f64::from), f64::from(variance));

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use pocketnerf_core::Space;
 use pocketnerf_core::march::Reach;
 use pocketnerf_formats::{Container, ModelFile, Role, SectionId};
+use pocketnerf_train::dataset::Footage;
 use pocketnerf_train::trainer::checkpoint::{Checkpoint, kind, section_name};
 use pocketnerf_train::{dataset, field, output};
 use serde_json::{Value, json};
@@ -73,7 +74,8 @@ impl Info {
     }
 
     fn show(&self, path: &Path, common: &Common) -> Result<(), Failure> {
-        if path.is_dir() {
+        // Of a video and an archive, the dataset's loader names the next step.
+        if path.is_dir() || Footage::of(path) != Footage::Other {
             return self.show_dataset(path, common);
         }
         if self.picture.is_some() {

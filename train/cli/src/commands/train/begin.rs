@@ -73,7 +73,7 @@ impl Train {
                 match stops < EVENED_OUT {
                     true => bar.say(&format!("{found}; --exposure off keeps them")),
                     false => bar.warn(format!(
-                        "{found}, expected less than {EVENED_OUT} stops: what was cut off is lost; \
+                        "{found}, expected less than {EVENED_OUT} stops: what is too bright in all is lost; \
                          take them with one exposure"
                     )),
                 }

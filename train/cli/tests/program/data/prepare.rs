@@ -156,7 +156,7 @@ fn what_cannot_be_prepared_is_refused_in_a_line() {
 }
 
 #[test]
-fn train_names_the_next_step() {
+fn train_and_info_name_the_next_step() {
     let shop = Shop::new(&[]);
     std::fs::write(shop.place.path("walk.mp4"), "...").unwrap();
     std::fs::write(shop.place.path("photos.zip"), b"PK\x03\x04...").unwrap();
@@ -170,6 +170,7 @@ fn train_names_the_next_step() {
     ] {
         let line = shop.place.line(&format!("train {data} --quiet --out x.pnerf"));
         assert!(line.starts_with(expected), "{line}");
+        assert_eq!(shop.place.line(&format!("info {data}")), line);
         let others = ["colmap", "ns-process-data", "colmap2nerf.py"];
         assert!(data == "photos.zip" || others.iter().all(|name| line.contains(name)), "{line}");
     }

@@ -56,8 +56,8 @@ pub(super) fn exposure(suspect: &Suspect<'_, '_>, photos: &[Option<Photo>]) -> O
             "exposure",
             format!(
                 "photographs differ from their neighbours by {usual:.2} stops in brightness, \
-                 expected less than {UNEVEN}: `train` evens them out, but what is cut off is lost; \
-                 take them with one exposure"
+                 expected less than {UNEVEN}: `train` evens them out, but what is too bright in \
+                 all of them is lost; take them with one exposure"
             ),
         ));
     }

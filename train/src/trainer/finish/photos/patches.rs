@@ -35,7 +35,7 @@ pub(super) fn crop(
     let mut photo = Vec::with_capacity((3 * camera.width * camera.height) as usize);
     for (x, y) in pixels {
         let (x, y) = (x + corner[0], y + corner[1]);
-        let counts = source.counts(view, (y * width + x) as usize);
+        let counts = source.is_exact(view, (y * width + x) as usize);
         let rgb = composite_on(&source.rgba(Pixel { view: view as u32, x, y }), background);
         photo.extend(rgb.into_iter().map(|value| if counts { value } else { f32::NAN }));
     }
