@@ -13,6 +13,7 @@ mod page;
 mod peers;
 mod place;
 mod plain;
+mod refined;
 mod render;
 mod resume;
 mod stress;
