@@ -48,7 +48,8 @@ impl Exposure {
     #[inline]
     pub(crate) fn at_least(&self, view: usize, rgba: [u8; 4]) -> [bool; 3] {
         let Some(gains) = self.gains.get(view) else { return [false; 3] };
-        [0, 1, 2].map(|c| rgba[c] == u8::MAX && gains[c] < DARKENED)
+        // What is transparent has no colour that could be too bright.
+        [0, 1, 2].map(|c| rgba[3] > 0 && rgba[c] == u8::MAX && gains[c] < DARKENED)
     }
 
     /// A pixel of a view, evened out.
@@ -78,7 +79,9 @@ mod tests {
         assert_eq!(Exposure::default().even(0, [1, 2, 3, 4]), [1, 2, 3, 4]);
         // Red was cut off, green and blue are not darkened.
         assert_eq!(exposure.at_least(0, [255; 4]), [true, false, false]);
+        assert_eq!(exposure.at_least(0, [255, 0, 0, 9]), [true, false, false]);
         assert_eq!(exposure.at_least(0, [254, 255, 255, 9]), [false; 3]);
+        assert_eq!(exposure.at_least(0, [255, 255, 255, 0]), [false; 3]);
         assert_eq!(exposure.at_least(1, [255; 4]), [false; 3]);
         assert_eq!(Exposure::default().at_least(0, [255; 4]), [false; 3]);
     }
