@@ -1,0 +1,4 @@
+//! What is learnt of the photographs beside the scene.
+
+mod exposure;
+mod refined;
