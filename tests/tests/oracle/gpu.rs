@@ -1,8 +1,6 @@
 //! Pictures by the GPU against the CPU's own: every kind of field, stored type, shading,
 //! space and sampling. A software GPU will do.
 
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
-
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::march::{Hierarchical, Reach};
@@ -23,21 +21,17 @@ const LEAST: f64 = 50.0;
 /// precision numbers in a word.
 const CAPABILITIES: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
 
-/// The GPU, if there is one; without one where tools are required, the tests fail.
-fn gpu() -> Option<(&'static Gpu, MutexGuard<'static, ()>)> {
-    // One test at a time: a software GPU compiles for seconds, and its device is shared.
-    static ALONE: Mutex<()> = Mutex::new(());
-    let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
-    let open = || match Gpu::open(Software::Allowed) {
+/// The GPU, if there is one; without one where tools are required, the tests fail. Each test opens
+/// it anew: a software GPU compiles for seconds, which tests do side by side.
+fn gpu() -> Option<Gpu> {
+    match Gpu::open(Software::Allowed) {
         Ok(gpu) => Some(gpu),
         Err(why) => {
             assert!(std::env::var_os("POCKETNERF_REQUIRE_TOOLS").is_none(), "{why}");
             println!("{why}: install mesa-vulkan-drivers; nothing is tested");
             None
         }
-    };
-    Some((GPU.get_or_init(open).as_ref()?, alone))
+    }
 }
 
 fn finest(model: &Model<'_>) -> RenderOptions {
@@ -151,7 +145,7 @@ fn every_program_is_valid_everywhere() {
 
 #[test]
 fn grids_look_as_on_the_cpu() {
-    let Some((gpu, _alone)) = gpu() else { return };
+    let Some(gpu) = &gpu() else { return };
     for (name, model) in some_grids() {
         assert_alike(gpu, &name, &model, [40, 30], &finest(&model));
     }
@@ -159,7 +153,7 @@ fn grids_look_as_on_the_cpu() {
 
 #[test]
 fn nerfs_and_hierarchical_samples_look_as_on_the_cpu() {
-    let Some((gpu, _alone)) = gpu() else { return };
+    let Some(gpu) = &gpu() else { return };
     for (name, model) in some_nerfs() {
         assert_alike(gpu, &name, &model, [40, 30], &finest(&model));
     }
@@ -181,7 +175,7 @@ fn nerfs_and_hierarchical_samples_look_as_on_the_cpu() {
 /// several, with the samples and depths of the CPU.
 #[test]
 fn rays_bend_as_on_the_cpu() {
-    let Some((gpu, _alone)) = gpu() else { return };
+    let Some(gpu) = &gpu() else { return };
     let mut random = Random(41);
     let mut ray = |i: usize| {
         let reach = [1.2, 9.0][i % 2];
@@ -215,7 +209,7 @@ fn rays_bend_as_on_the_cpu() {
 /// A picture is the same however it comes about: again, of rays that are given, in parts.
 #[test]
 fn the_same_pictures_from_rays_and_again() {
-    let Some((gpu, _alone)) = gpu() else { return };
+    let Some(gpu) = &gpu() else { return };
     let (_, mut model) = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, Place::Box);
     // Of a denser mist, so that rays end.
     if let AnyField::HashGrid(field) = &mut model.field {
@@ -248,7 +242,7 @@ fn the_same_pictures_from_rays_and_again() {
 /// its rows are asked for in several bands.
 #[test]
 fn what_is_drawn_has_the_bytes_of_what_is_rendered() {
-    let Some((gpu, _alone)) = gpu() else { return };
+    let Some(gpu) = &gpu() else { return };
     let (_, model) = build(Recipe { shading: Shading::PerRay, ..Recipe::PLAIN }, Place::Box);
     let mut renderer = Renderer::new(gpu, &model, &finest(&model)).unwrap();
     let srgb = Display { background: [0.2, 1.0, 0.6], ..Display::default() };
@@ -280,7 +274,7 @@ fn what_is_drawn_has_the_bytes_of_what_is_rendered() {
 /// A small file cannot ask for hours of work.
 #[test]
 fn more_samples_than_are_allowed_are_refused() {
-    let Some((gpu, _alone)) = gpu() else { return };
+    let Some(gpu) = &gpu() else { return };
     let (_, mut model) = build(Recipe { occupancy: None, ..Recipe::PLAIN }, Place::Box);
     model.sampling.step = 1e-4;
     let options = RenderOptions { max_samples_per_pixel: 50, ..finest(&model) };
