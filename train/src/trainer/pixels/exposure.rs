@@ -67,6 +67,7 @@ mod tests {
 
     use super::*;
     use crate::dataset::View;
+    use crate::random::Random;
     use crate::trainer::Backdrop;
     use crate::trainer::pixels::rays::{Pixel, RaySource};
     use crate::trainer::pixels::visibility::PixelVisibility;
@@ -80,14 +81,17 @@ mod tests {
         // Red was cut off, green and blue are not darkened.
         assert_eq!(exposure.at_least(0, [255; 4]), [true, false, false]);
         assert_eq!(exposure.at_least(0, [255, 0, 0, 9]), [true, false, false]);
-        assert_eq!(exposure.at_least(0, [254, 255, 255, 9]), [false; 3]);
-        assert_eq!(exposure.at_least(0, [255, 255, 255, 0]), [false; 3]);
+        for rgba in
+            [[254; 4], [254, 255, 255, 9], [0, 255, 255, 9], [255, 0, 0, 0], [255, 255, 255, 0]]
+        {
+            assert_eq!(exposure.at_least(0, rgba), [false; 3], "{rgba:?}");
+        }
         assert_eq!(exposure.at_least(1, [255; 4]), [false; 3]);
         assert_eq!(Exposure::default().at_least(0, [255; 4]), [false; 3]);
     }
 
     #[test]
-    fn what_was_cut_off_is_drawn_but_not_compared() {
+    fn what_was_cut_off_is_drawn_as_the_least_value() {
         let pose = Camera::look_at([3.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
         let camera = Camera::from_fov_x(24, 24, 0.5, pose);
         let is_bright = |i: u32| i.is_multiple_of(5);
@@ -97,10 +101,16 @@ mod tests {
         source.even_out(vec![[0.8; 3], [1.25; 3]]);
         let space = Space::Box { min: [-1.0; 3], max: [1.0; 3] };
         let visibility = PixelVisibility::new(&source, &space, 32, &[]);
+        let mut random = Random::new(1, [0; 3]);
         for (view, i) in (0..2).flat_map(|view| (0..24 * 24).map(move |i| (view, i))) {
-            assert!(visibility.draws(Pixel { view, x: i % 24, y: i / 24 }), "{view} {i}");
-            let is_exact = source.is_exact(view as usize, i as usize);
-            assert_eq!(is_exact, view == 1 || !is_bright(i), "{view} {i}");
+            let (pixel, is_cut_off) =
+                (Pixel { view, x: i % 24, y: i / 24 }, view == 0 && is_bright(i));
+            assert!(visibility.draws(pixel), "{pixel:?}");
+            assert_eq!(source.is_exact(view as usize, i as usize), !is_cut_off, "{pixel:?}");
+            let ray = source.ray(pixel, source.rgba(pixel), (0, 1.0), &mut random);
+            assert_eq!(ray.at_least, [is_cut_off, false, false], "{pixel:?}");
+            let least = if is_cut_off { 0.8 } else { ray.target[0] };
+            assert!((ray.target[0] - least).abs() < 1e-6, "{pixel:?}");
         }
     }
 }
