@@ -60,4 +60,5 @@ mod probe;
 pub mod random;
 #[doc(hidden)]
 pub mod stopwatch;
+pub mod surface;
 pub mod trainer;

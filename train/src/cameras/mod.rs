@@ -3,6 +3,7 @@
 mod gap;
 mod path;
 mod spacing;
+mod sphere;
 mod subject;
 
 use std::f32::consts::TAU;
@@ -15,6 +16,7 @@ use pocketnerf_core::{Camera, Space};
 pub use gap::{GAP, widest_gap};
 pub use path::camera_path;
 pub use spacing::{WIDE, spacing};
+pub use sphere::sphere;
 pub use subject::nearest_to_axes;
 pub(crate) use subject::{cube, distances, object_box};
 

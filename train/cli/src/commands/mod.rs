@@ -7,6 +7,7 @@ mod convert;
 mod demo;
 mod device;
 mod eval;
+mod export;
 mod info;
 mod memory;
 mod model_file;
@@ -80,6 +81,12 @@ enum Action {
     Convert(Box<convert::Convert>),
     /// Render a model
     Render(render::Render),
+    /// Export the surface of a model: a mesh or a point cloud
+    ///
+    /// The surface is where the light of a pixel begins to be held back, seen from many cameras:
+    /// those of the photographs with --data, else a sphere of cameras around the model. Coordinates
+    /// and units are the dataset's. Colours are the mean of what is seen of each point.
+    Export(export::Export),
     /// Pack a model: the same pictures from fewer bytes
     ///
     /// Tables and occupied cells are coded, and table entries that no picture depends on become
@@ -191,6 +198,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Eval(action) => action.run(common),
         Action::Convert(action) => action.run(common),
         Action::Render(action) => action.run(common),
+        Action::Export(action) => action.run(common),
         Action::Repack(action) => action.run(common),
         Action::Unpack(action) => action.run(common),
         Action::Info(action) => action.run(common),
@@ -251,8 +259,8 @@ mod tests {
             (
                 "simd",
                 &[
-                    "demo", "train", "eval", "convert", "render", "repack", "chart", "stress",
-                    "bench",
+                    "demo", "train", "eval", "convert", "render", "export", "repack", "chart",
+                    "stress", "bench",
                 ][..],
             ),
             ("quality", &["demo", "eval", "convert", "render", "bench"]),

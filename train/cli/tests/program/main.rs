@@ -7,6 +7,7 @@ mod convert;
 mod data;
 mod doubts;
 mod eval;
+mod export;
 mod packed;
 mod page;
 mod peers;

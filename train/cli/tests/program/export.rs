@@ -1,0 +1,91 @@
+//! `pocketnerf export`.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../embed-demo/still-life.pnerf");
+
+fn export(options: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_pocketnerf"))
+        .args(["export", MODEL, "--json"])
+        .args(options)
+        .output()
+        .unwrap()
+}
+
+fn json(options: &[&str]) -> Value {
+    let output = export(options);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn refused(options: &[&str]) -> String {
+    let output = export(options);
+    assert!(!output.status.success() && output.stdout.is_empty());
+    String::from_utf8(output.stderr).unwrap()
+}
+
+fn text(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// The still life's surface is known.
+#[test]
+fn the_surface_is_where_the_scene_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let [mesh, points] = ["mesh.glb", "points.ply"].map(|name| text(&folder.path().join(name)));
+    let from_data = ["--data", "builtin", "--downscale-factor", "4", "--resolution", "96"];
+    let all = [&from_data[..], &["--mesh", &mesh, "--points", &points]].concat();
+    let said = json(&all);
+    let error = &said["surface_error"];
+    let [chamfer, degrees] =
+        ["chamfer_percent", "normal_degrees"].map(|name| error[name].as_f64().unwrap());
+    assert!(chamfer < 0.5 && degrees < 15.0, "{error}");
+    // Cameras stand upright on z.
+    assert_eq!((&said["up"], &said["cameras"]), (&serde_json::json!([0.0, 0.0, 1.0]), &60.into()));
+    let glb = std::fs::read(&mesh).unwrap();
+    let cloud = std::fs::read(&points).unwrap();
+    assert_eq!(said["bytes"], glb.len() + cloud.len());
+    let n = format!("element vertex {}\n", said["vertices"]);
+    assert!(
+        glb.starts_with(b"glTF\x02\0\0\0") && cloud.windows(n.len()).any(|w| w == n.as_bytes())
+    );
+    // The same again, byte for byte, on one thread.
+    let again = text(&folder.path().join("again.glb"));
+    json(&[&from_data[..], &["--mesh", &again, "--threads", "1"]].concat());
+    assert!(std::fs::read(&again).unwrap() == glb);
+}
+
+/// Without a dataset, from all around; and no more than was asked for.
+#[test]
+fn a_box_of_a_closed_surface_without_a_dataset() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = text(&folder.path().join("mesh.ply"));
+    let size = ["--resolution", "48", "--mesh", &mesh];
+    let whole = json(&[&size[..], &["--watertight"]].concat());
+    let corner =
+        |object: &Value, corner: usize, axis: usize| object["bounds"][corner][axis].as_f64();
+    assert!(corner(&whole, 0, 0) < Some(-0.7) && corner(&whole, 1, 0) > Some(0.7), "{whole}");
+    assert_eq!((&whole["surface_error"], &whole["cameras"]), (&Value::Null, &100.into()));
+    let part = json(&[&size[..], &["--crop", "-0.2,-2,-2,2,2,2"]].concat());
+    assert!(corner(&part, 0, 0) >= Some(-0.2) && corner(&part, 1, 0) > Some(0.7), "{part}");
+    let nothing = refused(&[&size[..], &["--crop", "5,5,5,6,6,6"]].concat());
+    assert!(
+        nothing.contains("no camera sees a surface in this box; give a larger one"),
+        "{nothing}"
+    );
+}
+
+#[test]
+fn other_files_are_refused_before_any_work() {
+    let said = refused(&["--mesh", "scene.stl"]);
+    assert!(said.contains("scene.stl: the file's name ends in \"stl\", expected .glb, .ply, .obj"));
+    let said = refused(&["--points", "scene.obj"]);
+    assert!(said.contains("scene.obj: the file's name ends in \"obj\", expected .ply"), "{said}");
+    assert!(refused(&[]).contains("--mesh"));
+    assert!(
+        refused(&["--mesh", "nowhere/scene.ply"]).contains("the folder nowhere does not exist")
+    );
+}
