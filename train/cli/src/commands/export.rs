@@ -89,7 +89,8 @@ impl Export {
         drop(progress);
         let similarity = file.about.scene.similarity();
         mesh.move_to_dataset(&similarity);
-        if let Some(corners) = self.crop {
+        // A closed surface ends at the box already, and is to stay closed.
+        if let (Some(corners), false) = (self.crop, self.watertight) {
             mesh.crop(corners);
         }
         let error = compare(&mesh, &views);

@@ -71,11 +71,33 @@ fn a_box_of_a_closed_surface_without_a_dataset() {
     assert_eq!((&whole["surface_error"], &whole["cameras"]), (&Value::Null, &100.into()));
     let part = json(&[&size[..], &["--crop", "-0.2,-2,-2,2,2,2"]].concat());
     assert!(corner(&part, 0, 0) >= Some(-0.2) && corner(&part, 1, 0) > Some(0.7), "{part}");
+    // What is cut and closed has no border: with each edge, its other side.
+    let crop = ["--watertight", "--crop", "-0.2,-2,-2,2,2,2"];
+    let closed = json(&[&size[..], &crop].concat());
+    let voxel = 1.8 / 48.0;
+    assert!(corner(&closed, 0, 0) > Some(-0.2 - 2.0 * voxel), "{closed}");
+    let triangles = triangles(&std::fs::read(&mesh).unwrap(), &closed);
+    let sides = |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]];
+    let mut there: Vec<[u32; 2]> = triangles.iter().flat_map(sides).collect();
+    let mut back: Vec<[u32; 2]> = there.iter().map(|[a, b]| [*b, *a]).collect();
+    there.sort_unstable();
+    back.sort_unstable();
+    assert!(there == back && there.len() > 1000);
     let nothing = refused(&[&size[..], &["--crop", "5,5,5,6,6,6"]].concat());
     assert!(
         nothing.contains("no camera sees a surface in this box; give a larger one"),
         "{nothing}"
     );
+}
+
+/// Those of a PLY file.
+fn triangles(ply: &[u8], said: &Value) -> Vec<[u32; 3]> {
+    let n = said["triangles"].as_u64().unwrap() as usize;
+    let (rows, rest) = ply[ply.len() - 13 * n..].as_chunks::<13>();
+    assert!(rest.is_empty() && rows.iter().all(|row| row[0] == 3));
+    let corner =
+        |row: &[u8; 13], i: usize| u32::from_le_bytes(row[1 + 4 * i..][..4].try_into().unwrap());
+    rows.iter().map(|row| [0, 1, 2].map(|i| corner(row, i))).collect()
 }
 
 #[test]
