@@ -1,27 +1,23 @@
 //! Cameras on a sphere, for models whose own cameras are not at hand.
 
-use pocketnerf_core::{Camera, Space, math};
+use pocketnerf_core::camera::Orbit;
+use pocketnerf_core::{Camera, Space};
+
+use super::Circle;
 
 /// The angle that spreads any number of points evenly around an axis, radians.
 const GOLDEN_ANGLE: f32 = 2.399_963;
 
-/// `n` cameras that are spread evenly over a sphere around the middle of a space and look at it,
-/// as far from it as the model's own camera, with its field of view, or at twice the longest side.
+/// `n` cameras, evenly spread around the middle of a space, which they look at from as far away as
+/// those of [`Circle::around`].
 #[must_use]
 pub fn sphere(space: &Space, own: Option<&Camera>, n: usize, side: u32) -> Vec<Camera> {
-    let target = space.center();
-    let radius = own.map_or(space.viewing_distance(), |camera| {
-        let p = camera.position();
-        (0..3).map(|a| (p[a] - target[a]).powi(2)).sum::<f32>().sqrt()
-    });
-    let fov_x = super::Circle::fov_x(own);
+    let fov_x = Circle::fov_x(own);
+    let first = Circle::around(space, own, n, fov_x).first;
     let camera = |i: usize| {
-        let z = 1.0 - (2.0 * i as f32 + 1.0) / n as f32;
-        let across = (1.0 - z * z).max(0.0).sqrt();
-        let angle = GOLDEN_ANGLE * i as f32;
-        let direction = [across * math::cos(angle), across * math::sin(angle), z];
-        let eye = [0, 1, 2].map(|a| target[a] + radius * direction[a]);
-        Camera::from_fov_x(side, side, fov_x, Camera::look_at(eye, target, [0.0, 0.0, 1.0]))
+        let sine = 1.0 - (2.0 * i as f32 + 1.0) / n as f32;
+        let (azimuth, elevation) = (GOLDEN_ANGLE * i as f32, sine.asin());
+        Camera::from_fov_x(side, side, fov_x, Orbit { azimuth, elevation, ..first }.pose())
     };
     (0..n).map(camera).collect()
 }

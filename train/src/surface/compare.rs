@@ -20,9 +20,9 @@ const STEEP: f32 = 4.0;
 /// How far a mesh lies from the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SurfaceError {
-    /// Mean distance from points of the mesh to the truth, scene units.
+    /// Mean distance from points of the mesh to the truth, in the views' units.
     pub accuracy: f64,
-    /// Mean distance from the truth to points of the mesh, scene units.
+    /// Mean distance from the truth to points of the mesh, in the views' units.
     pub completeness: f64,
     /// The mean of both, the Chamfer distance, in percent of the diagonal of the box around the
     /// truth.

@@ -84,7 +84,7 @@ pub(super) fn memory_bytes(cameras: &[Camera], settings: &Settings) -> u64 {
 }
 
 /// Probes know no bent space; there, the mean depth alone is known.
-fn has_box(model: &Model<'_>) -> bool {
+pub(super) fn has_box(model: &Model<'_>) -> bool {
     model.space.scene_box().is_some()
 }
 

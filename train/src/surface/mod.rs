@@ -5,8 +5,9 @@
 //! grid of voxels, positive before what is seen and negative behind it, cut off a few voxels from
 //! zero (Curless and Levoy, "A volumetric method for building complex models from range images",
 //! 1996). Averaged over cameras, they are smooth where each depth map is noisy, and what lies
-//! inside of bodies, where a radiance field may be anything, never counts. Zero becomes triangles by surface nets
-//! (Gibson, "Constrained elastic surface nets", 1998): one vertex a voxel through which it passes.
+//! inside of bodies, where a radiance field may be anything, never counts. Zero becomes triangles
+//! by surface nets (Gibson, "Constrained elastic surface nets", 1998): one vertex a voxel through
+//! which it passes.
 //!
 //! ```
 //! use pocketnerf_train::surface::{Mesh, file};
@@ -81,10 +82,11 @@ pub enum NoSurface {
     Model(#[from] Error),
 }
 
-/// How many pictures finding a surface takes: colours and depths of each camera.
+/// How many pictures finding a surface takes: colours and depths of each camera, both at once
+/// where space is bent.
 #[must_use]
-pub fn pictures(cameras: &[Camera]) -> usize {
-    2 * cameras.len()
+pub fn pictures(model: &Model<'_>, cameras: &[Camera]) -> usize {
+    cameras.len() * if look::has_box(model) { 2 } else { 1 }
 }
 
 /// What finding a surface needs, bytes, about: pictures, and voxels at what is seen, or all of

@@ -21,6 +21,8 @@ pub(super) struct Volume {
     min: Vec3,
     /// The distance between lattice points.
     voxel: f32,
+    /// The outermost lattice point.
+    last: UVec3,
     /// Along each axis.
     blocks: UVec3,
     /// The number of each block.
@@ -49,7 +51,8 @@ impl Volume {
         let n = blocks.element_product() as usize;
         let solid = settings.watertight;
         let index = vec![NONE; n];
-        let mut volume = Self { min: min - voxel, voxel, blocks, index, filled: Vec::new(), solid };
+        let (min, last, filled) = (min - voxel, points - 1, Vec::new());
+        let mut volume = Self { min, voxel, last, blocks, index, filled, solid };
         if solid {
             volume.index.fill(0);
         } else {
@@ -108,11 +111,11 @@ impl Volume {
     /// Nearer cameras see better, and count more.
     pub(super) fn fill(&mut self, seen: &[Seen]) {
         let (min, voxel, cut, solid) = (self.min, self.voxel, self.cut(), self.solid);
-        let last = self.blocks * SIDE as u32 - 1;
+        let last = self.last;
         self.filled.par_iter_mut().for_each(|block| {
             for (i, distance) in block.distance.iter_mut().enumerate() {
                 let at = block.first + offset(i);
-                if solid && (at.cmpeq(UVec3::ZERO).any() || at.cmpeq(last).any()) {
+                if solid && (at.cmpeq(UVec3::ZERO).any() || at.cmpge(last).any()) {
                     *distance = 1.0;
                     continue;
                 }

@@ -48,7 +48,8 @@ pub(super) struct Export {
     up: Option<[f32; 3]>,
     /// Look from this dataset's training cameras [default: from a sphere around the model]
     ///
-    /// Where it knows true depths, as built-in scenes do, the surface is also compared with these.
+    /// Where it knows true depths, as built-in scenes do, the whole surface is also compared with
+    /// these.
     #[arg(long, value_name = "DATA", help_heading = "Dataset")]
     data: Option<PathBuf>,
     /// Downscale its images by this factor
@@ -69,6 +70,11 @@ impl Export {
         for path in self.mesh.iter().chain(&self.points) {
             output::check_output(path)?;
         }
+        if let (Some(path), true) = (&self.mesh, self.mesh == self.points) {
+            return Err(
+                format!("{}: --mesh and --points, expected a file each", path.display()).into()
+            );
+        }
         let bytes = read_model(&self.model)?;
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
@@ -83,9 +89,13 @@ impl Export {
         };
         let needed = surface::memory_bytes(&cameras, &settings);
         memory::check(needed, "give a smaller --resolution", || "a surface".to_owned())?;
-        let mut progress = Progress::new("pictures", surface::pictures(&cameras), common.quiet);
+        let refused = |error: &surface::NoSurface| -> Failure {
+            format!("{}: {error}", self.model.display()).into()
+        };
+        let mut progress =
+            Progress::new("pictures", surface::pictures(&file.model, &cameras), common.quiet);
         let mut mesh = surface(&file.model, &cameras, &settings, |done| progress.done(done))
-            .map_err(|error| format!("{}: {error}", self.model.display()))?;
+            .map_err(|error| refused(&error))?;
         drop(progress);
         let similarity = file.about.scene.similarity();
         mesh.move_to_dataset(&similarity);
@@ -93,7 +103,11 @@ impl Export {
         if let (Some(corners), false) = (self.crop, self.watertight) {
             mesh.crop(corners);
         }
-        let error = compare(&mesh, &views);
+        if mesh.triangles.is_empty() {
+            return Err(refused(&surface::NoSurface::Nothing { cropped: true }));
+        }
+        // A part is not compared with the whole.
+        let error = if self.crop.is_none() { compare(&mesh, &views) } else { None };
         let up = self.up.unwrap_or_else(|| up(&file, &cameras));
         let mut written = Vec::new();
         if let (Some(path), Some(format)) = (&self.mesh, write) {

@@ -85,7 +85,8 @@ enum Action {
     ///
     /// The surface is where the light of a pixel begins to be held back, seen from many cameras:
     /// those of the photographs with --data, else a sphere of cameras around the model. Coordinates
-    /// and units are the dataset's. Colours are the mean of what is seen of each point.
+    /// and units are the dataset's, as `render --pose` takes them; the worlds of COLMAP and LLFF
+    /// are turned and scaled when read. Colours are the mean of what is seen of each point.
     Export(export::Export),
     /// Pack a model: the same pictures from fewer bytes
     ///

@@ -72,10 +72,11 @@ fn a_box_of_a_closed_surface_without_a_dataset() {
     let part = json(&[&size[..], &["--crop", "-0.2,-2,-2,2,2,2"]].concat());
     assert!(corner(&part, 0, 0) >= Some(-0.2) && corner(&part, 1, 0) > Some(0.7), "{part}");
     // What is cut and closed has no border: with each edge, its other side.
-    let crop = ["--watertight", "--crop", "-0.2,-2,-2,2,2,2"];
+    let crop = ["--watertight", "--crop", "-0.2,-2,-2,0.3,2,2"];
     let closed = json(&[&size[..], &crop].concat());
-    let voxel = 1.8 / 48.0;
-    assert!(corner(&closed, 0, 0) > Some(-0.2 - 2.0 * voxel), "{closed}");
+    let voxels = 2.0 * 1.8 / 48.0;
+    assert!(corner(&closed, 0, 0) > Some(-0.2 - voxels), "{closed}");
+    assert!(corner(&closed, 1, 0) < Some(0.3 + voxels), "{closed}");
     let triangles = triangles(&std::fs::read(&mesh).unwrap(), &closed);
     let sides = |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]];
     let mut there: Vec<[u32; 2]> = triangles.iter().flat_map(sides).collect();
@@ -107,6 +108,8 @@ fn other_files_are_refused_before_any_work() {
     let said = refused(&["--points", "scene.obj"]);
     assert!(said.contains("scene.obj: the file's name ends in \"obj\", expected .ply"), "{said}");
     assert!(refused(&[]).contains("--mesh"));
+    let said = refused(&["--mesh", "scene.ply", "--points", "scene.ply"]);
+    assert!(said.contains("scene.ply: --mesh and --points, expected a file each"), "{said}");
     assert!(
         refused(&["--mesh", "nowhere/scene.ply"]).contains("the folder nowhere does not exist")
     );
