@@ -19,6 +19,11 @@ const WRONG: usize = 50;
 /// Of so many views one may be.
 const ENOUGH: usize = 10;
 
+/// Pixels around what a ball covers: alpha is an average over the pixel's square.
+const MARGIN: f32 = 1.0;
+/// What rounding may move a corner by, in pixels.
+const ROUNDING: f32 = 0.01;
+
 /// Silhouettes of all training views.
 #[derive(Debug)]
 pub struct VisualHull {
@@ -81,7 +86,7 @@ impl VisualHull {
                 lens => footprint_through(lens, camera, center, radius),
             };
             match footprint {
-                Footprint::Inside(rectangle) if !pyramid.any(rectangle) => {
+                Footprint::Inside(corners) if !pyramid.any(pixels(corners)) => {
                     transparent += 1;
                     if transparent > self.wrong {
                         return false;
@@ -145,9 +150,10 @@ impl VisualHull {
         }
         // The balls of the parts lie within this one.
         let mut open = Vec::with_capacity(open.len());
-        let may_hold = self.look(views, center, radius, |view, footprint| match footprint {
-            Footprint::Inside(rectangle) if self.views[view].2.all(*rectangle) => {}
-            _ => open.push(view),
+        let may_hold = self.look(views, center, radius, |view, footprint| {
+            if !footprint.shows_every_part(&self.views[view].2) {
+                open.push(view);
+            }
         });
         if may_hold {
             for i in 0..8 {
@@ -166,12 +172,30 @@ struct Grid<'a> {
 
 /// What a camera sees of a ball.
 enum Footprint {
-    /// All of it, within the pixels `[x0, y0, x1, y1]`.
-    Inside([usize; 4]),
+    /// All of it, between `[x0, y0, x1, y1]` in pixels; there is [`MARGIN`] on every side.
+    Inside([f32; 4]),
     /// Its centre, or it is too near to tell.
     Cut,
     /// Not its centre.
     Unseen,
+}
+
+impl Footprint {
+    /// Whether the footprint of every ball within this one has a pixel with alpha.
+    fn shows_every_part(&self, pyramid: &Pyramid) -> bool {
+        let Self::Inside(corners) = *self else { return false };
+        let [x0, y0, x1, y1] = corners;
+        // Wherever the centre of a part is, its margin reaches these.
+        let within = 2.0 * MARGIN - ROUNDING;
+        let shared = [x1 - within, y1 - within, x0 + within, y0 + within];
+        let is_shared = shared[0] <= shared[2] && shared[1] <= shared[3];
+        (is_shared && pyramid.any(pixels(shared))) || pyramid.all(pixels(corners))
+    }
+}
+
+/// The pixels between two corners.
+fn pixels(corners: [f32; 4]) -> [usize; 4] {
+    corners.map(|v| v as usize)
 }
 
 fn footprint(camera: &Camera, center: [f32; 3], radius: f32) -> Footprint {
@@ -187,8 +211,7 @@ fn footprint(camera: &Camera, center: [f32; 3], radius: f32) -> Footprint {
     // A ball off the axis covers more than f r / depth: by 1 / cos² at most.
     let off_axis = (along(0) * along(0) + along(1) * along(1)) / (depth * depth);
     let spread = radius / (depth - radius) * (1.0 + off_axis);
-    // One pixel more: alpha is an average over the pixel's square.
-    let (rx, ry) = (camera.focal[0] * spread + 1.0, camera.focal[1] * spread + 1.0);
+    let (rx, ry) = (camera.focal[0] * spread + MARGIN, camera.focal[1] * spread + MARGIN);
     within(camera, [x - rx, y - ry, x + rx, y + ry])
 }
 
@@ -196,7 +219,7 @@ fn footprint(camera: &Camera, center: [f32; 3], radius: f32) -> Footprint {
 fn footprint_through(lens: &Lens, camera: &Camera, center: [f32; 3], radius: f32) -> Footprint {
     match lens.rectangle(camera, center, radius) {
         Rectangle::Within([x0, y0, x1, y1]) => {
-            within(camera, [x0 - 1.0, y0 - 1.0, x1 + 1.0, y1 + 1.0])
+            within(camera, [x0 - MARGIN, y0 - MARGIN, x1 + MARGIN, y1 + MARGIN])
         }
         Rectangle::Unknown => Footprint::Cut,
         Rectangle::Nothing => Footprint::Unseen,
@@ -208,7 +231,7 @@ fn within(camera: &Camera, corners: [f32; 4]) -> Footprint {
     let [x0, y0, x1, y1] = corners;
     let (width, height) = (camera.width as f32, camera.height as f32);
     if x0 >= 0.0 && y0 >= 0.0 && x1 < width && y1 < height {
-        Footprint::Inside(corners.map(|v| v as usize))
+        Footprint::Inside(corners)
     } else if x1 >= 0.0 && y1 >= 0.0 && x0 < width && y0 < height {
         Footprint::Cut
     } else {

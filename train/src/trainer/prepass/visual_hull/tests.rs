@@ -6,17 +6,23 @@ use crate::trainer::Backdrop;
 
 /// Cameras on the axes, which see a disc of `radius` pixels.
 fn views(radius: f32) -> RaySource {
+    views_of(101, radius)
+}
+
+/// The same, images of `side` pixels, an odd number.
+fn views_of(side: u32, radius: f32) -> RaySource {
     let eyes = [[4.0, 0.0, 0.0], [0.0, 4.0, 0.1], [0.0, 0.0, 4.0]];
     let cameras: Vec<Camera> = eyes
         .iter()
         .map(|eye| {
             let up = if eye[2] > 1.0 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
-            Camera::from_fov_x(101, 101, 0.7, Camera::look_at(*eye, [0.0; 3], up))
+            Camera::from_fov_x(side, side, 0.7, Camera::look_at(*eye, [0.0; 3], up))
         })
         .collect();
-    let image: Vec<u8> = (0..101 * 101)
+    let middle = (side / 2) as f32;
+    let image: Vec<u8> = (0..side * side)
         .flat_map(|i| {
-            let (x, y) = ((i % 101) as f32 - 50.0, (i / 101) as f32 - 50.0);
+            let (x, y) = ((i % side) as f32 - middle, (i / side) as f32 - middle);
             [0, 0, 0, if x * x + y * y <= radius * radius { 255 } else { 0 }]
         })
         .collect();
@@ -51,8 +57,9 @@ fn keeps_what_the_silhouettes_allow() {
 fn the_same_cells_as_by_asking_all_views() {
     let space = Space::Box { min: [-0.9, -0.8, -0.9], max: [0.9; 3] };
     let map = space.unit_map();
-    for radius in [3.0, 20.0, 60.0] {
-        let hull = VisualHull::new(&views(radius));
+    // Cells are as wide as a pixel, or as an eighth of one.
+    for (side, radius) in [(101, 3.0), (101, 20.0), (101, 60.0), (13, 0.5), (13, 2.0), (25, 5.5)] {
+        let hull = VisualHull::new(&views_of(side, radius));
         let holds = |cell: [u32; 3], size: u32| {
             let side = 1.0 / (size as f32 * map.scale);
             let at = |a: usize| map.min[a] + (cell[a] as f32 + 0.5) * side;
@@ -64,7 +71,7 @@ fn the_same_cells_as_by_asking_all_views() {
                 (0..3).all(|level| holds(cell.map(|c| c >> level), 64 >> level))
             })
             .collect();
-        assert_eq!(hull.cells(&space, 64), expected, "{radius}");
+        assert_eq!(hull.cells(&space, 64), expected, "{side} {radius}");
         assert!(!expected.is_empty());
     }
 }
