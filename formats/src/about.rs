@@ -4,6 +4,8 @@
 use pocketnerf_core::Camera;
 use pocketnerf_core::query::Similarity;
 
+use crate::photographs::Photographs;
+
 /// Everything in a file that is not the model itself.
 ///
 /// By default, model coordinates are dataset coordinates; there is no camera, and the
@@ -23,6 +25,8 @@ pub struct About<'a> {
     /// [`Model::detail`](pocketnerf_core::Model::detail); `None`: 0.5. Only read with the
     /// feature `alloc`.
     pub quality: Option<f32>,
+    /// Where the photographs were taken. Only read with the feature `alloc`.
+    pub photographs: Option<Photographs<'a>>,
 }
 
 /// The point of a pixel through which its ray passes. A model trained with corners is

@@ -93,6 +93,7 @@ mod error;
 pub mod import;
 mod metadata;
 mod packed;
+mod photographs;
 mod reader;
 mod tensor_name;
 #[cfg(feature = "alloc")]
@@ -113,6 +114,9 @@ pub use packed::unpacked;
 pub use packed::{
     PACKED_BLOCKS, PACKED_CELLS, PACKED_HALVES, PACKED_TABLE, is_packed, unpack_into, unpacked_len,
 };
+#[cfg(feature = "alloc")]
+pub use photographs::PhotographList;
+pub use photographs::Photographs;
 pub use reader::{ModelFile, open, open_verified};
 pub use tensor_name::{Role, TensorName};
 #[cfg(feature = "alloc")]

@@ -82,6 +82,7 @@ impl<'a> ModelFile<'a> {
             pixel_origin: with_heap(&container, kind::PIXELS, about::read_pixels)?
                 .unwrap_or_default(),
             quality: with_heap(&container, kind::QUALITY, about::read_quality)?,
+            photographs: with_heap(&container, kind::PHOTOGRAPHS, about::read_photographs)?,
         };
         Ok(Self { model, about, container })
     }

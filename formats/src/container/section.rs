@@ -35,6 +35,8 @@ pub mod kind {
     pub const PIXELS: u32 = 11;
     /// Metadata: the default quality of renderings.
     pub const QUALITY: u32 = 12;
+    /// Metadata: where the photographs were taken.
+    pub const PHOTOGRAPHS: u32 = 13;
     /// Raw: the table of one hash grid level; the index is the level.
     pub const GRID: u32 = 16;
     /// Raw: one weight or bias; numbered in the order of the directory.
@@ -62,6 +64,7 @@ pub mod kind {
             HIERARCHICAL => "HIERARCHICAL",
             PIXELS => "PIXELS",
             QUALITY => "QUALITY",
+            PHOTOGRAPHS => "PHOTOGRAPHS",
             GRID => "GRID",
             NETWORK => "NETWORK",
             OCC_COARSE => "OCC_COARSE",

@@ -100,6 +100,9 @@ impl<'a> ContainerWriter<'a> {
         if let Some(quality) = about.quality {
             self.add_quality(quality)?;
         }
+        if let Some(photographs) = &about.photographs {
+            self.optional(kind::PHOTOGRAPHS, &about::write_photographs(photographs));
+        }
         if let Some(hierarchical) = &model.hierarchical {
             self.optional(kind::HIERARCHICAL, &space::write_hierarchical(hierarchical));
         }

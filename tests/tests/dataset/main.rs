@@ -13,6 +13,7 @@ mod real;
 mod refusals;
 mod survey;
 mod suspicion;
+mod tour;
 mod transforms;
 
 use fixture::{Scene, cut, frames};

@@ -5,6 +5,7 @@ mod path;
 mod spacing;
 mod sphere;
 mod subject;
+mod tour;
 
 use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,7 @@ pub use spacing::{WIDE, spacing};
 pub use sphere::sphere;
 pub use subject::nearest_to_axes;
 pub(crate) use subject::{cube, distances, object_box};
+pub use tour::tour;
 
 use crate::json::{self, JsonError, one_line};
 use crate::pose::{self, PoseProblem};
@@ -90,6 +92,8 @@ pub struct Circle {
     pub fov_x: f32,
     /// Picture width and height in pixels.
     pub size: [u32; 2],
+    /// The azimuths of the first camera and the last, radians; `None`: all the way around.
+    pub arc: Option<[f32; 2]>,
 }
 
 impl Circle {
@@ -115,7 +119,7 @@ impl Circle {
             axis: [0.0, 0.0, 1.0],
             up: [0.0, 0.0, 1.0],
         };
-        Self { views, first, fov_x, size }
+        Self { views, first, fov_x, size, arc: None }
     }
 
     /// A circle in the plane z = 0. The box is wider than what one camera at the origin sees by how
@@ -134,7 +138,13 @@ impl Circle {
             axis: [0.0, 0.0, 1.0],
             up: [0.0, 1.0, 0.0],
         };
-        Self { views: 1, first, fov_x: 2.0 * (1.0 / ndc.slope[0]).atan(), size: [400; 2] }
+        Self {
+            views: 1,
+            first,
+            fov_x: 2.0 * (1.0 / ndc.slope[0]).atan(),
+            size: [400; 2],
+            arc: None,
+        }
     }
 
     /// The horizontal field of view of a model's own camera, radians.
@@ -147,7 +157,12 @@ impl Circle {
     #[must_use]
     pub fn cameras(&self) -> Vec<Camera> {
         let camera = |view: usize| {
-            let azimuth = self.first.azimuth + TAU * view as f32 / self.views as f32;
+            let azimuth = match self.arc {
+                Some([from, to]) => {
+                    from + (to - from) * view as f32 / self.views.saturating_sub(1).max(1) as f32
+                }
+                None => self.first.azimuth + TAU * view as f32 / self.views as f32,
+            };
             let pose = Orbit { azimuth, ..self.first }.pose();
             Camera::from_fov_x(self.size[0], self.size[1], self.fov_x, pose)
         };
@@ -193,7 +208,7 @@ mod tests {
             up: [0.0, 0.0, 5.0],
         };
         let fov_x = std::f32::consts::FRAC_PI_2;
-        let cameras = Circle { views: 4, first, fov_x, size: [8, 6] }.cameras();
+        let cameras = Circle { views: 4, first, fov_x, size: [8, 6], arc: None }.cameras();
         // 30° up at distance 2: 1 above, √3 aside.
         let side = 3.0f32.sqrt();
         let expected = [[1.0 + side, 2.0], [1.0, 2.0 + side], [1.0 - side, 2.0], [1.0, 2.0 - side]];
@@ -205,6 +220,12 @@ mod tests {
             assert!(near(&end, &first.target), "{end:?}");
             // 90° wide, 8 pixels: focal 4.
             assert!(near(&camera.focal, &[4.0, 4.0]));
+        }
+        // From 90° to 270°, both ends included.
+        let arc = Some([std::f32::consts::FRAC_PI_2, 3.0 * std::f32::consts::FRAC_PI_2]);
+        let part = Circle { views: 3, first, fov_x, size: [8, 6], arc }.cameras();
+        for (camera, [x, y]) in part.iter().zip(&expected[1..]) {
+            assert!(near(&camera.position(), &[*x, *y, 4.0]), "{:?}", camera.position());
         }
         // The first camera's right is +y, its up leans back from +z.
         let m = cameras[0].camera_to_world;

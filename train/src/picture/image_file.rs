@@ -1,7 +1,8 @@
-//! Writes pictures as PNG files.
+//! Writes pictures as PNG and JPEG files.
 
 use std::path::Path;
 
+use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder, ImageError};
 
@@ -11,7 +12,11 @@ use crate::output::{OutputError, write_atomic};
 /// millimetres expect.
 pub const DEPTH_UNITS_PER_STEP: f32 = 1e-3;
 
-/// Writes 8-bit RGB, `width * height * 3` values from the top left.
+/// Quality of JPEG files: differences are hardly seen.
+const JPEG_QUALITY: u8 = 92;
+
+/// Writes 8-bit RGB, `width * height * 3` values from the top left: as JPEG where the name ends
+/// with `.jpg` or `.jpeg`, else as PNG.
 ///
 /// # Errors
 /// One line that names the file.
@@ -19,7 +24,15 @@ pub const DEPTH_UNITS_PER_STEP: f32 = 1e-3;
 /// # Panics
 /// If `rgb` has another length.
 pub fn write_rgb(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<(), OutputError> {
-    write(path, width, height, rgb, ExtendedColorType::Rgb8)
+    let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+    if extension.is_none_or(|extension| extension != "jpg" && extension != "jpeg") {
+        return write(path, width, height, rgb, ExtendedColorType::Rgb8);
+    }
+    let mut jpeg = Vec::new();
+    JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY)
+        .write_image(rgb, width, height, ExtendedColorType::Rgb8)
+        .map_err(|error| refused(path, error))?;
+    write_atomic(path, &jpeg)
 }
 
 /// Writes 8-bit RGBA with straight alpha, `width * height * 4` values.
@@ -110,11 +123,12 @@ fn write(
     pixels: &[u8],
     color: ExtendedColorType,
 ) -> Result<(), OutputError> {
-    let png = encode(width, height, pixels, color).map_err(|error| OutputError::Refused {
-        file: path.to_owned(),
-        source: std::io::Error::other(error),
-    })?;
+    let png = encode(width, height, pixels, color).map_err(|error| refused(path, error))?;
     write_atomic(path, &png)
+}
+
+fn refused(path: &Path, error: ImageError) -> OutputError {
+    OutputError::Refused { file: path.to_owned(), source: std::io::Error::other(error) }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use pocketnerf_core::Camera;
-use pocketnerf_formats::ModelFile;
+use pocketnerf_formats::{ModelFile, Photographs};
 use pocketnerf_train::cameras::sphere;
 use pocketnerf_train::dataset::{Split, View, thin};
 use pocketnerf_train::output;
@@ -46,7 +46,8 @@ pub(super) struct Export {
     /// It becomes +y in a .glb file, where that is up.
     #[arg(long, value_name = "AXIS", value_parser = parse_axis, allow_hyphen_values = true)]
     up: Option<[f32; 3]>,
-    /// Look from this dataset's training cameras [default: from a sphere around the model]
+    /// Look from this dataset's training cameras [default: from those photographs whose cameras the
+    /// model stores; where it stores none, from a sphere around it]
     ///
     /// Where it knows true depths, as built-in scenes do, the whole surface is also compared with
     /// these.
@@ -164,11 +165,18 @@ impl Export {
         common: &Common,
     ) -> Result<(Vec<Camera>, Vec<View>), Failure> {
         let own = file.about.camera.map(|camera| camera.camera());
+        let shifted = |mut camera: Camera| {
+            shift(&mut camera, file.about.pixel_origin, 1);
+            camera
+        };
         let Some(data) = &self.data else {
+            if let Some(photographs) = file.about.photographs.filter(|all| !all.is_empty()) {
+                return Ok((taken(&photographs, own.as_ref()).map(shifted).collect(), Vec::new()));
+            }
             if file.model.space.scene_box().is_none() {
                 return Err(format!(
-                    "{}: its scene has no box to look at from outside; give --data, the \
-                     dataset whose cameras look at it",
+                    "{}: its scene has no box to look at from outside, and it does not say where \
+                     photographs were taken; give --data, the dataset whose cameras look at it",
                     self.model.display()
                 )
                 .into());
@@ -178,13 +186,16 @@ impl Export {
         };
         let mut views = self.reading.load(data, Split::Train, self.downscale_factor, common)?.views;
         thin(&mut views, CAMERAS);
-        let camera = |view: &View| {
-            let mut camera = file.about.scene.camera_to_model(&view.camera);
-            shift(&mut camera, file.about.pixel_origin, 1);
-            camera
-        };
+        let camera = |view: &View| shifted(file.about.scene.camera_to_model(&view.camera));
         Ok((views.iter().map(camera).collect(), views))
     }
+}
+
+/// The cameras of photographs, with pictures as large as those of the model's own camera.
+fn taken(photographs: &Photographs<'_>, own: Option<&Camera>) -> impl Iterator<Item = Camera> {
+    let [width, height] = own.map_or([400; 2], |camera| [camera.width, camera.height]);
+    let fov_x = 2.0 * (0.5 / photographs.focal).atan();
+    photographs.poses().map(move |pose| Camera::from_fov_x(width, height, fov_x, pose))
 }
 
 /// The box in the model's coordinates around this one of the dataset's.

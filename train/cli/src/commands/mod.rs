@@ -20,6 +20,7 @@ mod rendering;
 mod repack;
 mod stop;
 mod stress;
+mod tool;
 mod train;
 
 use std::io::Write;

@@ -14,8 +14,8 @@ const BOX: &str = "its box";
 /// What is said before the first step of a run on the still life, which is 1.7 units wide and
 /// reaches from -0.7 to 0.95.
 fn said(options: &str, about: &str) -> Vec<String> {
-    let train = "train builtin --downscale-factor 8 --json --quiet --out x.pnerf";
-    let result = Place::new().ok(&format!("{train} --steps 1 {options}"));
+    let train = "train builtin --downscale-factor 8 --exposure off --steps 1 --json --quiet";
+    let result = Place::new().ok(&format!("{train} --out x.pnerf {options}"));
     let warnings = result["warnings"].as_array().unwrap().iter();
     let all = warnings.map(|line| line.as_str().unwrap().to_owned());
     all.filter(|line| line.contains(about)).collect()
@@ -52,8 +52,8 @@ fn said_of(steps: u32, spoil: impl FnOnce(&mut Vec<View>)) -> Vec<String> {
     spoil(&mut photos);
     std::fs::create_dir(place.path("spoilt")).unwrap();
     dataset::write(&place.path("spoilt"), Split::Train, &photos).unwrap();
-    let train = format!("train spoilt --json --quiet --out x.pnerf --seed 0 --steps {steps}");
-    let result = place.ok(&train);
+    let train = "train spoilt --exposure off --profile fast --seed 0 --json --quiet";
+    let result = place.ok(&format!("{train} --steps {steps} --out x.pnerf"));
     let warnings = result["warnings"].as_array().unwrap().iter();
     warnings.map(|line| line.as_str().unwrap().to_owned()).collect()
 }
@@ -78,7 +78,7 @@ fn gaps_between_photographs_are_said_before_training() {
 #[test]
 fn blurred_and_noisy_photographs_are_named() {
     let mut random = Random::new(7, [0; 3]);
-    let found = said_of(700, |photos| {
+    let found = said_of(520, |photos| {
         each(photos, 8, 1, |view| {
             for pixel in view.rgba.as_chunks_mut::<4>().0.iter_mut().filter(|pixel| pixel[3] > 0) {
                 for value in &mut pixel[..3] {
@@ -108,7 +108,7 @@ fn blurred_and_noisy_photographs_are_named() {
 #[test]
 fn inexact_poses_and_focal_lengths_are_said() {
     let mut random = Random::new(8, [0; 3]);
-    let found = said_of(700, |photos| {
+    let found = said_of(520, |photos| {
         for view in photos {
             // A fifth of a pixel of these along both sides: the principal point moves as poses do.
             let by = [0, 1].map(|_| 0.2 * normal(&mut random));
@@ -122,7 +122,7 @@ fn inexact_poses_and_focal_lengths_are_said() {
     });
     assert!(found.len() == 1 && found[0].starts_with("photographs are shifted by"), "{found:?}");
     for (times, expected) in [(1.1, "too long"), (0.9, "too short")] {
-        let found = said_of(700, |photos| {
+        let found = said_of(520, |photos| {
             each(photos, 1, 0, |view| view.camera.focal = view.camera.focal.map(|f| times * f));
         });
         assert!(found.len() == 1 && found[0].contains(expected), "{times}: {found:?}");

@@ -3,6 +3,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use pocketnerf_formats::{About, PhotographList, Precision};
+use pocketnerf_train::builtin;
+use pocketnerf_train::dataset::Split;
 use serde_json::Value;
 
 const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../embed-demo/still-life.pnerf");
@@ -89,6 +92,33 @@ fn a_box_of_a_closed_surface_without_a_dataset() {
         nothing.contains("no camera sees a surface in this box; give a larger one"),
         "{nothing}"
     );
+}
+
+/// A model that stores where its photographs were taken is looked at from there, in any space.
+#[test]
+fn from_where_photographs_were_taken() {
+    let bytes = std::fs::read(MODEL).unwrap();
+    let ordinary = pocketnerf_formats::unpacked(&bytes).unwrap();
+    let file = pocketnerf_formats::open(&ordinary).unwrap();
+    // Those on one side alone: the other side is not seen.
+    let views = builtin::dataset(Split::Train, 20).views;
+    let cameras: Vec<_> =
+        views.iter().map(|view| view.camera).filter(|c| c.position()[0] > 1.0).collect();
+    let list = PhotographList::new(&cameras).unwrap();
+    let about = About { photographs: Some(list.view()), ..file.about };
+    let folder = tempfile::tempdir().unwrap();
+    let [model, mesh] = ["one-side.pnerf", "mesh.ply"].map(|name| text(&folder.path().join(name)));
+    let written = pocketnerf_formats::write(&file.model, &about, Precision::F16).unwrap();
+    std::fs::write(&model, written).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_pocketnerf"))
+        .args(["export", &model, "--json", "--resolution", "48", "--mesh", &mesh])
+        .output()
+        .unwrap();
+    let said: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(said["cameras"], cameras.len());
+    let whole = json(&["--resolution", "48", "--mesh", &mesh]);
+    let area = |said: &Value| said["area"].as_f64().unwrap();
+    assert!(area(&said) < 0.9 * area(&whole), "{} {}", area(&said), area(&whole));
 }
 
 /// Those of a PLY file.

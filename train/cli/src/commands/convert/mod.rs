@@ -8,7 +8,9 @@ use std::path::PathBuf;
 
 use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::{Camera, Model};
-use pocketnerf_formats::{About, DefaultCamera, PixelOrigin, Precision, Provenance};
+use pocketnerf_formats::{
+    About, DefaultCamera, PhotographList, PixelOrigin, Precision, Provenance,
+};
 use pocketnerf_train::cameras::Circle;
 use pocketnerf_train::convert::{Conversion, ConvertError};
 use pocketnerf_train::dataset::{Dataset, Split};
@@ -207,7 +209,9 @@ impl Convert {
             || default_camera(&orbit(&model, conversion.distance(), up)[0]),
             default_camera,
         );
-        let about = self.about(camera, &conversion);
+        let photographs = PhotographList::new(conversion.views());
+        let photographs = photographs.as_ref().map(PhotographList::view);
+        let about = About { photographs, ..self.about(camera, &conversion) };
         if let Some(bytes) = self.distill_to {
             let mut table = vec![0; model.table_len()];
             let model = model.with_table(&mut table)?;
@@ -244,7 +248,7 @@ impl Convert {
                 ..Provenance::default()
             }),
             pixel_origin: conversion.pixel_origin(),
-            quality: None,
+            ..About::default()
         }
     }
 

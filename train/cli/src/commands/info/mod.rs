@@ -130,6 +130,7 @@ impl Info {
             "aabb": file.model.space.bounds(),
             "tolerance": file.model.display.tolerance,
             "quality": file.about.quality,
+            "photographs": file.about.photographs.map(|photographs| photographs.len()),
             "occupancy_fraction": file.model.occupancy.map(|o| o.fraction()),
             "trained_on": provenance.map(|p| {
                 json!({"dataset": p.dataset, "fingerprint": format!("{:016x}", p.trained_on),

@@ -41,6 +41,9 @@ pub(super) fn table(path: &str, value: &Value) -> String {
         let name = |key: &str| plain(&trained[key]);
         row("trained on", format!("{}, fingerprint {}", name("dataset"), name("fingerprint")));
         let (steps, seed) = (grouped(&trained["steps"]), &trained["seed"]);
+        if let Some(n) = value["photographs"].as_u64() {
+            row("photographs", format!("the cameras of {n} are stored"));
+        }
         row("trained by", format!("{}: {steps} steps, seed {seed}", name("program")));
     }
     if let Some(psnr) = value["metrics"]["train_psnr"].as_f64() {

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::tool::{COLMAP, Runner};
 use crate::commands::Failure;
 use crate::commands::progress::Progress;
+use crate::commands::tool::{COLMAP, Runner};
 
 /// Photographs are made this small for finding features: what is finer takes longer, and gives
 /// hardly better cameras.

@@ -4,7 +4,6 @@ mod colmap;
 mod photos;
 mod source;
 mod state;
-mod tool;
 mod video;
 
 use std::path::PathBuf;
@@ -14,12 +13,12 @@ use serde_json::json;
 
 use super::progress::duration;
 use super::stop::Stop;
+use super::tool::{COLMAP, FFMPEG, FFPROBE, Runner, Tool};
 use super::train::quoted;
 use super::{Common, Failure, print_json, print_line};
 use colmap::{Colmap, Matcher};
 use source::Source;
 use state::State;
-use tool::{COLMAP, FFMPEG, FFPROBE, Runner, Tool};
 
 /// Where COLMAP's models are in a dataset.
 const MODELS: &str = "sparse";

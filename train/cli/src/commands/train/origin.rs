@@ -1,6 +1,7 @@
 //! What is written of where a model comes from.
 
-use pocketnerf_formats::{About, DefaultCamera, Precision, Provenance};
+use pocketnerf_core::Camera;
+use pocketnerf_formats::{About, DefaultCamera, PhotographList, Precision, Provenance};
 use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer::checkpoint::TrainedOn;
 use pocketnerf_train::trainer::{Run, Trainer};
@@ -13,6 +14,7 @@ pub(in crate::commands) struct Origin {
     /// Of each training view.
     names: Vec<String>,
     camera: Option<DefaultCamera>,
+    photographs: Option<PhotographList>,
     pub(super) trained_on: TrainedOn,
     /// The format of the weights in the model file.
     pub(super) precision: Precision,
@@ -24,10 +26,12 @@ impl Origin {
         downscale_factor: u32,
         precision: Precision,
     ) -> Self {
+        let cameras: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
         Self {
             name: dataset.name(),
             names: dataset.views.iter().map(|view| view.name.clone()).collect(),
             camera: dataset.views.first().map(|view| default_camera(&view.camera)),
+            photographs: PhotographList::new(&cameras),
             trained_on: TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor },
             precision,
         }
@@ -41,6 +45,7 @@ impl Origin {
     pub(super) fn about(&self, trainer: &Trainer, run: &Run) -> About<'_> {
         About {
             camera: self.camera,
+            photographs: self.photographs.as_ref().map(PhotographList::view),
             provenance: Some(Provenance {
                 program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
                 method: method(trainer),

@@ -43,7 +43,7 @@ impl Tool {
         Ok(format!("{out}{err}"))
     }
 
-    fn missing(self, error: &std::io::Error) -> Failure {
+    pub(super) fn missing(self, error: &std::io::Error) -> Failure {
         let Self { name, install } = self;
         match error.kind() {
             std::io::ErrorKind::NotFound => format!("{name} is not installed; {install}").into(),

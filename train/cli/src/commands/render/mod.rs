@@ -1,48 +1,48 @@
 //! `pocketnerf render`.
 
-use std::path::{Path, PathBuf};
+mod outputs;
+mod path;
+mod target;
+mod unfinished;
+mod video;
+
+use std::hash::Hash;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::{Camera, Display, Model};
-use pocketnerf_formats::ModelFile;
-use pocketnerf_train::cameras::{self, Circle};
-use pocketnerf_train::output;
-use pocketnerf_train::picture::{self, Antialias, Device, Picture, Progressive, image_file};
+use pocketnerf_train::picture::{self, Antialias, Device, Picture, Progressive};
 use serde_json::json;
 
 use super::antialias::{Antialiasing, size_doubt};
 use super::device::{self, DeviceOption};
 use super::parse::parse_color;
+use super::progress::Progress;
 use super::rendering::{Rendering, Sampling};
-use super::{Common, Failure, make_folder, memory, open_to_render, print_json, read_model};
+use super::stop::Stop;
+use super::{Common, Failure, memory, open_to_render, print_json, read_model};
+use outputs::Outputs;
+use target::Kind;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Render {
     /// Model file
     model: PathBuf,
-    /// File for one picture, folder for several
-    #[arg(long, value_name = "FILE|DIR", default_value = "render.png")]
-    out: PathBuf,
-    /// Render N views on a circle around the scene
-    #[arg(long, value_name = "N")]
-    orbit: Option<usize>,
-    /// Camera-to-world pose in the dataset's coordinates, as text or a file: 16 numbers or
-    /// 4 rows of 4
-    #[arg(long, value_name = "JSON", conflicts_with_all = ["camera_path", "orbit"])]
-    pose: Option<String>,
-    /// Camera path: nerfstudio's camera_path.json or a transforms.json
-    #[arg(long, value_name = "JSON", conflicts_with = "orbit")]
-    camera_path: Option<PathBuf>,
-    /// Picture width [default: as the model file says]
-    #[arg(long, value_name = "W")]
-    width: Option<u32>,
-    /// Picture height [default: as the model file says]
-    #[arg(long, value_name = "H")]
-    height: Option<u32>,
-    /// Horizontal field of view, degrees [default: as the model file says]
-    #[arg(long, value_name = "DEG")]
-    fov: Option<f32>,
+    /// Picture (.png, .jpg), video (.mp4, .webm, .gif), or folder for several pictures [default:
+    /// render.png]
+    ///
+    /// A path that was interrupted goes on where it was if the same command is given again. Videos
+    /// need ffmpeg.
+    #[arg(long, value_name = "FILE|DIR")]
+    out: Option<PathBuf>,
+    /// Video of the pictures (.mp4, .webm, .gif), beside --out or instead of it
+    #[arg(long, value_name = "FILE")]
+    video: Option<PathBuf>,
+    /// Pictures of a video per second
+    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = parse_fps)]
+    fps: f32,
+    #[command(flatten)]
+    path: path::Path,
     /// Colour behind the scene: white, black or R,G,B [default: as the model file says]
     #[arg(long, value_name = "COLOR", value_parser = parse_color)]
     background: Option<[f32; 3]>,
@@ -65,17 +65,14 @@ pub(super) struct Render {
 
 impl Render {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
+        let stop = Stop::listen("interrupted before the first picture")?;
         let bytes = read_model(&self.model)?;
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
-        let cameras = self.cameras(&file)?;
+        let cameras = self.path.cameras(&file, self.asks_for_a_video())?;
         let own = &file.model.display;
         let background = self.background.map(|color| own.color_space.from_srgb(color));
         let display = Display { background: background.unwrap_or(own.background), ..*own };
-        let folder = (cameras.len() > 1).then(|| make_folder(&self.out)).transpose()?;
-        if folder.is_none() {
-            output::check_output(&self.out)?;
-        }
         let (depth, sampling) = (self.depth, self.sampling.into());
         let antialias = self.antialiasing.of(&file.about);
         let usual = self.rendering.settings(file.about.quality);
@@ -97,14 +94,24 @@ impl Render {
         warn(doubt);
         let (on, no_device) = self.device.open();
         warn(no_device);
+        let work = format!("{cameras:?} {display:?} {settings:?} {:?}", self.deadline_ms);
+        let work = (bytes.stored(), work, env!("CARGO_PKG_VERSION"));
+        let mut outputs = self.outputs(&cameras, &work)?;
+        let begun = outputs.done();
+        if begun > 0 {
+            common.say(&format!("{begun} of {} pictures are there already", cameras.len()));
+        }
+        let quiet = common.quiet || cameras.len() == 1;
+        let mut progress = Progress::new("pictures", cameras.len(), quiet);
         let mut renderer = picture::Renderer::on(&on, &file.model, &settings);
         let mut refined;
         let mut seconds = 0.0;
-        for (i, camera) in cameras.iter().enumerate() {
-            let path = match &folder {
-                Some(folder) => folder.join(format!("{i:03}.png")),
-                None => self.out.clone(),
-            };
+        stop.defer();
+        for (i, camera) in cameras.iter().enumerate().skip(begun) {
+            if stop.is_asked() {
+                outputs.interrupt(i);
+                stop.check()?;
+            }
             let begun = Instant::now();
             let rendered = match self.deadline_ms {
                 None => renderer.render(camera)?,
@@ -115,14 +122,15 @@ impl Render {
                 }
             };
             seconds += begun.elapsed().as_secs_f64();
-            let rgb = rendered.rgb8(&display);
-            image_file::write_rgb(&path, camera.width, camera.height, &rgb)?;
-            if self.depth {
-                let (path, per_step) = (depth_path(&path), image_file::DEPTH_UNITS_PER_STEP);
-                let size = (camera.width, camera.height);
-                image_file::write_depth(&path, size.0, size.1, &rendered.depth, per_step)?;
-            }
+            outputs.add(
+                (i, camera),
+                &rendered.rgb8(&display),
+                self.depth.then_some(&rendered.depth[..]),
+            )?;
+            progress.done(i + 1);
         }
+        outputs.finish()?;
+        drop(progress);
         let refined = self.deadline_ms.map(|_| "--deadline-ms is for the CPU");
         let fallback = renderer.fallback().or(refined);
         let device = device::name(&on, fallback);
@@ -139,60 +147,57 @@ impl Render {
                 "width": first.map(|camera| camera.width),
                 "height": first.map(|camera| camera.height),
                 "rays_per_pixel": first.map(|camera| antialias.rays(camera).pow(2)),
-                "seconds_per_frame": seconds / n.max(1) as f64,
+                "seconds_per_frame": seconds / (n - begun).max(1) as f64,
+                "seconds": common.started.elapsed().as_secs_f64(),
                 "threads": rayon::current_num_threads(),
                 "device": device,
-                "out": self.out.display().to_string(),
+                "out": self.out().map(|out| out.display().to_string()),
+                "video": self.video.as_ref().map(|video| video.display().to_string()),
             });
             print_json(object, &warnings);
         } else if !common.quiet {
             let pictures = if cameras.len() == 1 { "picture" } else { "pictures" };
-            common.say(&format!("{}: {} {pictures}", self.out.display(), cameras.len()));
+            for out in self.out().iter().chain(&self.video) {
+                common.say(&format!("{}: {} {pictures}", out.display(), cameras.len()));
+            }
         }
         Ok(())
     }
 
-    fn cameras(&self, file: &ModelFile<'_>) -> Result<Vec<Camera>, Failure> {
-        let own = file.about.camera.map(|c| c.camera());
-        let scene = &file.about.scene;
-        let size = [
-            self.width.or(own.map(|c| c.width)).unwrap_or(400),
-            self.height.or(own.map(|c| c.height)).unwrap_or(400),
-        ];
-        if size.iter().any(|side| !(1..=16_384).contains(side)) {
-            return Err(format!("picture size {size:?}: expected 1 to 16384 a side").into());
-        }
-        let fov_x = self.fov.map_or_else(|| Circle::fov_x(own.as_ref()), f32::to_radians);
-        if !(0.01..3.1).contains(&fov_x) {
-            return Err(format!(
-                "field of view {:.1}: expected 1 to 177 degrees",
-                fov_x.to_degrees()
-            )
-            .into());
-        }
-        if let Some(path) = &self.camera_path {
-            let given = (self.width.is_some() && self.height.is_some()).then_some(size);
-            let cameras = cameras::camera_path(path, given)?;
-            return Ok(cameras.iter().map(|camera| scene.camera_to_model(camera)).collect());
-        }
-        if let Some(pose) = &self.pose {
-            let pose = cameras::pose(pose)?;
-            let camera = Camera::from_fov_x(size[0], size[1], fov_x, pose);
-            return Ok(vec![scene.camera_to_model(&camera)]);
-        }
-        if let (None, Some(own)) = (self.orbit, own) {
-            let pose = own.camera_to_world;
-            return Ok(vec![Camera::from_fov_x(size[0], size[1], fov_x, pose)]);
-        }
-        let views = self.orbit.unwrap_or(1);
-        if !(1..=10_000).contains(&views) {
-            return Err(format!("--orbit {views}: expected 1 to 10000 views").into());
-        }
-        let mut circle = Circle::around(&file.model.space, own.as_ref(), views, fov_x);
-        let [axis, up] = [circle.first.axis, circle.first.up].map(|d| scene.to_model_direction(d));
-        circle.first = Orbit { axis, up, ..circle.first };
-        Ok(Circle { size, ..circle }.cameras())
+    /// Where pictures go, unless a video is all that is asked for.
+    fn out(&self) -> Option<PathBuf> {
+        let usual = || self.video.is_none().then(|| PathBuf::from("render.png"));
+        self.out.clone().or_else(usual)
     }
+
+    fn asks_for_a_video(&self) -> bool {
+        let is_video = |path: &PathBuf| Kind::of(path).is_some();
+        self.video.is_some() || self.out.as_ref().is_some_and(is_video)
+    }
+
+    fn outputs(&self, cameras: &[Camera], work: &impl Hash) -> Result<Outputs, Failure> {
+        let mut outputs = Outputs::default();
+        if let Some(path) = &self.video {
+            if Kind::of(path).is_none() {
+                let name = path.display();
+                return Err(format!("{name}: expected a video: .mp4, .webm or .gif").into());
+            }
+            outputs.open(path, cameras, self.fps, work)?;
+        }
+        if let Some(path) = self.out() {
+            if Some(&path) == self.video.as_ref() {
+                let name = path.display();
+                return Err(format!("{name}: --out and --video, expected a name each").into());
+            }
+            outputs.open(&path, cameras, self.fps, work)?;
+        }
+        Ok(outputs)
+    }
+}
+
+fn parse_fps(text: &str) -> Result<f32, String> {
+    let fps = text.parse().ok().filter(|fps| (0.1..=240.0).contains(fps));
+    fps.ok_or_else(|| "expected a number from 0.1 to 240".to_owned())
 }
 
 /// Memory of the largest picture: colours and depths of its rays that are kept, and the bytes
@@ -229,9 +234,4 @@ fn in_time(
         ));
     }
     Ok(picture)
-}
-
-/// `view.png` → `view.depth.png`.
-fn depth_path(path: &Path) -> PathBuf {
-    path.with_extension("depth.png")
 }

@@ -1,5 +1,8 @@
 //! `pocketnerf render`.
 
+mod paths;
+mod videos;
+
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -1,0 +1,131 @@
+//! All that is written of the pictures.
+
+use std::hash::Hash;
+use std::path::{Path, PathBuf};
+
+use pocketnerf_core::Camera;
+use pocketnerf_train::picture::image_file;
+
+use super::target::Target;
+use super::unfinished::Unfinished;
+use super::video::Video;
+use crate::commands::Failure;
+
+/// A picture, a folder or a video, or several of them.
+#[derive(Default)]
+pub(super) struct Outputs(Vec<Output>);
+
+struct Output {
+    target: Target,
+    video: Option<Video>,
+    /// Where there is more than one picture.
+    unfinished: Option<Unfinished>,
+    /// Pictures that are there already.
+    done: usize,
+}
+
+impl Outputs {
+    /// Adds one. `work` is all that decides about the pictures.
+    pub(super) fn open(
+        &mut self,
+        path: &Path,
+        cameras: &[Camera],
+        fps: f32,
+        work: &impl Hash,
+    ) -> Result<(), Failure> {
+        let target = Target::new(path, cameras.len())?;
+        let video = match &target {
+            Target::Video(path, kind) => {
+                let size = cameras.first().map_or([0; 2], |camera| [camera.width, camera.height]);
+                if cameras.iter().any(|camera| [camera.width, camera.height] != size) {
+                    return Err("the pictures of a video, expected of one size; give --width and \
+                                --height"
+                        .into());
+                }
+                Some(Video::new(path, *kind, size, (fps, cameras.len()))?)
+            }
+            _ => None,
+        };
+        let folder = match (&target, &video) {
+            (_, Some(video)) => Some(video.folder()),
+            (Target::Folder(folder), None) => Some(folder.as_path()),
+            _ => None,
+        };
+        let begun = folder.map(|folder| Unfinished::begin(folder, &(work, fps.to_bits())));
+        let (mut unfinished, done) = begun.unzip();
+        if let (Some(unfinished), Some(0)) = (&mut unfinished, done) {
+            // From now on what lies there is not that of an earlier command.
+            unfinished.save(0);
+        }
+        self.0.push(Output { target, video, unfinished, done: done.unwrap_or(0) });
+        Ok(())
+    }
+
+    /// Pictures that all of them have already. No video is begun within a part.
+    pub(super) fn done(&self) -> usize {
+        let mut done = self.0.iter().map(|output| output.done).min().unwrap_or(0);
+        let is_whole =
+            |done| self.0.iter().all(|o| o.video.as_ref().is_none_or(|v| v.is_whole(done)));
+        while !is_whole(done) {
+            done -= 1;
+        }
+        done
+    }
+
+    /// Adds the `i`-th picture, RGB, and its depth, where that is asked for.
+    pub(super) fn add(
+        &mut self,
+        (i, camera): (usize, &Camera),
+        rgb: &[u8],
+        depth: Option<&[f32]>,
+    ) -> Result<(), Failure> {
+        let (width, height) = (camera.width, camera.height);
+        for output in &mut self.0 {
+            if let Some(path) = output.target.picture(i) {
+                image_file::write_rgb(&path, width, height, rgb)?;
+                if let Some(depth) = depth {
+                    let (path, per_step) = (depth_path(&path), image_file::DEPTH_UNITS_PER_STEP);
+                    image_file::write_depth(&path, width, height, depth, per_step)?;
+                }
+            }
+            let is_whole = match &mut output.video {
+                Some(video) => {
+                    video.add(i, rgb)?;
+                    video.is_whole(i + 1)
+                }
+                None => true,
+            };
+            if let (Some(unfinished), true) = (&mut output.unfinished, is_whole) {
+                match output.video {
+                    Some(_) => unfinished.save(i + 1),
+                    None => unfinished.note(i + 1),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// So many pictures are there, and the rest follows another time.
+    pub(super) fn interrupt(&mut self, done: usize) {
+        for output in self.0.iter_mut().filter(|output| output.video.is_none()) {
+            output.unfinished.iter_mut().for_each(|unfinished| unfinished.save(done));
+        }
+    }
+
+    /// All pictures are there.
+    pub(super) fn finish(self) -> Result<(), Failure> {
+        for output in self.0 {
+            if let Some(video) = output.video {
+                video.finish()?;
+            } else if let Some(unfinished) = output.unfinished {
+                unfinished.end();
+            }
+        }
+        Ok(())
+    }
+}
+
+/// `view.png` → `view.depth.png`.
+fn depth_path(path: &Path) -> PathBuf {
+    path.with_extension("depth.png")
+}

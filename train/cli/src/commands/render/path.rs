@@ -1,0 +1,140 @@
+//! Where pictures are taken from.
+
+use std::path::PathBuf;
+
+use pocketnerf_core::Camera;
+use pocketnerf_core::camera::Orbit;
+use pocketnerf_formats::ModelFile;
+use pocketnerf_train::cameras::{self, Circle, tour};
+
+use crate::commands::Failure;
+
+/// Pictures of a video without a path of its own.
+const VIDEO_VIEWS: usize = 300;
+/// Options that ask for a circle.
+const CIRCLE: [&str; 4] = ["center", "radius", "elevation", "arc"];
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Path {
+    /// Render N views along a path
+    ///
+    /// Without the options below it stays among the photographs, around what they look at, and ends
+    /// where it begins. Where the model does not say where these were taken, and with any of the
+    /// options below, it is a circle around the scene.
+    #[arg(long, value_name = "N")]
+    orbit: Option<usize>,
+    /// Centre of the circle, in the dataset's coordinates [default: the scene's]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_numbers::<3>, allow_hyphen_values = true)]
+    center: Option<[f32; 3]>,
+    /// Distance of the circle's cameras from its centre, in the dataset's units [default: that of
+    /// the model's own camera]
+    #[arg(long, value_name = "R")]
+    radius: Option<f32>,
+    /// Angle of the circle's cameras above its centre, degrees [default: 29]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    elevation: Option<f32>,
+    /// Part of the circle, from one angle to another, degrees: 0 lies in x, 90 in y [default:
+    /// 0,360]
+    #[arg(long, value_name = "FROM,TO", value_parser = parse_numbers::<2>, allow_hyphen_values = true)]
+    arc: Option<[f32; 2]>,
+    /// Camera-to-world pose in the dataset's coordinates, as text or a file: 16 numbers or
+    /// 4 rows of 4
+    #[arg(long, value_name = "JSON", conflicts_with_all = ["camera_path", "orbit"], conflicts_with_all = CIRCLE)]
+    pose: Option<String>,
+    /// Camera path: nerfstudio's camera_path.json or a transforms.json
+    #[arg(long, value_name = "JSON", conflicts_with = "orbit", conflicts_with_all = CIRCLE)]
+    camera_path: Option<PathBuf>,
+    /// Picture width [default: as the model file says]
+    #[arg(long, value_name = "W")]
+    width: Option<u32>,
+    /// Picture height [default: as the model file says]
+    #[arg(long, value_name = "H")]
+    height: Option<u32>,
+    /// Horizontal field of view, degrees [default: as the model file says]
+    #[arg(long, value_name = "DEG")]
+    fov: Option<f32>,
+}
+
+impl Path {
+    /// The cameras, in the model's coordinates.
+    pub(super) fn cameras(
+        &self,
+        file: &ModelFile<'_>,
+        is_video: bool,
+    ) -> Result<Vec<Camera>, Failure> {
+        let own = file.about.camera.map(|c| c.camera());
+        let scene = &file.about.scene;
+        let size = [
+            self.width.or(own.map(|c| c.width)).unwrap_or(400),
+            self.height.or(own.map(|c| c.height)).unwrap_or(400),
+        ];
+        if size.iter().any(|side| !(1..=16_384).contains(side)) {
+            return Err(format!("picture size {size:?}: expected 1 to 16384 a side").into());
+        }
+        let fov_x = self.fov.map_or_else(|| Circle::fov_x(own.as_ref()), f32::to_radians);
+        if !(0.01..3.1).contains(&fov_x) {
+            return Err(format!(
+                "field of view {:.1}: expected 1 to 177 degrees",
+                fov_x.to_degrees()
+            )
+            .into());
+        }
+        if let Some(path) = &self.camera_path {
+            let given = (self.width.is_some() && self.height.is_some()).then_some(size);
+            let cameras = cameras::camera_path(path, given)?;
+            return Ok(cameras.iter().map(|camera| scene.camera_to_model(camera)).collect());
+        }
+        let camera = |pose| Camera::from_fov_x(size[0], size[1], fov_x, pose);
+        if let Some(pose) = &self.pose {
+            return Ok(vec![scene.camera_to_model(&camera(cameras::pose(pose)?))]);
+        }
+        let views = self.orbit.or(is_video.then_some(VIDEO_VIEWS));
+        let is_circle = self.center.is_some()
+            || self.radius.is_some()
+            || self.elevation.is_some()
+            || self.arc.is_some();
+        if let (None, false, Some(own)) = (views, is_circle, own) {
+            return Ok(vec![camera(own.camera_to_world)]);
+        }
+        let views = views.unwrap_or(1);
+        if !(1..=10_000).contains(&views) {
+            return Err(format!("--orbit {views}: expected 1 to 10000 views").into());
+        }
+        let photographs = file.about.photographs.filter(|_| !is_circle);
+        let poses: Vec<[f32; 16]> = photographs.iter().flat_map(|all| all.poses()).collect();
+        if let Some(path) = tour(&poses, views) {
+            return Ok(path.into_iter().map(camera).collect());
+        }
+        let mut circle = Circle::around(&file.model.space, own.as_ref(), views, fov_x);
+        circle.first = self.fitted(circle.first, file)?;
+        Ok(Circle { size, arc: self.arc.map(|arc| arc.map(f32::to_radians)), ..circle }.cameras())
+    }
+
+    /// The circle that is asked for.
+    fn fitted(&self, first: Orbit, file: &ModelFile<'_>) -> Result<Orbit, Failure> {
+        let scene = &file.about.scene;
+        let [axis, up] = [first.axis, first.up].map(|d| scene.to_model_direction(d));
+        let radius = self.radius.map_or(first.radius, |radius| radius / scene.scale);
+        if !(radius > 0.0 && radius < 1e6) {
+            return Err(format!("--radius {radius}: expected more than 0").into());
+        }
+        let elevation = self.elevation.map_or(first.elevation, f32::to_radians);
+        if !(elevation.abs() < 1.57) {
+            return Err(format!(
+                "--elevation {}: expected less than 90 degrees up or down",
+                elevation.to_degrees()
+            )
+            .into());
+        }
+        let target = self.center.map_or(first.target, |center| scene.to_model(center));
+        Ok(Orbit { target, radius, elevation, axis, up, ..first })
+    }
+}
+
+/// So many numbers, between commas.
+fn parse_numbers<const N: usize>(text: &str) -> Result<[f32; N], String> {
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    let numbers = numbers.ok().and_then(|numbers| <[f32; N]>::try_from(numbers).ok());
+    let numbers = numbers.filter(|numbers| numbers.iter().all(|x| x.is_finite()));
+    numbers.ok_or_else(|| format!("expected {N} numbers with commas between them"))
+}

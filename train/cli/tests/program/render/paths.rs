@@ -1,0 +1,69 @@
+//! Many pictures: circles, and paths among photographs.
+
+use serde_json::Value;
+
+use super::MODEL;
+use crate::place::{Place, TRAIN};
+
+/// The circle that options ask for, picture by picture against poses worked out by hand.
+#[test]
+fn a_circle_as_it_is_asked_for() {
+    let place = Place::new();
+    let size = "--width 40 --height 30 --fov 50";
+    let circle = "--orbit 3 --center 0.1,-0.2,0.3 --radius 3 --elevation 0 --arc 0,180";
+    place.ok(&format!("render {MODEL} {size} {circle} --out circle"));
+    // From x, y and -x, three units away, upright.
+    for (i, pose) in [
+        "[0,0,1,3.1, 1,0,0,-0.2, 0,1,0,0.3, 0,0,0,1]",
+        "[-1,0,0,0.1, 0,0,1,2.8, 0,1,0,0.3, 0,0,0,1]",
+        "[0,0,-1,-2.9, -1,0,0,-0.2, 0,1,0,0.3, 0,0,0,1]",
+    ]
+    .iter()
+    .enumerate()
+    {
+        let mut command = place.command(&format!("render {MODEL} {size} --out one.png"));
+        assert!(command.args(["--pose", pose]).output().unwrap().status.success());
+        let open = |name: &str| image::open(place.path(name)).unwrap().to_rgb8().into_raw();
+        let [circle, one] = [open(&format!("circle/00{i}.png")), open("one.png")];
+        let far = circle.iter().zip(&one).filter(|(a, b)| a.abs_diff(**b) > 2).count();
+        assert!(far < 12, "{i}: {far} of {}", one.len());
+    }
+    for (options, expected) in [
+        ("--radius 0", "--radius 0: expected more than 0"),
+        ("--elevation 90", "--elevation 90: expected less than 90 degrees up or down"),
+        ("--orbit 0", "--orbit 0: expected 1 to 10000 views"),
+    ] {
+        assert_eq!(place.line(&format!("render {MODEL} {options} --out x")), expected);
+    }
+    for options in ["--center 1,2", "--arc 3", "--radius x", "--arc 0,90 --pose [1]"] {
+        assert_eq!(place.run(&format!("render {MODEL} {options}")).status.code(), Some(2));
+    }
+}
+
+/// A trained model says where its photographs were taken, and a path stays there.
+#[test]
+fn a_path_among_the_photographs() {
+    let place = Place::new();
+    place.ok(&format!("{TRAIN} --steps 3 --out x.pnerf"));
+    let info = place.ok("info x.pnerf --json");
+    assert_eq!(info["photographs"], 12);
+    let sections = info["sections"].as_array().unwrap();
+    let found = sections.iter().find(|section| section["kind"] == "PHOTOGRAPHS").unwrap();
+    // Focal length, bounds, a length of two bytes, and twelve bytes a photograph.
+    assert_eq!(found["bytes"], 4 + 24 + 2 + 12 * 12);
+    // The path is not the circle.
+    let size = "--width 20 --height 15";
+    let path = place.ok(&format!("render x.pnerf {size} --orbit 8 --json --out path"));
+    assert_eq!((&path["pictures"], &path["video"]), (&8.into(), &Value::Null));
+    place.ok(&format!("render x.pnerf {size} --orbit 8 --elevation 28.6479 --out circle"));
+    let differ =
+        |name: &str| place.bytes(&format!("path/{name}")) != place.bytes(&format!("circle/{name}"));
+    assert!(differ("000.png") && differ("005.png"));
+    // It stays with the model.
+    place.ok("repack x.pnerf re.pnerf");
+    place.ok("convert x.pnerf f16.pnerf --precision f16");
+    for model in ["re.pnerf", "f16.pnerf"] {
+        assert_eq!(place.ok(&format!("info {model} --json"))["photographs"], 12, "{model}");
+    }
+    assert_eq!(place.ok(&format!("info {MODEL} --json"))["photographs"], Value::Null);
+}
