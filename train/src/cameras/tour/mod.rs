@@ -45,7 +45,7 @@ pub fn tour(photographs: &[[f32; 16]], n: usize) -> Option<Vec<[f32; 16]>> {
     if let Some(ring) = Ring::new(photographs.clone(), up) {
         return Some((0..n).map(|i| ring.pose(turn(i))).collect());
     }
-    let trail = Trail::new(&photographs, up);
+    let trail = Trail::new(&photographs);
     Some((0..n).map(|i| trail.pose(turn(i))).collect())
 }
 
@@ -106,7 +106,7 @@ fn back(pose: &[f32; 16]) -> Vec3 {
     Vec3::new(pose[2], pose[6], pose[10])
 }
 
-/// Whether a pose is near a photograph; `spacing` as of [`spacing_of`].
+/// Whether a pose is near a photograph, where these are usually this far apart.
 fn among(photographs: &[Photograph], spacing: f32, position: Vec3, back: Vec3) -> bool {
     photographs.iter().any(|photograph| {
         photograph.position.distance(position) <= SPACINGS * spacing

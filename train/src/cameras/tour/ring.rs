@@ -17,12 +17,17 @@ const ELEVATIONS: usize = 37;
 /// What it costs to rise by an angle from step to step, beside the same angle to the nearest
 /// photograph, squared.
 const RISE: f32 = 4.0;
+/// What it costs to be away from the usual elevation of photographs by an angle. Steep rings are
+/// short, so that photographs are near wherever one is.
+const STEEPER: f32 = 0.1;
 /// Steps over which the elevation is smoothed.
 const SMOOTH: f32 = 2.0;
 /// Angles between which photographs count as near to a pose, radians.
 const NEAR: [f32; 2] = [0.04, 0.15];
 /// The least part of a path that is worth going to and fro instead of the whole.
 const WORTH: usize = STEPS / 2;
+/// So much further from photographs a path may be that goes all the way around.
+const AROUND: f32 = 1.25;
 /// Looks at each step whether photographs are near.
 const LOOKS: usize = 4;
 /// Directions that are so steep have no azimuth to speak of, cosine of the elevation.
@@ -87,18 +92,22 @@ impl Ring {
     /// Finds the longest part of the path that stays among photographs: where these leave a gap, or
     /// move on by a stride, it ends. False where it is too short.
     fn find_between(&mut self) -> bool {
-        let reach = spacing_of(&self.photographs);
-        let is_among = |look: usize| {
-            let pose = self.at((look % (LOOKS * STEPS)) as f32 / LOOKS as f32);
-            among(&self.photographs, reach, position(&pose), back(&pose))
+        let spacing = spacing_of(&self.photographs);
+        let among = |looks: usize, spacing: f32| -> Vec<bool> {
+            let is_among = |look: usize| {
+                let pose = self.at((look % (LOOKS * STEPS)) as f32 / LOOKS as f32);
+                among(&self.photographs, spacing, position(&pose), back(&pose))
+            };
+            (0..looks).map(is_among).collect()
         };
+        if !self.is_open && !among(LOOKS * STEPS, AROUND * spacing).contains(&false) {
+            return true;
+        }
         // A ring has parts that go past its first step.
         let looks = if self.is_open { LOOKS * (STEPS - 1) + 1 } else { 2 * LOOKS * STEPS };
-        let longest = longest_run(&(0..looks).map(is_among).collect::<Vec<_>>());
-        if self.is_open || longest.len() < LOOKS * STEPS {
-            let at = |look: usize| look as f32 / LOOKS as f32;
-            self.between = Some([at(longest.start), at(longest.end.saturating_sub(1))]);
-        }
+        let longest = longest_run(&among(looks, spacing));
+        let at = |look: usize| look as f32 / LOOKS as f32;
+        self.between = Some([at(longest.start), at(longest.end.saturating_sub(1))]);
         longest.len() >= LOOKS * WORTH
     }
 
@@ -128,13 +137,15 @@ impl Ring {
     /// cheapest way from step to step.
     fn found_elevations(&self) -> Vec<f32> {
         let own = self.directions.iter().map(|d| d.dot(self.up).clamp(-1.0, 1.0).asin());
-        let (low, high) = own.fold((PI, -PI), |(low, high), e| (low.min(e), high.max(e)));
+        let mut own: Vec<f32> = own.collect();
+        own.sort_by(f32::total_cmp);
+        let [low, usual, high] = [0, own.len() / 2, own.len() - 1].map(|i| own[i]);
         let at = |j: usize| low + (high - low) * j as f32 / (ELEVATIONS - 1) as f32;
         let rise = (high - low) / (ELEVATIONS - 1) as f32;
         let away = |step: usize, j: usize| {
             let from = self.direction(self.azimuth(step as f32), at(j));
             let nearest = self.directions.iter().map(|d| d.dot(from)).fold(-1.0, f32::max);
-            nearest.min(1.0).acos().powi(2)
+            nearest.min(1.0).acos().powi(2) + STEEPER * (at(j) - usual).powi(2)
         };
         // A ring is gone around twice, and the second time counts: it ends where it begins.
         let rounds = if self.is_open { 1 } else { 3 };

@@ -13,34 +13,33 @@ const BETWEEN: usize = 8;
 
 /// The longest way along the tree that joins neighbouring photographs, smoothed.
 pub(super) struct Trail {
-    /// Positions, and directions away from what is shown.
-    poses: Vec<[Vec3; 2]>,
+    /// Positions, directions away from what is shown, and what is up in the photographs.
+    poses: Vec<[Vec3; 3]>,
     /// How far along the trail each is, from 0 to 1.
     along: Vec<f32>,
-    up: Vec3,
 }
 
 impl Trail {
-    pub(super) fn new(photographs: &[Photograph], up: Vec3) -> Self {
+    pub(super) fn new(photographs: &[Photograph]) -> Self {
         let reach = spacing_of(photographs);
         let way = longest(&tree(photographs, reach));
-        let stops: Vec<[Vec3; 2]> =
-            way.iter().map(|i| [photographs[*i].position, photographs[*i].back]).collect();
-        let poses: Vec<[Vec3; 2]> = smoothed(&stops);
+        let stops: Vec<[Vec3; 3]> =
+            way.iter().map(|i| photographs[*i]).map(|p| [p.position, p.back, p.up]).collect();
+        let poses: Vec<[Vec3; 3]> = smoothed(&stops);
         // The longest part of it that is near photographs.
         let near: Vec<bool> =
-            poses.iter().map(|[p, back]| among(photographs, reach, *p, *back)).collect();
+            poses.iter().map(|[p, back, _]| among(photographs, reach, *p, *back)).collect();
         let longest = longest_run(&near);
         let poses = if longest.is_empty() { poses } else { poses[longest].to_vec() };
         let mut along = vec![0.0];
         for pair in poses.windows(2) {
-            let [[p, d], [q, e]] = [pair[0], pair[1]];
+            let [[p, d, _], [q, e, _]] = [pair[0], pair[1]];
             let step = p.distance(q) / reach.max(f32::MIN_POSITIVE) + d.angle_between(e);
             along.push(along.last().unwrap_or(&0.0) + step);
         }
         let whole = along.last().copied().unwrap_or(0.0).max(f32::MIN_POSITIVE);
         along.iter_mut().for_each(|at| *at /= whole);
-        Self { poses, along, up }
+        Self { poses, along }
     }
 
     /// After this part of a full turn, to and fro.
@@ -50,9 +49,9 @@ impl Trail {
         let below = above.saturating_sub(1);
         let step = (self.along[above] - self.along[below]).max(f32::MIN_POSITIVE);
         let part = ((at - self.along[below]) / step).clamp(0.0, 1.0);
-        let [position, back] =
-            [0, 1].map(|i| self.poses[below][i].lerp(self.poses[above][i], part));
-        pose(position, back.normalize_or(Vec3::Z), self.up)
+        let [position, back, up] =
+            [0, 1, 2].map(|i| self.poses[below][i].lerp(self.poses[above][i], part));
+        pose(position, back.normalize_or(Vec3::Z), up)
     }
 }
 
@@ -122,19 +121,20 @@ fn longest(neighbours: &[Vec<(usize, f32)>]) -> Vec<usize> {
 }
 
 /// Poses between these, each a mean of those around it.
-fn smoothed(stops: &[[Vec3; 2]]) -> Vec<[Vec3; 2]> {
+fn smoothed(stops: &[[Vec3; 3]]) -> Vec<[Vec3; 3]> {
     let last = stops.len() as isize - 1;
     let n = (stops.len() - 1) * BETWEEN + 1;
     let pose = |i: usize| {
-        let (at, mut sum, mut total) = (i as f32 / BETWEEN as f32, [Vec3::ZERO; 2], 0.0);
+        let (at, mut sum, mut total) = (i as f32 / BETWEEN as f32, [Vec3::ZERO; 3], 0.0);
         let middle = at.round() as isize;
         for k in middle - 3..=middle + 3 {
             let weight = (-0.5 * ((k as f32 - at) / SMOOTH).powi(2)).exp();
-            let [position, back] = stops[k.clamp(0, last) as usize];
-            sum = [sum[0] + weight * position, sum[1] + weight * back];
+            let stop = stops[k.clamp(0, last) as usize];
+            sum = [0, 1, 2].map(|i| sum[i] + weight * stop[i]);
             total += weight;
         }
-        [sum[0] / total, (sum[1] / total).normalize_or(Vec3::Z)]
+        let [position, back, up] = sum.map(|sum| sum / total);
+        [position, back.normalize_or(Vec3::Z), up]
     };
     (0..n).map(pose).collect()
 }
