@@ -20,8 +20,9 @@ fn degrees(a: [f32; 3], b: [f32; 3]) -> f32 {
 }
 
 /// Every pose of the path that a model file leads to is near one photograph: it looks along the
-/// same axis up to 20 degrees, from at most 1.5 times the usual distance between neighbours.
-fn stays_among(name: &str, cameras: &[Camera]) {
+/// same axis up to 20 degrees, from at most 1.5 times the usual distance between neighbours. It
+/// `turns_back`, or goes around.
+fn stays_among(name: &str, cameras: &[Camera], turns_back: bool) {
     let nearest = |camera: &Camera| {
         let away = |other: &Camera| difference(camera.position(), other.position());
         let mut all: Vec<f32> = cameras.iter().map(away).collect();
@@ -51,6 +52,9 @@ fn stays_among(name: &str, cameras: &[Camera]) {
         let turned = degrees(camera.axis(), next.axis());
         assert!(turned < 8.0, "{name} {i}: {turned} degrees to the next");
     }
+    // To and fro, a quarter of the path is where three quarters of it are.
+    let [out, home] = [POSES / 4, 3 * POSES / 4].map(|i| [3, 7, 11].map(|at| path[i][at]));
+    assert_eq!(difference(out, home) < 0.01 * spacing, turns_back, "{name}: {out:?} {home:?}");
     println!("{name}: at most {:.1} degrees, {:.2} spacings", worst[0], worst[1]);
 }
 
@@ -58,7 +62,7 @@ fn stays_among(name: &str, cameras: &[Camera]) {
 fn of_built_in_scenes() {
     for scene in [Scene::StillLife, Scene::Wires, Scene::Room, Scene::Village] {
         let views = scene.dataset(Split::Train, 20).views;
-        stays_among(scene.name(), &views.iter().map(|view| view.camera).collect::<Vec<_>>());
+        stays_among(scene.name(), &views.iter().map(|view| view.camera).collect::<Vec<_>>(), false);
     }
 }
 
@@ -73,6 +77,7 @@ fn of_real_scenes() {
     ];
     for (scene, factor) in scenes {
         let views = load(&data.join(Path::new(scene)), Split::Train, factor).unwrap().views;
-        stays_among(scene, &views.iter().map(|view| view.camera).collect::<Vec<_>>());
+        let cameras: Vec<_> = views.iter().map(|view| view.camera).collect();
+        stays_among(scene, &cameras, turns_back);
     }
 }

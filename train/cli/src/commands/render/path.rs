@@ -119,7 +119,7 @@ impl Path {
             return Err(format!("--radius {radius}: expected more than 0").into());
         }
         let elevation = self.elevation.map_or(first.elevation, f32::to_radians);
-        if !(elevation.abs() < 1.57) {
+        if !(-1.57..1.57).contains(&elevation) {
             return Err(format!(
                 "--elevation {}: expected less than 90 degrees up or down",
                 elevation.to_degrees()

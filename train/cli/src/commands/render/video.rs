@@ -93,7 +93,7 @@ impl Video {
         command.args(["-framerate", &self.fps.to_string(), "-i", "-"]);
         match self.kind {
             Kind::Mp4 => command
-                .args(["-vf", YUV, "-c:v", "libx264", "-crf", "18"])
+                .args(["-vf", YUV, "-c:v", "libx264", "-preset", "veryfast", "-crf", "17"])
                 .args(["-movflags", "+faststart"]),
             Kind::WebM => command
                 .args(["-vf", YUV, "-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0"])

@@ -1,5 +1,6 @@
 //! What the name of the output asks for, and work that goes on where it was interrupted.
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -7,15 +8,19 @@ use std::time::{Duration, Instant};
 use super::MODEL;
 use crate::place::{Place, text};
 
-/// Whether ffmpeg is there; where tools are required it has to be.
-fn has_ffmpeg() -> bool {
-    let found = Command::new("ffprobe").arg("-version").output().is_ok();
+/// Whether a program is there; where tools are required it has to be.
+fn has(tool: &str) -> bool {
+    let found = Command::new(tool).arg("-version").output().is_ok();
     let required = std::env::var_os("POCKETNERF_REQUIRE_TOOLS").is_some();
-    assert!(found || !required, "ffmpeg is not installed, and POCKETNERF_REQUIRE_TOOLS is set");
+    assert!(found || !required, "{tool} is not installed, and POCKETNERF_REQUIRE_TOOLS is set");
     if !found {
-        println!("skipped: ffmpeg is not installed");
+        println!("skipped: {tool} is not installed");
     }
     found
+}
+
+fn has_ffmpeg() -> bool {
+    has("ffmpeg") && has("ffprobe")
 }
 
 /// Codec, width, height, pictures a second and how many of them a video has, as its reader says.
@@ -99,6 +104,37 @@ fn videos_show_the_pictures() {
             assert!(sum < 7 * shown.len() as u32, "{name} {i}: {sum}");
         }
         assert!(!place.path(&format!("{name}.parts")).exists());
+    }
+}
+
+/// A browser plays them to the end, in colours of the scene.
+#[test]
+fn a_browser_plays_them() {
+    if !has_ffmpeg() || !has("chromium") {
+        return;
+    }
+    let place = Place::new();
+    let render = format!("render {MODEL} --width 96 --height 64 --quality 0 --orbit 8");
+    for name in ["a.mp4", "a.webm"] {
+        place.ok(&format!("{render} --fps 16 --out {name}"));
+        let script =
+            "v.onended = () => console.log(`ended ${v.videoWidth}x${v.videoHeight} ${v.duration}`);
+            v.onerror = () => console.log(`refused ${v.error.message}`);";
+        let page =
+            format!("<video id=v src={name} muted autoplay></video><script>{script}</script>");
+        std::fs::write(place.path("page.html"), page).unwrap();
+        let mut browser = Command::new("chromium");
+        browser.args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]);
+        browser.args(["--autoplay-policy=no-user-gesture-required", "--remote-debugging-port=0"]);
+        browser.arg(format!("--user-data-dir={}", place.path("profile").display()));
+        browser.arg(format!("file://{}", place.path("page.html").display()));
+        let mut browser = browser.stderr(Stdio::piped()).spawn().unwrap();
+        let said = BufReader::new(browser.stderr.take().unwrap()).lines().map_while(Result::ok);
+        let line = said.filter(|line| line.contains("CONSOLE")).next();
+        browser.kill().unwrap();
+        browser.wait().unwrap();
+        let line = line.unwrap_or_default();
+        assert!(line.contains("\"ended 96x64 0.5"), "{name}: {line}");
     }
 }
 
