@@ -8,9 +8,10 @@ use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{
-    AnyField, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space, TensorView,
+    AnyField, Camera, ColorSpace, DType, Display, Layout, Model, Occupancy, Sampling, Space,
+    TensorView,
 };
-use pocketnerf_formats::{About, DefaultCamera, Provenance, Scene};
+use pocketnerf_formats::{About, DefaultCamera, PhotographList, Provenance, Scene};
 
 /// The memory that tiny models borrow.
 #[derive(Debug)]
@@ -206,6 +207,22 @@ impl Tiny {
             },
         }
     }
+}
+
+/// Where the cameras of [`photographs`] are.
+pub const EYES: [[f32; 3]; 3] = [[3.0, 0.0, 1.0], [0.0, -3.0, 0.5], [-2.0, 2.0, 2.0]];
+
+/// Three cameras that look at the origin.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn photographs() -> PhotographList {
+    let camera = |eye| {
+        let pose = Camera::look_at(eye, [0.0; 3], [0.0, 0.0, 1.0]);
+        Camera::from_fov_x(40, 30, 0.75, pose)
+    };
+    PhotographList::new(&EYES.map(camera)).expect("three cameras")
 }
 
 /// Something in every field that a file can say beside the model.

@@ -11,7 +11,7 @@ use pocketnerf_core::encoding::{Affine, Fourier, Waves};
 use pocketnerf_core::field::{Activation, NerfField, NerfNetwork};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::{AnyField, DType, Display, Layout, Model, TensorView};
-use pocketnerf_formats::{Precision, Role, SectionId, kind, open, open_verified, write};
+use pocketnerf_formats::{About, Precision, Role, SectionId, kind, open, open_verified, write};
 use pocketnerf_tests::tiny::{self, Tiny};
 
 use crate::compare::{F16_ROUNDING, assert_same_but_weights, assert_same_weights};
@@ -75,6 +75,26 @@ fn hash_grid_i8() {
     }
     // What was read writes the same file again.
     assert!(write(&file.model, &file.about, Precision::I8).unwrap() == bytes);
+}
+
+#[test]
+fn where_photographs_were_taken() {
+    let tiny = Tiny::new();
+    let photographs = tiny::photographs();
+    let about = About { photographs: Some(photographs.view()), ..tiny::about() };
+    let bytes = write(&tiny.hash_grid(), &about, Precision::F16).unwrap();
+    let bytes = golden("photographs-f16.pnerf", &bytes);
+    let file = open_verified(&bytes).unwrap();
+    assert_eq!(file.about, about);
+    let found: Vec<[f32; 16]> = photographs.view().poses().collect();
+    for (pose, eye) in found.iter().zip(tiny::EYES) {
+        assert!((0..3).all(|a| (pose[4 * a + 3] - eye[a]).abs() < 1e-4), "{pose:?}");
+        // They look at the origin.
+        let distance = eye.iter().map(|x| x * x).sum::<f32>().sqrt();
+        assert!((0..3).all(|a| (pose[4 * a + 2] - eye[a] / distance).abs() < 1e-4), "{pose:?}");
+    }
+    // What was read writes the same file again.
+    assert!(write(&file.model, &file.about, Precision::F16).unwrap() == bytes);
 }
 
 #[test]

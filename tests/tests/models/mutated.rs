@@ -3,7 +3,7 @@
 
 use arbtest::arbitrary::{self, Unstructured};
 use arbtest::arbtest;
-use pocketnerf_formats::{Precision, open, write};
+use pocketnerf_formats::{About, Precision, open, write};
 use pocketnerf_tests::checksums::repair;
 use pocketnerf_tests::tiny::{self, Tiny};
 
@@ -33,13 +33,15 @@ fn use_everything(bytes: &[u8]) -> bool {
 
 fn goldens() -> [Vec<u8>; 4] {
     let tiny = Tiny::new();
-    // One with a section DETAIL.
+    // One with sections DETAIL and PHOTOGRAPHS.
+    let photographs = tiny::photographs();
+    let about = About { photographs: Some(photographs.view()), ..tiny::about() };
     let mut detailed = tiny.hash_grid();
     detailed.display.tolerance = 0.0625;
     [
         write(&tiny.hash_grid(), &tiny::about(), Precision::F16).unwrap(),
         write(&tiny.per_sample(), &tiny::about(), Precision::F32).unwrap(),
-        write(&detailed, &tiny::about(), Precision::I8).unwrap(),
+        write(&detailed, &about, Precision::I8).unwrap(),
         write(&tiny.nerf(), &tiny::about(), Precision::F16).unwrap(),
     ]
 }
