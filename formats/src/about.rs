@@ -25,7 +25,7 @@ pub struct About<'a> {
     /// [`Model::detail`](pocketnerf_core::Model::detail); `None`: 0.5. Only read with the
     /// feature `alloc`.
     pub quality: Option<f32>,
-    /// Where the photographs were taken. Only read with the feature `alloc`.
+    /// Where the photographs were taken. Only read with the feature `std`.
     pub photographs: Option<Photographs<'a>>,
 }
 

@@ -11,6 +11,7 @@ use crate::container::{Container, RAW, Section, SectionId, kind};
 use crate::directory::Listed;
 use crate::metadata::field::{self, tensors};
 use crate::metadata::{Fields, V1, about, space};
+use crate::photographs::Photographs;
 use crate::tensor_name::TensorName;
 
 /// An opened file. Everything in it borrows the bytes that were opened.
@@ -82,7 +83,7 @@ impl<'a> ModelFile<'a> {
             pixel_origin: with_heap(&container, kind::PIXELS, about::read_pixels)?
                 .unwrap_or_default(),
             quality: with_heap(&container, kind::QUALITY, about::read_quality)?,
-            photographs: with_heap(&container, kind::PHOTOGRAPHS, about::read_photographs)?,
+            photographs: photographs(&container)?,
         };
         Ok(Self { model, about, container })
     }
@@ -206,6 +207,14 @@ fn with_heap<'a, T>(
 ) -> Result<Option<T>, FormatError> {
     match cfg!(feature = "alloc") {
         true => optional(container, kind)?.map(read).transpose(),
+        false => Ok(None),
+    }
+}
+
+/// A web page has no paths, and would be a kilobyte larger.
+fn photographs<'a>(container: &Container<'a>) -> Result<Option<Photographs<'a>>, FormatError> {
+    match cfg!(feature = "std") {
+        true => optional(container, kind::PHOTOGRAPHS)?.map(about::read_photographs).transpose(),
         false => Ok(None),
     }
 }
