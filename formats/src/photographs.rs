@@ -1,6 +1,8 @@
 //! Where the photographs were taken.
 
-use pocketnerf_core::{Camera, math};
+#[cfg(feature = "alloc")]
+use pocketnerf_core::Camera;
+use pocketnerf_core::math;
 
 /// Cameras of the photographs that a model was trained on, or an even choice of them: where
 /// people may look from, and see what photographs have seen.

@@ -10,7 +10,7 @@ use crate::about::About;
 use crate::container::{Container, RAW, Section, SectionId, kind};
 use crate::directory::Listed;
 use crate::metadata::field::{self, tensors};
-use crate::metadata::{Fields, V1, about, space};
+use crate::metadata::{Fields, V1, about, photographs, space};
 use crate::photographs::Photographs;
 use crate::tensor_name::TensorName;
 
@@ -83,7 +83,7 @@ impl<'a> ModelFile<'a> {
             pixel_origin: with_heap(&container, kind::PIXELS, about::read_pixels)?
                 .unwrap_or_default(),
             quality: with_heap(&container, kind::QUALITY, about::read_quality)?,
-            photographs: photographs(&container)?,
+            photographs: stored_photographs(&container)?,
         };
         Ok(Self { model, about, container })
     }
@@ -212,9 +212,11 @@ fn with_heap<'a, T>(
 }
 
 /// A web page has no paths, and would be a kilobyte larger.
-fn photographs<'a>(container: &Container<'a>) -> Result<Option<Photographs<'a>>, FormatError> {
+fn stored_photographs<'a>(
+    container: &Container<'a>,
+) -> Result<Option<Photographs<'a>>, FormatError> {
     match cfg!(feature = "std") {
-        true => optional(container, kind::PHOTOGRAPHS)?.map(about::read_photographs).transpose(),
+        true => optional(container, kind::PHOTOGRAPHS)?.map(photographs::read).transpose(),
         false => Ok(None),
     }
 }

@@ -10,6 +10,7 @@ mod contracted;
 pub(crate) mod field;
 #[cfg(feature = "ndc")]
 mod ndc;
+pub(crate) mod photographs;
 pub(crate) mod space;
 
 use serde::{Deserialize, Serialize};

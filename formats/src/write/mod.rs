@@ -19,7 +19,7 @@ use crate::about::{About, PixelOrigin};
 use crate::container::{SectionId, kind};
 use crate::directory::write_directory;
 use crate::metadata::field::{self, tensors};
-use crate::metadata::{V1, about, append, space};
+use crate::metadata::{V1, about, append, photographs, space};
 use crate::tensor_name::Role;
 use crate::{FormatError, ModelFile, reader};
 
@@ -101,7 +101,7 @@ impl<'a> ContainerWriter<'a> {
             self.add_quality(quality)?;
         }
         if let Some(photographs) = &about.photographs {
-            self.optional(kind::PHOTOGRAPHS, &about::write_photographs(photographs));
+            self.optional(kind::PHOTOGRAPHS, &photographs::write(photographs));
         }
         if let Some(hierarchical) = &model.hierarchical {
             self.optional(kind::HIERARCHICAL, &space::write_hierarchical(hierarchical));

@@ -129,8 +129,8 @@ fn a_browser_plays_them() {
         browser.arg(format!("--user-data-dir={}", place.path("profile").display()));
         browser.arg(format!("file://{}", place.path("page.html").display()));
         let mut browser = browser.stderr(Stdio::piped()).spawn().unwrap();
-        let said = BufReader::new(browser.stderr.take().unwrap()).lines().map_while(Result::ok);
-        let line = said.filter(|line| line.contains("CONSOLE")).next();
+        let mut said = BufReader::new(browser.stderr.take().unwrap()).lines().map_while(Result::ok);
+        let line = said.find(|line| line.contains("CONSOLE"));
         browser.kill().unwrap();
         browser.wait().unwrap();
         let line = line.unwrap_or_default();
