@@ -94,7 +94,8 @@ impl Render {
         warn(doubt);
         let (on, no_device) = self.device.open();
         warn(no_device);
-        let work = format!("{cameras:?} {display:?} {settings:?} {:?}", self.deadline_ms);
+        let how = (self.deadline_ms, &self.device, device::name(&on, None));
+        let work = format!("{cameras:?} {display:?} {settings:?} {how:?}");
         let work = (bytes.stored(), work, env!("CARGO_PKG_VERSION"));
         let mut outputs = self.outputs(&cameras, &work)?;
         let begun = outputs.done();
@@ -177,6 +178,9 @@ impl Render {
 
     fn outputs(&self, cameras: &[Camera], work: &impl Hash) -> Result<Outputs, Failure> {
         let mut outputs = Outputs::default();
+        if self.depth && self.out().is_none_or(|out| Kind::of(&out).is_some()) {
+            return Err("--depth: a video has none; give a folder with --out too".into());
+        }
         if let Some(path) = &self.video {
             if Kind::of(path).is_none() {
                 let name = path.display();

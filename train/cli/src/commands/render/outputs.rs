@@ -52,12 +52,18 @@ impl Outputs {
             _ => None,
         };
         let begun = folder.map(|folder| Unfinished::begin(folder, &(work, fps.to_bits())));
-        let (mut unfinished, done) = begun.unzip();
-        if let (Some(unfinished), Some(0)) = (&mut unfinished, done) {
+        let (mut unfinished, noted) = begun.unzip();
+        // Somebody may have taken some away.
+        let is_there = |i: &usize| match (&video, target.picture(*i)) {
+            (Some(video), _) => video.has(*i),
+            (None, picture) => picture.is_some_and(|picture| picture.exists()),
+        };
+        let done = (0..noted.unwrap_or(0)).take_while(is_there).count();
+        if let (Some(unfinished), 0) = (&mut unfinished, done) {
             // From now on what lies there is not that of an earlier command.
             unfinished.save(0);
         }
-        self.0.push(Output { target, video, unfinished, done: done.unwrap_or(0) });
+        self.0.push(Output { target, video, unfinished, done });
         Ok(())
     }
 
@@ -115,11 +121,10 @@ impl Outputs {
     /// All pictures are there.
     pub(super) fn finish(self) -> Result<(), Failure> {
         for output in self.0 {
-            if let Some(video) = output.video {
-                video.finish()?;
-            } else if let Some(unfinished) = output.unfinished {
-                unfinished.end();
-            }
+            output.video.iter().try_for_each(Video::finish)?;
+            output.unfinished.into_iter().for_each(Unfinished::end);
+            // Unless something else lies there.
+            let _ = output.video.map(|video| std::fs::remove_dir(video.folder()));
         }
         Ok(())
     }

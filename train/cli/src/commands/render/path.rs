@@ -115,8 +115,8 @@ impl Path {
         let scene = &file.about.scene;
         let [axis, up] = [first.axis, first.up].map(|d| scene.to_model_direction(d));
         let radius = self.radius.map_or(first.radius, |radius| radius / scene.scale);
-        if !(radius > 0.0 && radius < 1e6) {
-            return Err(format!("--radius {radius}: expected more than 0").into());
+        if let (Some(asked), false) = (self.radius, radius > 0.0 && radius < 1e6) {
+            return Err(format!("--radius {asked}: expected more than 0, and less than 1e6").into());
         }
         let elevation = self.elevation.map_or(first.elevation, f32::to_radians);
         if !(-1.57..1.57).contains(&elevation) {

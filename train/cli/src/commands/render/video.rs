@@ -69,15 +69,20 @@ impl Video {
         self.parts.join(format!("{i:03}")).with_extension(extension)
     }
 
+    /// Whether the part is there that the `i`-th picture is in.
+    pub(super) fn has(&self, i: usize) -> bool {
+        self.part(i / self.part_len()).exists()
+    }
+
     /// Adds the `i`-th picture.
     pub(super) fn add(&mut self, i: usize, rgb: &[u8]) -> Result<(), Failure> {
         let mut encoder = match self.encoder.take() {
             Some(encoder) => encoder,
             None => self.encoder(self.part(i / self.part_len()))?,
         };
-        encoder.add(rgb)?;
+        encoder.add(rgb).map_err(|said| self.failed(&said))?;
         match self.is_whole(i + 1) {
-            true => encoder.finish(),
+            true => encoder.finish().map_err(|said| self.failed(&said)),
             false => {
                 self.encoder = Some(encoder);
                 Ok(())
@@ -94,7 +99,7 @@ impl Video {
         match self.kind {
             Kind::Mp4 => command
                 .args(["-vf", YUV, "-c:v", "libx264", "-preset", "veryfast", "-crf", "17"])
-                .args(["-movflags", "+faststart"]),
+                .args(self.kind.index_first()),
             Kind::WebM => command
                 .args(["-vf", YUV, "-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0"])
                 .args(["-deadline", "good", "-cpu-used", "4", "-row-mt", "1"]),
@@ -116,8 +121,8 @@ impl Video {
         Ok(Encoder { child, part })
     }
 
-    /// Puts the parts together, and leaves nothing but the video.
-    pub(super) fn finish(self) -> Result<(), Failure> {
+    /// Puts the parts together, and leaves nothing of them.
+    pub(super) fn finish(&self) -> Result<(), Failure> {
         let n = self.pictures.div_ceil(self.part_len());
         let whole = match n {
             1 => self.part(0),
@@ -126,14 +131,21 @@ impl Video {
         let bytes = std::fs::read(&whole)
             .map_err(|error| format!("{}: cannot be read: {error}", whole.display()))?;
         output::write_atomic(&self.path, &bytes)?;
-        // What is left is in nobody's way.
-        let _ = std::fs::remove_dir_all(&self.parts);
+        // What cannot be removed is in nobody's way.
+        let files = (0..).map(|i| self.part(i)).take_while(|part| part.exists());
+        for file in files.collect::<Vec<_>>().iter().chain([&self.list()]) {
+            let _ = std::fs::remove_file(file);
+        }
         Ok(())
+    }
+
+    fn list(&self) -> PathBuf {
+        self.parts.join("list.txt")
     }
 
     /// Without encoding again.
     fn joined(&self, n: usize) -> Result<PathBuf, Failure> {
-        let (list, whole) = (self.parts.join("list.txt"), self.part(n));
+        let (list, whole) = (self.list(), self.part(n));
         let name = |i: usize| self.part(i).file_name().unwrap_or_default().to_owned();
         let lines = (0..n).map(|i| format!("file '{}'\n", name(i).display()));
         std::fs::write(&list, lines.collect::<String>())
@@ -141,20 +153,35 @@ impl Video {
         let output = Command::new(FFMPEG.name)
             .args(["-v", "error", "-y", "-f", "concat", "-i"])
             .arg(&list)
-            .args(["-c", "copy", "-movflags", "+faststart"])
+            .args(["-c", "copy"])
+            .args(self.kind.index_first())
             .arg(&whole)
             .stdin(Stdio::null())
             .output()
             .map_err(|error| FFMPEG.missing(&error))?;
         match output.status.success() {
             true => Ok(whole),
-            false => Err(failed(&output.stderr)),
+            false => Err(self.failed(&output.stderr)),
         }
+    }
+
+    fn failed(&self, said: &[u8]) -> Failure {
+        let said = String::from_utf8_lossy(said);
+        let line = said.lines().find(|line| !line.trim().is_empty()).unwrap_or("no reason given");
+        format!("{}: ffmpeg failed: {}", self.path.display(), json::escape(line.trim())).into()
     }
 }
 
+impl Kind {
+    /// What lets a browser play the file before it has all of it.
+    fn index_first(self) -> &'static [&'static str] {
+        if self == Self::Mp4 { &["-movflags", "+faststart"] } else { &[] }
+    }
+}
+
+/// Where it fails, what ffmpeg has said.
 impl Encoder {
-    fn add(&mut self, rgb: &[u8]) -> Result<(), Failure> {
+    fn add(&mut self, rgb: &[u8]) -> Result<(), Vec<u8>> {
         let written = self.child.stdin.as_mut().map(|stdin| stdin.write_all(rgb));
         match written {
             Some(Ok(())) => Ok(()),
@@ -163,7 +190,7 @@ impl Encoder {
         }
     }
 
-    fn finish(mut self) -> Result<(), Failure> {
+    fn finish(mut self) -> Result<(), Vec<u8>> {
         drop(self.child.stdin.take());
         match self.child.wait() {
             Ok(status) if status.success() && self.part.exists() => Ok(()),
@@ -171,10 +198,10 @@ impl Encoder {
         }
     }
 
-    fn said(&mut self) -> Failure {
+    fn said(&mut self) -> Vec<u8> {
         let mut said = Vec::new();
         let _ = self.child.stderr.take().map(|mut stderr| stderr.read_to_end(&mut said));
-        failed(&said)
+        said
     }
 }
 
@@ -184,10 +211,4 @@ impl Drop for Encoder {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-fn failed(said: &[u8]) -> Failure {
-    let said = String::from_utf8_lossy(said);
-    let line = said.lines().find(|line| !line.trim().is_empty()).unwrap_or("no reason given");
-    format!("ffmpeg failed: {}", json::escape(line.trim())).into()
 }

@@ -64,6 +64,7 @@ fn the_name_decides_what_is_written() {
         ),
         ("--video a.avi", "a.avi: expected a video: .mp4, .webm or .gif"),
         ("--video no/a.mp4", "no/a.mp4: the folder no does not exist; create it first"),
+        ("--video v.mp4 --depth", "--depth: a video has none; give a folder with --out too"),
         ("--out v.mp4 --video v.mp4", "v.mp4: --out and --video, expected a name each"),
     ] {
         if has_ffmpeg() || !options.contains("v.mp4") {
@@ -129,11 +130,15 @@ fn a_browser_plays_them() {
         browser.arg(format!("--user-data-dir={}", place.path("profile").display()));
         browser.arg(format!("file://{}", place.path("page.html").display()));
         let mut browser = browser.stderr(Stdio::piped()).spawn().unwrap();
-        let mut said = BufReader::new(browser.stderr.take().unwrap()).lines().map_while(Result::ok);
-        let line = said.find(|line| line.contains("CONSOLE"));
+        let said = BufReader::new(browser.stderr.take().unwrap());
+        let (sender, receiver) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let mut lines = said.lines().map_while(Result::ok);
+            lines.find(|line| line.contains("CONSOLE")).map(|line| sender.send(line))
+        });
+        let line = receiver.recv_timeout(Duration::from_secs(120)).unwrap_or_default();
         browser.kill().unwrap();
         browser.wait().unwrap();
-        let line = line.unwrap_or_default();
         assert!(line.contains("\"ended 96x64 0.5"), "{name}: {line}");
     }
 }
@@ -178,6 +183,13 @@ fn an_interrupted_path_goes_on() {
     assert_eq!(probed(&place.path("cut.mp4")), "h264,48,32,30/1,80");
     assert_eq!(std::fs::read_dir(place.path("cut")).unwrap().count(), 80);
     assert!(!place.path("cut.mp4.parts").exists());
+    // Other codecs are joined too. What somebody else put beside the parts stays.
+    std::fs::create_dir(place.path("b.webm.parts")).unwrap();
+    std::fs::write(place.path("b.webm.parts/mine"), "mine").unwrap();
+    place.ok(&format!("{render} --out b.webm"));
+    assert_eq!(probed(&place.path("b.webm")), "vp9,48,32,30/1,80");
+    let left = std::fs::read_dir(place.path("b.webm.parts")).unwrap();
+    assert_eq!(left.map(|file| file.unwrap().file_name()).collect::<Vec<_>>(), ["mine"]);
     // Another command begins anew.
     place.ok(&format!("{render} --out cut --quality 0"));
     assert!(place.bytes("cut/000.png") != place.bytes("whole/000.png"));
