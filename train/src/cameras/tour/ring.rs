@@ -5,7 +5,8 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 
 use super::{
-    Photograph, among, back, longest_run, median_of_nearest, meeting, pose, position, spacing_of,
+    Photograph, SPACINGS, among, back, longest_run, median_of_nearest, meeting, pose, position,
+    spacing_of,
 };
 
 /// An angle around the scene without photographs from which on the path turns back, radians.
@@ -16,10 +17,10 @@ const STEPS: usize = 72;
 const ELEVATIONS: usize = 37;
 /// What it costs to rise by an angle from step to step, beside the same angle to the nearest
 /// photograph, squared.
-const RISE: f32 = 4.0;
+const RISE: f32 = 3.0;
 /// What it costs to be away from the usual elevation of photographs by an angle. Steep rings are
 /// short, so that photographs are near wherever one is.
-const STEEPER: f32 = 0.1;
+const STEEPER: f32 = 0.03;
 /// Steps over which the elevation is smoothed.
 const SMOOTH: f32 = 2.0;
 /// Angles between which photographs count as near to a pose, radians.
@@ -76,7 +77,7 @@ impl Ring {
             up,
             across,
             target,
-            near: near(&directions),
+            near: usual_angle(&directions).clamp(NEAR[0], NEAR[1]),
             directions,
             first: 0.0,
             whole: TAU,
@@ -142,10 +143,14 @@ impl Ring {
         let [low, usual, high] = [0, own.len() / 2, own.len() - 1].map(|i| own[i]);
         let at = |j: usize| low + (high - low) * j as f32 / (ELEVATIONS - 1) as f32;
         let rise = (high - low) / (ELEVATIONS - 1) as f32;
+        let limit = SPACINGS * usual_angle(&self.directions).max(1e-3);
         let away = |step: usize, j: usize| {
             let from = self.direction(self.azimuth(step as f32), at(j));
             let nearest = self.directions.iter().map(|d| d.dot(from)).fold(-1.0, f32::max);
-            nearest.min(1.0).acos().powi(2) + STEEPER * (at(j) - usual).powi(2)
+            let away = nearest.min(1.0).acos();
+            // Beyond the limit the path would end.
+            let beyond = 1.0 + (away / limit).powi(6);
+            away.powi(2) * beyond + STEEPER * (at(j) - usual).powi(2)
         };
         // A ring is gone around twice, and the second time counts: it ends where it begins.
         let rounds = if self.is_open { 1 } else { 3 };
@@ -236,6 +241,6 @@ impl Ring {
 }
 
 /// The median angle to the nearest other direction.
-fn near(directions: &[Vec3]) -> f32 {
-    median_of_nearest(directions, |a, b| a.angle_between(b)).clamp(NEAR[0], NEAR[1])
+fn usual_angle(directions: &[Vec3]) -> f32 {
+    median_of_nearest(directions, |a, b| a.angle_between(b))
 }
