@@ -85,7 +85,7 @@ fn a_model_in_so_many_bytes() {
 fn as_many_bytes_as_asked_for_whether_interrupted_or_not() {
     let place = Place::new();
     // Few parts to try, which are rendered quickly.
-    let small = "--log2-hashmap-size 12 --n-levels 6 --hidden-width 32";
+    let small = "--log2-hashmap-size 12 --n-levels 4 --hidden-width 16";
     let train = TRAIN.replace("--log2-hashmap-size 9", small);
     let train = format!("{train} --steps 60");
     let whole = place.ok(&format!("{train} --out whole.pnerf"))["bytes"].as_u64().unwrap();
@@ -128,7 +128,7 @@ fn as_many_bytes_as_asked_for_whether_interrupted_or_not() {
 fn as_few_bytes_as_the_views_allow_that_were_held_out() {
     let place = Place::new();
     let train = "train builtin --downscale-factor 16 --views 32 --exposure off --steps 160 \
-                 --hidden-width 16 --log2-hashmap-size 11 --json --quiet";
+                 --hidden-width 16 --n-levels 6 --log2-hashmap-size 11 --json --quiet";
     let train = |options: &str| place.ok(&format!("{train} {options}"));
     let warned = |result: &Value, text: &str| {
         result["warnings"]
