@@ -69,10 +69,6 @@ pub trait TrainableField: Debug + Send + Sync {
     /// Changes the parameters as the groups' gradients say.
     fn update(&mut self, update: Update<'_>);
 
-    /// Changes the networks alone, whose gradient is given: what a device does not compute. Tables
-    /// are the device's.
-    fn update_networks(&mut self, _: Update<'_>, _gradient: &[f32]) {}
-
     /// From now on each table is rounded to multiples of a step of about this length, as they
     /// are in a model of few bytes.
     fn round_coarsely(&mut self, _: Level, _lengths: &[f32], _parameters: &[f32]) {}

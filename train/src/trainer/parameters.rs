@@ -122,16 +122,13 @@ impl State {
         })
     }
 
-    /// Adds the parameters to their sums; of the field those from this one on, where a device sums
-    /// up the others.
-    pub(crate) fn accumulate(&mut self, from: usize) {
+    /// Adds the parameters to their sums.
+    pub(crate) fn accumulate(&mut self) {
         /// Values of a task.
         const TASK: usize = 1 << 16;
-        let firsts = std::iter::once(from).chain(std::iter::repeat(0));
-        for (group, first) in self.groups.iter_mut().zip(firsts) {
+        for group in &mut self.groups {
             group.sum.resize(group.parameters.len(), 0.0);
-            let (sums, parameters) = (&mut group.sum[first..], &group.parameters[first..]);
-            let sums = sums.par_chunks_mut(TASK).zip(parameters.par_chunks(TASK));
+            let sums = group.sum.par_chunks_mut(TASK).zip(group.parameters.par_chunks(TASK));
             sums.for_each(|(sums, parameters)| {
                 for (sum, parameter) in sums.iter_mut().zip(parameters) {
                     *sum += parameter;

@@ -84,6 +84,7 @@ pub(crate) fn source(model: &Model<'_>, grid: &PackedGrid, rows: &Rows) -> Strin
         wgsl!("back"),
         wgsl!("dense"),
         wgsl!("tables"),
+        wgsl!("networks"),
     ] {
         text.file(file);
     }

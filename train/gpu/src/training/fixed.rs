@@ -10,7 +10,7 @@ use crate::pack::Packed;
 use crate::render::{Error, Gpu};
 
 /// Numbers of `Frame` and of counters: `step.wgsl`.
-pub(super) const FRAME_WORDS: usize = 24;
+pub(super) const FRAME_WORDS: usize = 28;
 pub(super) const COUNTERS: usize = 8;
 
 /// Buffers whose size does not depend on the rays.
@@ -71,13 +71,13 @@ impl Fixed {
         let partial = tiles.unwrap_or(1) * PARTS * TILE * TILE;
         Ok(Self {
             frame: gpu.uniform(&[0; 4 * FRAME_WORDS])?,
-            weights: storage("networks", 16 * packed.weights.len(), write)?,
-            matrices: storage("networks", 16 * networks.n_quads, write)?,
+            weights: storage("networks", 16 * packed.weights.len(), Usage::empty())?,
+            matrices: storage("networks", 16 * networks.n_quads, Usage::empty())?,
             occupancy: storage("cells", 4 * 17 * blocks, write)?,
             cameras: gpu.upload("cameras", bytemuck::cast_slice(&places))?,
             counters: storage("counters", 4 * COUNTERS, read | write)?,
             partial: storage("networks", 4 * partial as usize, Usage::empty())?,
-            gradient: storage("networks", 4 * networks.n_parameters, read)?,
+            gradient: storage("networks", 4 * networks.n_parameters, Usage::empty())?,
             table_of: gpu.upload("levels", bytemuck::cast_slice(&tables))?,
             units: gpu.buffer("levels", 4 * n_levels as u64, Usage::STORAGE)?,
             unit_parts: storage("levels", 16 * n_levels * UNIT_PARTS as usize, Usage::empty())?,

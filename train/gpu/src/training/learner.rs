@@ -1,10 +1,10 @@
 //! A field that learns on a GPU.
 
-use pocketnerf_core::field::HashGridField;
-use pocketnerf_core::{AnyField, Model};
+use pocketnerf_core::Model;
 
 use super::StepResult;
 use super::fixed::{COUNTERS, FRAME_WORDS, Fixed};
+use super::following::Following;
 use super::kernel::Program;
 use super::memory::{Memory, Room, UNIT_PARTS};
 use super::networks::{Networks, PARTS};
@@ -13,7 +13,7 @@ use super::plan::Plan;
 use super::sequence::{Sequence, Watch};
 use super::step::{PixelNumbers, RayResult, Settings};
 use super::tables::{Sums, TableGroups};
-use crate::pack::{network_rows, pack_cells};
+use crate::pack::pack_cells;
 use crate::render::{Error, Gpu};
 use crate::shader::Together;
 
@@ -30,16 +30,37 @@ const NOT_FINITE: usize = 3;
 /// Samples of a step are at most so many times as many as were expected.
 const MOST_GROWTH: u32 = 64;
 
+/// A step that a GPU has been asked for.
+#[derive(Debug)]
+pub struct UnderWay {
+    asked: wgpu::SubmissionIndex,
+    /// Its kernels, where their times are asked for.
+    names: Vec<&'static str>,
+    /// Its results, where the CPU can read them.
+    read: wgpu::Buffer,
+    n_rays: u32,
+    /// How many times as many samples as usual it had room for.
+    growth: u32,
+}
+
+/// Bytes of counters and of what becomes of so many rays.
+const fn counted_bytes(n_rays: u32) -> u64 {
+    4 * COUNTERS as u64 + 16 * n_rays as u64
+}
+
 /// A field that learns: a hash grid whose colours are those of rays, with tables of bytes.
 #[derive(Debug)]
 pub struct Learner {
     pub(super) gpu: Gpu,
     pub(super) pipelines: Pipelines,
     networks: Networks,
+    pub(super) following: Following,
     pub(super) fixed: Fixed,
     pub(super) groups: TableGroups,
     pub(super) sums: Option<Sums>,
     memory: Memory,
+    /// Buffers for results that no step has.
+    free: Vec<wgpu::Buffer>,
     /// Quads of a ray and of a sample.
     per_sample: u32,
     /// Values of each level's table.
@@ -57,7 +78,7 @@ pub struct Learner {
 impl Learner {
     /// For fields like that of `model`, whose tables are bytes, seen by cameras at these places,
     /// with about so many samples a step. Nothing is learnt of the model's values:
-    /// [`set_tables`](Self::set_tables) and [`set_networks`](Self::set_networks) say them.
+    /// [`set_learnt`](Self::set_learnt) says them.
     ///
     /// # Errors
     /// [`Error::Untrainable`] for other fields, [`Error::Device`] or [`Error::TooLarge`].
@@ -81,10 +102,12 @@ impl Learner {
             gpu: gpu.clone(),
             groups: TableGroups::new(gpu, &pipelines, &fixed)?,
             sums: None,
+            following: Following::new(gpu, &pipelines, &fixed, &networks, &field.decoder)?,
             pipelines,
             networks,
             fixed,
             memory,
+            free: Vec::new(),
             per_sample,
             tables: tables.collect(),
             n_features,
@@ -107,33 +130,15 @@ impl Learner {
         Ok(())
     }
 
-    /// The networks of the next step: those of `field` forwards, and backwards these parameters,
-    /// which are weights, then the bias of each layer, the density network first.
-    ///
-    /// # Errors
-    /// [`Error::Untrainable`] for other fields.
-    pub fn set_networks(&mut self, field: &AnyField<'_>, exact: &[f32]) -> Result<(), Error> {
-        let AnyField::HashGrid(HashGridField { decoder, .. }) = field else {
-            return Err(Error::Untrainable("this kind of field"));
-        };
-        let rows = network_rows(decoder);
-        let matrices = self.networks.matrices([&decoder.density, &decoder.color], exact);
-        let queue = self.gpu.queue();
-        queue.write_buffer(&self.fixed.weights, 0, bytemuck::cast_slice(&rows));
-        queue.write_buffer(&self.fixed.matrices, 0, bytemuck::cast_slice(&matrices));
-        Ok(())
-    }
-
-    /// Takes a step: tables are new after it. While the GPU computes, `meanwhile` is called.
+    /// Has the GPU take a step, behind those that are under way: parameters are new after it.
     ///
     /// # Errors
     /// [`Error::Device`] or [`Error::TooLarge`].
-    pub fn step(
+    pub fn begin(
         &mut self,
         pixels: &[PixelNumbers],
         settings: &Settings<'_>,
-        meanwhile: impl FnOnce(),
-    ) -> Result<StepResult, Error> {
+    ) -> Result<UnderWay, Error> {
         let n_rays = pixels.len() as u32;
         let groups = if settings.between_views { n_rays.div_ceil(EVERY) } else { 0 };
         let columns = n_rays + ASKED * groups;
@@ -141,32 +146,60 @@ impl Learner {
         if settings.average && self.sums.is_none() {
             self.sums = Some(self.no_sums()?);
         }
-        let mut meanwhile = Some(meanwhile);
-        loop {
-            self.make_room(n_rays, columns)?;
-            let frame = self.frame(settings, [n_rays, columns]);
-            let queue = self.gpu.queue();
-            queue.write_buffer(&self.memory.rays, 0, bytemuck::cast_slice(pixels));
-            queue.write_buffer(&self.fixed.frame, 0, bytemuck::cast_slice(&frame));
-            queue.write_buffer(&self.fixed.counters, 0, &[0; 4 * COUNTERS]);
-            let (asked, names) = self.submit([n_rays, columns, groups], settings.average);
-            if let Some(meanwhile) = meanwhile.take() {
-                meanwhile();
-            }
-            let (result, counters) = self.result(n_rays, asked, &names)?;
-            if counters[TOO_MANY] == 0 {
-                let is_finite = counters[NOT_FINITE] == 0;
-                return Ok(StepResult { is_finite, ..result });
-            }
-            // Nothing was learnt: the same again with more memory.
-            self.growth *= 2;
-            if self.growth > MOST_GROWTH {
-                return Err(pocketnerf_core::Error::TooManySamples { allowed: 0 }.into());
-            }
-            let mut all = Sequence::new(&self.gpu, None);
-            all.encoder().clear_buffer(&self.fixed.entry_gradients, 0, None);
-            all.submit(&self.gpu);
+        self.make_room(n_rays, columns)?;
+        let read = self.place_to_read(n_rays)?;
+        let frame = self.frame(settings, [n_rays, columns]);
+        let queue = self.gpu.queue();
+        queue.write_buffer(&self.memory.rays, 0, bytemuck::cast_slice(pixels));
+        queue.write_buffer(&self.fixed.frame, 0, bytemuck::cast_slice(&frame));
+        queue.write_buffer(&self.fixed.counters, 0, &[0; 4 * COUNTERS]);
+        let (asked, names) = self.submit([n_rays, columns, groups], settings.average, &read);
+        self.gpu.check()?;
+        Ok(UnderWay { asked, names, read, n_rays, growth: self.growth })
+    }
+
+    /// Waits for a step, and says what became of it.
+    ///
+    /// # Errors
+    /// [`Error::Device`], or where samples are too many for any memory.
+    pub fn result(&mut self, step: UnderWay) -> Result<StepResult, Error> {
+        let UnderWay { asked, names, read, n_rays, growth } = step;
+        let times = match &self.watch {
+            Some(watch) if !names.is_empty() => watch.read(&self.gpu, &names, asked.clone())?,
+            _ => Vec::new(),
+        };
+        let bytes = counted_bytes(n_rays);
+        let (rays, counters) = self.gpu.read(asked, &read, bytes, |bytes| {
+            let (counters, rays) = bytes.split_at(4 * COUNTERS);
+            let mut counted = [0u32; COUNTERS];
+            bytemuck::cast_slice_mut(&mut counted).copy_from_slice(counters);
+            (rays.as_chunks().0.iter().map(RayResult::of).collect(), counted)
+        })?;
+        self.free.push(read);
+        let is_finite = counters[NOT_FINITE] == 0;
+        if counters[TOO_MANY] == 0 {
+            return Ok(StepResult { rays, is_finite, times });
         }
+        // Nothing was learnt. Others that were under way may have had too little room, too.
+        if growth == self.growth {
+            self.growth *= 2;
+        }
+        if self.growth > MOST_GROWTH {
+            return Err(pocketnerf_core::Error::TooManySamples { allowed: 0 }.into());
+        }
+        Ok(StepResult { rays: Vec::new(), is_finite, times })
+    }
+
+    /// A buffer for results that no step has.
+    fn place_to_read(&mut self, n_rays: u32) -> Result<wgpu::Buffer, Error> {
+        use wgpu::BufferUsages as Usage;
+        let bytes = counted_bytes(n_rays);
+        self.free.retain(|buffer| buffer.size() >= bytes);
+        if let Some(buffer) = self.free.pop() {
+            return Ok(buffer);
+        }
+        let bytes = counted_bytes(self.memory.room.rays.max(n_rays));
+        self.gpu.buffer("results", bytes, Usage::MAP_READ | Usage::COPY_DST)
     }
 
     /// The field's densities at points in the unit cube.
@@ -223,13 +256,16 @@ impl Learner {
 
     fn frame(&self, s: &Settings<'_>, [n_rays, columns]: [u32; 2]) -> [u32; FRAME_WORDS] {
         let Room { columns: apart, chunks, kept, .. } = self.memory.room;
+        let networks = &s.networks;
         let slow = if s.slow_below > 0.0 { 1.0 / (s.slow_below * s.slow_below) } else { 0.0 };
         let numbers = [
             [s.min_transmittance, s.coarse_step_below, s.step, s.roulette],
             [s.tables.rate, s.tables.kept, s.tables.new, s.tables.epsilon],
             [slow, 0.0, 0.0, 0.0],
+            [networks.muon.unwrap_or(0.0), networks.adam, networks.new[0], networks.new[1]],
         ];
-        let flags = u32::from(s.blur_directions) | u32::from(s.between_views) << 1;
+        let flags = [s.blur_directions, s.between_views, networks.muon.is_some(), s.average];
+        let flags = (0..).zip(flags).map(|(bit, is_set)| u32::from(is_set) << bit).sum();
         let chance = s.number.wrapping_mul(0x9e37_79b9).rotate_left(16);
         let whole = [
             [1, n_rays, columns, self.cameras],
@@ -248,6 +284,7 @@ impl Learner {
         &self,
         [n_rays, columns, groups]: [u32; 3],
         average: bool,
+        read: &wgpu::Buffer,
     ) -> (wgpu::SubmissionIndex, Vec<&'static str>) {
         let Self { gpu, pipelines: p, memory, fixed, .. } = self;
         let g = &memory.groups;
@@ -282,47 +319,18 @@ impl Learner {
                 p.reduce.run(to, sum, [product.len().div_ceil(SUMS), 1, 1]);
             }
         }
+        self.following.follow(p, to);
         let n_levels = self.tables.len() as u32;
         p.sum_units.run(to, &g.sum_units, [UNIT_PARTS, n_levels, 1]);
         p.find_units.run(to, &g.find_units, [1; 3]);
         let corners = (memory.room.kept * self.n_features).div_ceil(32).min(2 * MOST_GROUPS);
         p.scatter.run(to, &g.scatter, [corners, n_levels, 1]);
         self.follow(to, average);
-        let results = 16 * u64::from(n_rays);
-        let (gradient, counters) = (fixed.gradient.size(), fixed.counters.size());
-        let read = &memory.read;
+        let (results, counters) = (16 * u64::from(n_rays), fixed.counters.size());
         let encoder = all.encoder();
         encoder.copy_buffer_to_buffer(&fixed.counters, 0, read, 0, counters);
-        encoder.copy_buffer_to_buffer(&fixed.gradient, 0, read, counters, gradient);
-        let first = counters + gradient;
-        encoder.copy_buffer_to_buffer(&memory.results, 0, read, first, results);
+        encoder.copy_buffer_to_buffer(&memory.results, 0, read, counters, results);
         let names = all.names.clone();
         (all.submit(gpu), names)
-    }
-
-    /// What the kernels of these names give, and the counters.
-    fn result(
-        &self,
-        n_rays: u32,
-        asked: wgpu::SubmissionIndex,
-        names: &[&'static str],
-    ) -> Result<(StepResult, [u32; COUNTERS]), Error> {
-        let Self { gpu, memory, fixed, .. } = self;
-        let mut times = Vec::new();
-        if let Some(watch) = &self.watch {
-            times = watch.read(gpu, names, asked.clone())?;
-        }
-        let [counters, gradient] = [&fixed.counters, &fixed.gradient].map(|b| b.size() as usize);
-        let bytes = counters + gradient + 16 * n_rays as usize;
-        gpu.read(asked, &memory.read, bytes as u64, |bytes| {
-            let (counters, rest) = bytes.split_at(counters);
-            let (gradient, rays) = rest.split_at(gradient);
-            let mut gradient: Vec<f32> = bytemuck::pod_collect_to_vec(gradient);
-            gradient.truncate(self.networks.n_parameters);
-            let mut counted = [0; COUNTERS];
-            bytemuck::cast_slice_mut(&mut counted).copy_from_slice(counters);
-            let rays = rays.as_chunks().0.iter().map(RayResult::of).collect();
-            (StepResult { rays, gradient, is_finite: true, times }, counted)
-        })
     }
 }

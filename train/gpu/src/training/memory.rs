@@ -51,8 +51,6 @@ pub(super) struct Memory {
     pub(super) room: Room,
     pub(super) rays: wgpu::Buffer,
     pub(super) results: wgpu::Buffer,
-    /// Results, gradient and counters, where the CPU can read them.
-    pub(super) read: wgpu::Buffer,
     pub(super) groups: Groups,
 }
 
@@ -111,8 +109,6 @@ impl Memory {
         let sample_rows = storage("rows of samples", kept * sample_rows, NUMBER, none)?;
         let results = storage("rays", n_rays, QUAD, Usage::COPY_SRC)?;
         let offsets = storage("rays", n_rays, NUMBER, none)?;
-        let bytes = n_rays * QUAD + fixed.gradient.size() + fixed.counters.size();
-        let read = gpu.buffer("results", bytes, Usage::MAP_READ | Usage::COPY_DST)?;
         let f = fixed;
         let bound =
             |pipeline: &Pipeline, buffers: &[(u32, &wgpu::Buffer)]| pipeline.group(gpu, buffers);
@@ -224,6 +220,6 @@ impl Memory {
                 ],
             )?,
         };
-        Ok(Self { room, rays, results, read, groups })
+        Ok(Self { room, rays, results, groups })
     }
 }

@@ -1,9 +1,8 @@
 //! Trains hash grids on GPUs: the steps of `pocketnerf-train`, kernel by kernel.
 //!
-//! A [`Learner`] holds the tables, their gradients and second moments in the GPU's memory. The
-//! caller draws the rays of a step, hands over the networks, which are small, and takes their
-//! gradient back: [`Learner::set_networks`], then [`Learner::step`]. Tables follow their gradient
-//! on the GPU.
+//! A [`Learner`] holds all that is learnt in the GPU's memory, with its gradients and moments. The
+//! caller draws the rays of a step: [`Learner::begin`]. All else happens on the GPU, which may have
+//! several steps before it: [`Learner::result`] waits for what became of one.
 //!
 //! A step is about forty dispatches, in the order of the fields of `Pipelines`:
 //! * `trace`: rays forwards, and their samples noted;
@@ -11,6 +10,7 @@
 //! * `drop`, `scan`, `gather`: gradients of samples, of which small ones are dropped by chance;
 //! * `encode_again`, `dense_samples`: back through the density network;
 //! * `outer_*`, `reduce`: the gradient of the networks;
+//! * `follow`, `lay_out`: new networks, and where other kernels read them;
 //! * `sum_units`, `find_units`, `scatter`: the gradient of entries, in whole numbers, whose sum does not depend
 //!   on the order;
 //! * `adam`, `hold_all`, `round_all`, `accumulate`: new entries, and what is rounded of them.
@@ -18,6 +18,7 @@
 //! The same rays give the same bytes on one GPU, however its threads run.
 
 mod fixed;
+mod following;
 mod kernel;
 mod learner;
 mod memory;
@@ -28,6 +29,8 @@ mod sequence;
 mod step;
 mod tables;
 
-pub use learner::Learner;
+pub use learner::{Learner, UnderWay};
 pub use plan::source;
-pub use step::{Pixel, PixelNumbers, RayResult, Settings, StepResult, TableRates, Tables};
+pub use step::{
+    Learnt, NetworkRates, Pixel, PixelNumbers, RayResult, Settings, StepResult, TableRates,
+};

@@ -70,7 +70,7 @@ pub(super) struct Chain {
 #[derive(Clone, Debug)]
 pub(super) struct Networks {
     /// Widths from input to output: of the density network, then of the colour network.
-    widths: [Vec<u32>; 2],
+    pub(super) widths: [Vec<u32>; 2],
     pub(super) density: Chain,
     pub(super) color: Chain,
     pub(super) rows: Rows,
@@ -135,6 +135,12 @@ impl Networks {
             n_quads: quads as usize,
             widths: [density, color],
         }
+    }
+
+    /// Inputs and outputs of all layers, the density network's first.
+    pub(super) fn layers(&self) -> impl Iterator<Item = [u32; 2]> {
+        let pairs = self.widths.iter().flat_map(|widths| widths.windows(2));
+        pairs.map(|pair| [pair[0], pair[1]])
     }
 
     /// The matrices: forwards of the networks as they are evaluated, backwards of `exact`

@@ -33,6 +33,8 @@ pipelines!(
     dense_samples,
     outer_samples,
     reduce,
+    follow,
+    lay_out,
     sum_units,
     find_units,
     scatter,

@@ -55,6 +55,17 @@ pub struct TableRates {
     pub epsilon: f32,
 }
 
+/// How the networks follow their gradient.
+#[derive(Clone, Copy, Debug)]
+pub struct NetworkRates {
+    /// Learning rate of matrices by Muon; `None`: Adam leads them, too.
+    pub muon: Option<f32>,
+    /// Learning rate of what Adam leads, corrected.
+    pub adam: f32,
+    /// Parts of the gradient and of its square that are new.
+    pub new: [f32; 2],
+}
+
 /// What a step depends on beside the rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings<'s> {
@@ -70,6 +81,8 @@ pub struct Settings<'s> {
     pub roulette: f32,
     /// How tables follow.
     pub tables: TableRates,
+    /// How the networks follow.
+    pub networks: NetworkRates,
     /// Samples nearer to their camera than this learn less, unit lengths. 0: none does.
     pub slow_below: f32,
     /// Where random numbers begin.
@@ -80,7 +93,7 @@ pub struct Settings<'s> {
     pub blur_directions: bool,
     /// Whether colours between the cameras are held to what these see.
     pub between_views: bool,
-    /// Whether the tables after the step count in their average.
+    /// Whether the parameters after the step count in their average.
     pub average: bool,
 }
 
@@ -112,24 +125,26 @@ impl RayResult {
 /// What a step gives.
 #[derive(Clone, Debug, Default)]
 pub struct StepResult {
-    /// Of each ray.
+    /// Of each ray; empty where there was not enough room for their samples. Then nothing was learnt,
+    /// and the next step has more.
     pub rays: Vec<RayResult>,
-    /// Gradient of the networks: weights, then the bias of each layer, the density network first.
-    pub gradient: Vec<f32>,
-    /// Whether all entries of the tables are finite.
+    /// Whether all parameters are finite.
     pub is_finite: bool,
     /// How long each kernel took, in their order; empty where nobody asked.
     pub times: Vec<(&'static str, Duration)>,
 }
 
-/// All that is learnt of tables.
+/// All that is learnt.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Tables {
-    /// Entries, level after level.
+pub struct Learnt {
+    /// Entries of the tables, level after level; then weights and bias of each layer, the density
+    /// network first.
     pub parameters: Vec<f32>,
-    /// Their second moments.
+    /// First moments of the networks' parameters.
+    pub mean: Vec<f32>,
+    /// Second moments.
     pub square: Vec<f32>,
-    /// Sums of entries over the steps that count in the average; empty before the first.
+    /// Sums over the steps that count in the average; empty before the first.
     pub sum: Vec<f32>,
     /// Exponent of the unit that each level is rounded to multiples of, and units of a step.
     pub scales: Vec<[i32; 2]>,

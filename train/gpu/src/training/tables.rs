@@ -1,11 +1,12 @@
-//! The tables of a field that learns: how they follow their gradients, in and out.
+//! All that is learnt: how tables follow their gradients, in and out.
 
 use super::Learner;
 use super::fixed::Fixed;
+use super::following::LearntNumbers;
 use super::learner::MOST_GROUPS;
 use super::pipelines::Pipelines;
 use super::sequence::Sequence;
-use super::step::Tables;
+use super::step::Learnt;
 use crate::render::{Error, Gpu};
 
 /// Values that are left alone only together: `tables.wgsl`.
@@ -73,28 +74,44 @@ impl Learner {
         self.tables.iter().copied().max().unwrap_or(0)
     }
 
-    /// Takes over tables that are set all at once.
+    /// Takes over what is learnt, all at once.
     ///
     /// # Errors
     /// [`Error::Device`] or [`Error::TooLarge`].
-    pub fn set_tables(&mut self, tables: &Tables) -> Result<(), Error> {
+    pub fn set_learnt(&mut self, learnt: &Learnt) -> Result<(), Error> {
         let (f, queue) = (&self.fixed, self.gpu.queue());
-        let scales: &[[i32; 2]] = &tables.scales;
-        queue.write_buffer(&f.parameters, 0, bytemuck::cast_slice(&tables.parameters));
-        queue.write_buffer(&f.squares, 0, bytemuck::cast_slice(&tables.square));
+        let n = self.n_values();
+        let scales: &[[i32; 2]] = &learnt.scales;
+        queue.write_buffer(&f.parameters, 0, bytemuck::cast_slice(&learnt.parameters[..n]));
+        queue.write_buffer(&f.squares, 0, bytemuck::cast_slice(&learnt.square[..n]));
         queue.write_buffer(&f.scales, 0, bytemuck::cast_slice(scales));
         queue.write_buffer(&f.largest, 0, &vec![0; f.largest.size() as usize]);
+        let sums = learnt.sum.get(n..).unwrap_or_default();
+        let networks: Vec<LearntNumbers> = (0..learnt.mean.len())
+            .map(|i| {
+                let sum = sums.get(i).copied().unwrap_or(0.0);
+                [learnt.parameters[n + i], learnt.mean[i], learnt.square[n + i], sum]
+            })
+            .collect();
+        queue.write_buffer(&self.following.learnt, 0, bytemuck::cast_slice(&networks));
         let mut all = Sequence::new(&self.gpu, None);
         all.encoder().clear_buffer(&f.entry_gradients, 0, None);
         self.round(&mut all);
+        self.following.lay_out(&self.pipelines, &mut all);
         all.submit(&self.gpu);
         self.sums = None;
-        if !tables.sum.is_empty() {
+        if !learnt.sum.is_empty() {
             let sums = self.no_sums()?;
-            self.gpu.queue().write_buffer(&sums.buffer, 0, bytemuck::cast_slice(&tables.sum));
+            let bytes = bytemuck::cast_slice(&learnt.sum[..n]);
+            self.gpu.queue().write_buffer(&sums.buffer, 0, bytes);
             self.sums = Some(sums);
         }
         self.gpu.check()
+    }
+
+    /// Values of all tables.
+    fn n_values(&self) -> usize {
+        self.tables.iter().sum::<u32>() as usize
     }
 
     /// Rounds each table to multiples of so many units from now on.
@@ -109,19 +126,27 @@ impl Learner {
         self.gpu.check()
     }
 
-    /// The tables after the last step.
+    /// What is learnt after the last step that was begun.
     ///
     /// # Errors
     /// [`Error::Device`] or [`Error::TooLarge`].
-    pub fn tables(&self) -> Result<Tables, Error> {
+    pub fn learnt(&self) -> Result<Learnt, Error> {
         let f = &self.fixed;
         let scales = self.download::<i32>(&f.scales)?;
-        Ok(Tables {
+        let networks = self.download::<LearntNumbers>(&self.following.learnt)?;
+        let mut learnt = Learnt {
             parameters: self.download(&f.parameters)?,
+            mean: networks.iter().map(|[_, mean, ..]| *mean).collect(),
             square: self.download(&f.squares)?,
             sum: self.sums.as_ref().map_or(Ok(Vec::new()), |sums| self.download(&sums.buffer))?,
             scales: scales.as_chunks().0.to_vec(),
-        })
+        };
+        learnt.parameters.extend(networks.iter().map(|[value, ..]| *value));
+        learnt.square.extend(networks.iter().map(|[_, _, square, _]| *square));
+        if self.sums.is_some() {
+            learnt.sum.extend(networks.iter().map(|[.., sum]| *sum));
+        }
+        Ok(learnt)
     }
 
     /// Sums that are all 0.

@@ -135,10 +135,6 @@ impl TrainableField for TrainableHashGrid {
         self.update_parameters(update);
     }
 
-    fn update_networks(&mut self, update: Update<'_>, gradient: &[f32]) {
-        self.step_networks(update, gradient);
-    }
-
     fn round_coarsely(&mut self, level: Level, lengths: &[f32], parameters: &[f32]) {
         let scales = self.rounded.scales.iter().zip(lengths);
         let scales: Vec<_> = scales.map(|(scale, length)| scale.with_step_of(*length)).collect();

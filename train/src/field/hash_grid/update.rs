@@ -108,21 +108,6 @@ impl TrainableHashGrid {
         rayon::join(update_networks, update_grid);
     }
 
-    /// A step of the networks alone, whose gradient is given.
-    pub(super) fn step_networks(&mut self, update: Update<'_>, gradient: &[f32]) {
-        let Update { level, parameters, mean, square, step, adam, rate, .. } = update;
-        let start = self.layout.networks_start();
-        self.gradient.copy_from_slice(gradient);
-        let network = Slices {
-            parameters: &mut parameters[start..],
-            gradient: &mut self.gradient,
-            mean,
-            square: &mut square[start..],
-            rounded: &mut self.rounded.networks[..],
-        };
-        follow((level, &self.layout), (adam, rate, step), network);
-    }
-
     /// The groups' gradients, summed up as the update would see them.
     #[cfg(test)]
     pub(super) fn summed(&self, level: fearless_simd::Level) -> Vec<f32> {

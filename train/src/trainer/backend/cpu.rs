@@ -103,7 +103,8 @@ impl Cpu {
     }
 
     fn output(&self, input: &StepInput<'_>) -> StepOutput {
-        let mut output = StepOutput::default();
+        let (rays, roulette) = (input.n_rays, input.roulette);
+        let mut output = StepOutput { rays, roulette, ..StepOutput::default() };
         for group in &self.groups {
             output.squared_error += group.stats.squared_error;
             output.opacity += group.stats.opacity;
@@ -169,7 +170,7 @@ impl Backend for Cpu {
         let output = self.output(input);
         self.update(input);
         if input.average {
-            self.state.accumulate(0);
+            self.state.accumulate();
         }
         output
     }

@@ -1,42 +1,57 @@
-//! A GPU's backend: the CPU draws rays and updates the networks, which are small; all else
-//! happens in the GPU's memory.
+//! A GPU's backend: the CPU draws rays; all else happens in the GPU's memory. A step is begun before
+//! it is known what became of the one before, so that the GPU is never idle.
 
+use std::collections::VecDeque;
 use std::sync::OnceLock;
 use std::time::Duration;
 
 use pocketnerf_core::{AnyField, SimdLevel};
-use pocketnerf_gpu::training::{Learner, RayResult, Settings, StepResult, TableRates, Tables};
+use pocketnerf_gpu::training::{
+    Learner, Learnt, NetworkRates, RayResult, Settings, StepResult, TableRates, UnderWay,
+};
 use pocketnerf_gpu::{Error, Gpu};
 
 use super::drawing::Drawing;
 use super::learner::{Scene, learner};
 use super::{Backend, Cpu, StepInput, StepOutput, self_test};
-use crate::field::Update;
 use crate::field::rounding::EightBits;
 use crate::trainer::parameters::State;
 use crate::trainer::step::group::MIN_TRANSMITTANCE;
 use crate::trainer::step::slow_below::SlowBelow;
-use crate::trainer::{Adam, DensityGrid};
+use crate::trainer::{Adam, DensityGrid, muon};
 
-/// Steps after which the tables are fetched, so that no more is lost with the GPU.
+/// Steps after which what is learnt is fetched, so that no more is lost with the GPU.
 const FETCH_EVERY: u32 = 512;
+/// Steps that may be under way when the next one is begun.
+const UNDER_WAY: usize = 1;
 
 /// A field on a GPU.
 #[derive(Debug)]
 pub(crate) struct OnGpu {
     learner: Learner,
-    /// The networks, the tables as they were when they were fetched last, and what goes on where
-    /// the GPU fails.
+    /// What was learnt when it was fetched last, and what goes on where the GPU fails.
     cpu: Cpu,
     /// All that is learnt as it is now, once it is asked for.
     fetched: OnceLock<State>,
     drawing: Drawing,
-    /// Whether all entries of the tables are finite.
+    under_way: VecDeque<Asked>,
+    /// Steps whose parameters count in the average.
+    averaged: u32,
+    /// Whether all parameters are finite.
     is_finite: bool,
     /// Why the CPU goes on.
     failure: Option<Error>,
     /// How long each kernel has taken so far, where steps are timed.
     times: Vec<(&'static str, Duration)>,
+}
+
+/// A step that the GPU has been asked for.
+#[derive(Debug)]
+struct Asked {
+    step: UnderWay,
+    /// The tile that each ray came from, and what it weighs.
+    drawn: Vec<(u32, f32)>,
+    roulette: f32,
 }
 
 impl OnGpu {
@@ -64,6 +79,8 @@ impl OnGpu {
             cpu,
             fetched,
             is_finite: true,
+            averaged: 0,
+            under_way: VecDeque::new(),
             drawing: Drawing::default(),
             failure: None,
             times: Vec::new(),
@@ -75,21 +92,22 @@ impl OnGpu {
         }
     }
 
-    /// The tables and networks of a state, all at once.
+    /// All of a state.
     fn take_over(&mut self, state: State) -> Result<(), Error> {
+        self.under_way.clear();
         self.cpu.upload(state);
-        let start = self.cpu.field.layout().networks_start();
         let group = self.cpu.state.field();
-        let upto = |values: &[f32]| values.get(..start).unwrap_or_default().to_vec();
-        self.learner.set_tables(&Tables {
-            parameters: upto(&group.parameters),
-            square: upto(&group.square),
-            sum: upto(&group.sum),
+        self.learner.set_learnt(&Learnt {
+            parameters: group.parameters.to_vec(),
+            mean: group.mean.clone(),
+            square: group.square.to_vec(),
+            sum: group.sum.clone(),
             scales: self.scales(),
         })?;
+        self.averaged = self.cpu.state.averaged;
         self.fetched = OnceLock::new();
         self.is_finite = true;
-        self.show_networks()
+        Ok(())
     }
 
     /// How the field's tables are rounded: exponents, and units of a step.
@@ -99,30 +117,20 @@ impl OnGpu {
         scales.iter().map(|s| [s.scale_log2().into(), s.step().into()]).collect()
     }
 
-    /// The GPU sees the networks as they are now.
-    fn show_networks(&mut self) -> Result<(), Error> {
-        let parameters = &self.cpu.state.field().parameters;
-        let field = self.cpu.field.training_view(parameters)?;
-        let start = self.cpu.field.layout().networks_start();
-        self.learner.set_networks(&field, &parameters[start..])
-    }
-
     /// All that is learnt, from the GPU.
     fn fetch(&self) -> Result<State, Error> {
         let mut state = self.cpu.state.clone();
-        let tables = self.learner.tables()?;
+        let Learnt { parameters, mean, square, sum, scales } = self.learner.learnt()?;
         let n = self.cpu.field.layout().tables().len();
         let is_coarse = self.cpu.state.scales.len() > n;
-        let units = tables.scales.iter().map(|[exponent, _]| *exponent as u8);
-        let steps = tables.scales.iter().map(|[_, step]| *step as u8).filter(|_| is_coarse);
+        let units = scales.iter().map(|[exponent, _]| *exponent as u8);
+        let steps = scales.iter().map(|[_, step]| *step as u8).filter(|_| is_coarse);
         state.scales = units.chain(steps).collect();
+        state.averaged = self.averaged;
         let group = state.field_mut();
-        let n = tables.parameters.len();
-        group.parameters[..n].copy_from_slice(&tables.parameters);
-        group.square[..n].copy_from_slice(&tables.square);
-        if !tables.sum.is_empty() && !group.sum.is_empty() {
-            group.sum[..n].copy_from_slice(&tables.sum);
-        }
+        group.parameters.copy_from_slice(&parameters);
+        group.square.copy_from_slice(&square);
+        (group.mean, group.sum) = (mean, sum);
         Ok(state)
     }
 
@@ -135,10 +143,26 @@ impl OnGpu {
 
     fn try_step(&mut self, input: &StepInput<'_>) -> Result<StepOutput, Error> {
         self.keep_fetched();
+        self.begin(input)?;
+        let is_watched = input.stopwatch.is_some();
+        let most = if is_watched { 0 } else { UNDER_WAY };
+        let mut output = StepOutput::default();
+        while self.under_way.len() > most {
+            output = self.oldest()?;
+        }
+        if (input.step + 1).is_multiple_of(FETCH_EVERY) {
+            self.cpu.state = self.fetch()?;
+        }
+        Ok(output)
+    }
+
+    /// Has the GPU take a step, and draws rays for the next one.
+    fn begin(&mut self, input: &StepInput<'_>) -> Result<(), Error> {
         let pixels = self.drawing.draw(input);
         let number = input.step + 1;
-        let adam = Adam { decay: input.table_decay, beta1: 0.0, ..self.cpu.state.field().adam };
-        let rate = adam.corrected(input.table_rate, number);
+        let adam = self.cpu.state.field().adam;
+        let of_tables = Adam { decay: input.table_decay, beta1: 0.0, ..adam };
+        let rate = of_tables.corrected(input.table_rate, number);
         let slow = SlowBelow::new(&input.space, input.source.nearest());
         let settings = Settings {
             occupancy: input.occupancy,
@@ -148,9 +172,14 @@ impl OnGpu {
             roulette: input.roulette,
             tables: TableRates {
                 rate,
-                kept: 1.0 - rate * adam.decay,
+                kept: 1.0 - rate * of_tables.decay,
                 new: 1.0 - adam.beta2,
                 epsilon: adam.epsilon,
+            },
+            networks: NetworkRates {
+                muon: (number <= muon::STEPS).then_some(input.rate),
+                adam: adam.corrected(input.rate, number),
+                new: [1.0 - adam.beta1, 1.0 - adam.beta2],
             },
             slow_below: slow.map_or(0.0, |slow| slow.distance()),
             seed: (input.seed ^ (input.seed >> 32)) as u32,
@@ -162,32 +191,32 @@ impl OnGpu {
         if input.stopwatch.is_some() {
             self.learner.watch()?;
         }
-        let Self { learner, drawing, .. } = self;
-        let result = learner.step(&pixels, &settings, || drawing.draw_ahead(input))?;
+        let step = self.learner.begin(&pixels, &settings)?;
+        let drawn = self.drawing.rays().map(|ray| (ray.tile, ray.weight)).collect();
+        self.under_way.push_back(Asked { step, drawn, roulette: input.roulette });
+        self.averaged += u32::from(input.average);
+        self.drawing.draw_ahead(input);
+        Ok(())
+    }
+
+    /// What became of the step that was begun first.
+    fn oldest(&mut self) -> Result<StepOutput, Error> {
+        let Some(Asked { step, drawn, roulette }) = self.under_way.pop_front() else {
+            return Ok(StepOutput::default());
+        };
+        let result = self.learner.result(step)?;
         self.note_times(&result);
         self.is_finite &= result.is_finite;
-        let output = self.output(&result);
-        let group = self.cpu.state.field_mut();
-        let update = Update {
-            level: self.cpu.level,
-            parameters: &mut group.parameters,
-            mean: &mut group.mean,
-            square: &mut group.square,
-            step: number,
-            adam: group.adam,
-            table_rate: input.table_rate,
-            table_decay: input.table_decay,
-            rate: input.rate,
-            stopwatch: input.stopwatch,
-        };
-        self.cpu.field.update_networks(update, &result.gradient);
-        self.show_networks()?;
-        if input.average {
-            let start = self.cpu.field.layout().networks_start();
-            self.cpu.state.accumulate(start);
-        }
-        if number.is_multiple_of(FETCH_EVERY) {
-            self.cpu.state = self.fetch()?;
+        let mut output = StepOutput { rays: result.rays.len(), roulette, ..Default::default() };
+        for ((tile, weight), found) in drawn.into_iter().zip(&result.rays) {
+            let RayResult { squared_error, opacity, gradient_size, samples, kept } = *found;
+            let weight = f64::from(weight);
+            output.squared_error += weight * 3.0 * f64::from(squared_error);
+            output.opacity += weight * f64::from(opacity);
+            output.gradient_size += f64::from(gradient_size);
+            output.samples += samples as usize;
+            output.kept += kept as usize;
+            output.errors.push((tile, squared_error));
         }
         Ok(output)
     }
@@ -201,28 +230,11 @@ impl OnGpu {
         }
     }
 
-    fn output(&self, result: &StepResult) -> StepOutput {
-        let mut output = StepOutput::default();
-        for (ray, found) in self.drawing.rays().zip(&result.rays) {
-            let RayResult { squared_error, opacity, gradient_size, samples, kept } = *found;
-            let weight = f64::from(ray.weight);
-            output.squared_error += weight * 3.0 * f64::from(squared_error);
-            output.opacity += weight * f64::from(opacity);
-            output.gradient_size += f64::from(gradient_size);
-            output.samples += samples as usize;
-            output.kept += kept as usize;
-            output.errors.push((ray.tile, squared_error));
-        }
-        output
-    }
-
-    /// The CPU goes on from what was fetched last. Averages begin anew: their sums of tables and of
-    /// networks may be those of other steps.
+    /// The CPU goes on from what was fetched last.
     fn give_up(&mut self, why: Error) {
+        self.under_way.clear();
         self.keep_fetched();
-        let mut state = self.cpu.state.clone();
-        state.averaged = 0;
-        state.groups.iter_mut().for_each(|group| group.sum = Vec::new());
+        let state = self.cpu.state.clone();
         self.cpu.upload(state);
         self.failure = Some(why);
     }
@@ -259,6 +271,17 @@ impl Backend for OnGpu {
         self.cpu.step(input)
     }
 
+    fn wait(&mut self) -> StepOutput {
+        let mut output = StepOutput::default();
+        while !self.under_way.is_empty() {
+            match self.oldest() {
+                Ok(found) => output = found,
+                Err(why) => self.give_up(why),
+            }
+        }
+        output
+    }
+
     fn densities(&self, grid: &mut DensityGrid, seed: u64) {
         if self.failure.is_some() {
             return self.cpu.densities(grid, seed);
@@ -274,8 +297,7 @@ impl Backend for OnGpu {
     }
 
     fn is_finite(&self, tables: bool) -> bool {
-        let is_own = self.failure.is_none();
-        self.cpu.is_finite(tables && !is_own) && (self.is_finite || !tables)
+        if self.failure.is_some() { self.cpu.is_finite(tables) } else { self.is_finite }
     }
 
     fn round_coarsely(&mut self, lengths: &[f32]) {

@@ -46,8 +46,14 @@ pub(crate) trait Backend: Debug + Send + Sync {
     /// All that is learnt, after the last step.
     fn download(&self) -> &State;
 
-    /// Takes a step.
+    /// Takes a step. What it gives may be what an earlier one found out, or nothing: a device may
+    /// have steps under way.
     fn step(&mut self, input: &StepInput<'_>) -> StepOutput;
+
+    /// Waits for the steps that are under way, and gives what the last one found out.
+    fn wait(&mut self) -> StepOutput {
+        StepOutput::default()
+    }
 
     /// Looks at a share of a grid's cells: the field's densities at random points of them.
     fn densities(&self, grid: &mut DensityGrid, seed: u64);
@@ -138,6 +144,10 @@ pub(crate) struct StepInput<'s> {
 /// What a step found out.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StepOutput {
+    /// Rays of the step; none where it found nothing out.
+    pub(crate) rays: usize,
+    /// Gradients at least this large were passed back.
+    pub(crate) roulette: f32,
     /// Sum of squared errors over rays and colours, weighed.
     pub(crate) squared_error: f64,
     /// Sum of opacities over rays, weighed.

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use crate::compact;
 use crate::trainer::optim::schedule::{KNOWN, WARM_UP, adjust, budget, calibrate, settings};
-use crate::trainer::{FinishingBudget, HeldOutPsnr, Length, Plan, Trainer};
+use crate::trainer::{FinishingBudget, HeldOutPsnr, Length, Plan, StepStats, Trainer};
 pub use error::{NoTime, RunError};
 use guard::{Averages, Diverged, MAX_RESTARTS, Trouble};
 pub use report::{Progress, Summary};
@@ -97,6 +97,7 @@ impl Run {
     pub fn step(&mut self, trainer: &mut Trainer) -> Result<Option<Progress>, RunError> {
         let mut trouble = None;
         if self.is_over(trainer) {
+            self.add(&trainer.wait());
             if let (Length::Seconds(seconds), 0) = (self.length, trainer.steps()) {
                 return Err(NoTime { seconds, before: self.elapsed() }.into());
             }
@@ -120,9 +121,7 @@ impl Run {
         let (begun, steps) = self.fit_to_clock((trainer.steps(), trainer.config().settled()));
         let stats = trainer.step(&settings(trainer.config(), trainer.steps(), self.plan()));
         self.timed = Some((begun, steps + 1));
-        self.averages.add(&stats);
-        self.rays = self.rays.saturating_add(stats.rays as u64);
-        self.samples = self.samples.saturating_add(stats.samples as u64);
+        self.add(&stats);
         if let Some(found) = guard::look(trainer, &stats, &self.averages) {
             trouble = Some(found);
             self.restart(trainer, found)?;
@@ -136,6 +135,15 @@ impl Run {
             restarts: trainer.restarts(),
             trouble,
         }))
+    }
+
+    /// Counts what a step found out, if anything.
+    fn add(&mut self, stats: &StepStats) {
+        if stats.rays > 0 {
+            self.averages.add(stats);
+            self.rays = self.rays.saturating_add(stats.rays as u64);
+            self.samples = self.samples.saturating_add(stats.samples as u64);
+        }
     }
 
     /// Whether all steps are taken, or the time is over.

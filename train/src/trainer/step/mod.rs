@@ -34,7 +34,7 @@ pub(crate) const MOST_RAYS: usize = 1 << 17;
 /// What a step found out.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StepStats {
-    /// Rays of the step.
+    /// Rays of the step; none where it found nothing out.
     pub rays: usize,
     /// Samples at which the field was evaluated.
     pub samples: usize,
@@ -84,7 +84,7 @@ impl StepSettings {
 }
 
 impl Trainer {
-    /// Takes one step.
+    /// Takes one step. On a GPU, what it gives is what the step before found out.
     pub fn step(&mut self, settings: &StepSettings) -> StepStats {
         if settings.update_occupancy && self.step.is_multiple_of(OCCUPANCY_EVERY) {
             let begun = Instant::now();
@@ -102,6 +102,12 @@ impl Trainer {
         self.plan_next(settings, &output);
         self.step += 1;
         stats
+    }
+
+    /// Waits for steps that are under way, and gives what the last one found out.
+    pub(crate) fn wait(&mut self) -> StepStats {
+        let output = self.backend.wait();
+        self.stats(&output)
     }
 
     fn backend_step(&mut self, settings: &StepSettings) -> StepOutput {
@@ -158,13 +164,16 @@ impl Trainer {
             Some(_) => (1.0, 0.0),
             None => (self.visibility.share(), self.targets.unseen_error),
         };
-        let drawn_error = output.squared_error / (3 * self.n_rays) as f64;
+        if output.rays == 0 {
+            return StepStats::default();
+        }
+        let drawn_error = output.squared_error / (3 * output.rays) as f64;
         StepStats {
-            rays: self.n_rays,
+            rays: output.rays,
             samples: output.samples,
             kept: output.kept,
             mean_squared_error: share * drawn_error + unseen_error,
-            mean_opacity: share * output.opacity / self.n_rays as f64,
+            mean_opacity: share * output.opacity / output.rays as f64,
         }
     }
 
@@ -181,21 +190,23 @@ impl Trainer {
     /// Chooses the next step's number of rays and roulette threshold from
     /// what this one met, so that steps cost about the same.
     fn plan_next(&mut self, settings: &StepSettings, output: &StepOutput) {
+        if output.rays == 0 {
+            return;
+        }
         let mean = output.gradient_size / output.samples.max(1) as f64;
         let share = output.kept as f32 / output.samples.max(1) as f32;
         if settings.kept < 1.0 {
-            if self.roulette == 0.0 {
-                self.roulette = mean as f32;
-            } else {
-                let correction = (share / settings.kept).clamp(0.8, 1.25);
-                self.roulette *= correction;
-            }
+            // Of what the step that found it out had: others may be under way.
+            self.roulette = match output.roulette {
+                0.0 => mean as f32,
+                before => before * (share / settings.kept).clamp(0.8, 1.25),
+            };
         }
         if self.config.batch_rays.is_none() {
-            let per_ray = output.samples as f64 / self.n_rays as f64;
+            let per_ray = output.samples as f64 / output.rays as f64;
             let wanted = self.config.samples_per_step as f64 / per_ray.max(0.1);
             // Half of the way: one odd batch must not upset the next.
-            let n = 0.5 * (self.n_rays as f64 + wanted);
+            let n = 0.5 * (output.rays as f64 + wanted);
             self.n_rays = (n as usize).clamp(256, MOST_RAYS);
         }
     }

@@ -9,13 +9,16 @@ struct Frame {
     adam: vec4f,
     // Inverse of the squared distance, unit lengths, from which on samples learn all: 0 everywhere.
     slow: vec4f,
+    // Learning rate of the networks' matrices, and of all else that Adam leads, corrected; parts of
+    // the gradient and of its square that are new.
+    follow: vec4f,
     // The number 1; how many rays there are; columns that the colour network is evaluated for: the
     // rays, then directions between cameras; cameras.
     once: vec4u,
     // Distance between two rows of the colour network's values, and of the density network's; room
     // for chunks of samples, and for samples that are passed back.
     sizes: vec4u,
-    // Seed; number of the step; the flags `BLUR` and `BETWEEN`; a random number of the step.
+    // Seed; number of the step; flags, `BLUR` and so on; a random number of the step.
     random: vec4u,
 }
 
@@ -64,6 +67,8 @@ const NEXT_RAY = 4u;
 // Bits of `frame.random.z`.
 const BLUR = 1u;
 const BETWEEN = 2u;
+const MUON = 4u;
+const AVERAGED = 8u;
 
 var<private> STEP: f32;
 var<private> PHASE: f32;

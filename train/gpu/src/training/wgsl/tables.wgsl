@@ -96,7 +96,8 @@ fn scatter(
     let unit = units[group.y];
     let apart = frame.sizes.y;
     let n = counted[KEPT] * 8u * N_FEATURES;
-    if unit == 0.0f {
+    // A step that did not fit into its memory is lost.
+    if unit == 0.0f || counted[TOO_MANY] != 0u {
         return;
     }
     for (var i = group.x * 256u + own; i < n; i += 256u * groups.x) {
