@@ -10,6 +10,8 @@ use crate::render::{Error, Gpu};
 const CHUNK: u32 = 16;
 /// Parts of the samples whose gradients are summed up: `tables.wgsl`.
 pub(super) const UNIT_PARTS: u32 = 64;
+/// Rays of a workgroup of `drop`: `back.wgsl`.
+const GROUP: u64 = 64;
 /// Bytes of a number, and of four.
 const NUMBER: u64 = 4;
 const QUAD: u64 = 16;
@@ -109,6 +111,7 @@ impl Memory {
         let sample_rows = storage("rows of samples", kept * sample_rows, NUMBER, none)?;
         let results = storage("rays", n_rays, QUAD, Usage::COPY_SRC)?;
         let offsets = storage("rays", n_rays, NUMBER, none)?;
+        let group_offsets = storage("rays", n_rays.div_ceil(GROUP), NUMBER, none)?;
         let f = fixed;
         let bound =
             |pipeline: &Pipeline, buffers: &[(u32, &wgpu::Buffer)]| pipeline.group(gpu, buffers);
@@ -178,9 +181,10 @@ impl Memory {
                     (11, &ray_rows),
                     (13, &results),
                     (14, &offsets),
+                    (16, &group_offsets),
                 ],
             )?,
-            scan: bound(&p.scan, &[(0, &f.frame), (9, &f.counters), (14, &offsets)])?,
+            scan: bound(&p.scan, &[(0, &f.frame), (9, &f.counters), (16, &group_offsets)])?,
             gather: bound(
                 &p.gather,
                 &[
@@ -190,6 +194,7 @@ impl Memory {
                     (8, &links),
                     (12, &sample_rows),
                     (14, &offsets),
+                    (16, &group_offsets),
                 ],
             )?,
             encode_again: bound(

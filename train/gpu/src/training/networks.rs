@@ -179,9 +179,9 @@ impl Networks {
 fn together(widths: &[u32], layers: &[Shape]) -> Option<Together> {
     let ([n_encoded, n_hidden, n_output], [hidden, given]) = (widths, layers) else { return None };
     let n_given = n_output.div_ceil(4);
-    // A column's values, and its point.
-    let quads = (n_encoded + n_hidden).div_ceil(4) + n_given + 1;
-    let slots = [32, 16].into_iter().find(|slots| 16 * slots * quads + 64 <= MEMORY)?;
+    // A column's values, its point, and its step.
+    let bytes = 4 * (n_encoded + n_hidden) + 16 * (n_given + 1) + 4;
+    let slots = [32, 16].into_iter().find(|slots| slots * bytes + 64 <= MEMORY)?;
     let layer = |shape: &Shape| [shape.matrix, shape.bias, shape.n_out / 4];
     let layers = [hidden, given].map(layer);
     Some(Together { slots, n_hidden: *n_hidden, n_given, layers })

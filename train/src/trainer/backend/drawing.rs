@@ -1,5 +1,7 @@
 //! Rays of a GPU's steps: drawn in blocks, those of the next step while the GPU computes this one.
 
+use std::ops::Range;
+
 use pocketnerf_gpu::training::{Pixel, PixelNumbers};
 use rayon::prelude::*;
 
@@ -20,78 +22,98 @@ type Key = (u64, u32, u32);
 /// The rays of a step, and of the next one.
 #[derive(Debug, Default)]
 pub(super) struct Drawing {
-    blocks: Vec<Group>,
-    n_rays: usize,
-    ahead: Vec<Group>,
-    /// Of how many blocks ahead, and for which step.
+    rays: Rays,
+    ahead: Rays,
+    /// How many blocks of those ahead are drawn, and for which step.
     is_ahead: Option<(usize, Key)>,
+    /// Where blocks are drawn.
+    groups: Vec<Group>,
     /// Tests compare steps with those of the CPU.
     #[cfg(test)]
     pub(super) like_the_cpu: bool,
 }
 
+/// The tile that a ray was drawn from, and what it weighs.
+pub(super) type Origin = (u32, f32);
+
+/// Rays, as a GPU has them, and where they come from.
+#[derive(Debug, Default)]
+struct Rays {
+    numbers: Vec<PixelNumbers>,
+    origins: Vec<Origin>,
+}
+
 impl Drawing {
     /// Draws the rays of a step.
-    pub(super) fn draw(&mut self, input: &StepInput<'_>) -> Vec<PixelNumbers> {
-        self.n_rays = input.n_rays;
+    pub(super) fn draw(&mut self, input: &StepInput<'_>) -> (&[PixelNumbers], &[Origin]) {
+        let n = input.n_rays;
         #[cfg(test)]
         if self.like_the_cpu {
             self.draw_like_the_cpu(input);
-            return self.rays().map(numbers).collect();
+            return (&self.rays.numbers[..n], &self.rays.origins[..n]);
         }
         let mut done = 0;
         if let Some((n, _)) = self.is_ahead.take().filter(|(_, drawn)| *drawn == key(input)) {
-            std::mem::swap(&mut self.blocks, &mut self.ahead);
+            std::mem::swap(&mut self.rays, &mut self.ahead);
             done = n;
         }
-        let n = input.n_rays.div_ceil(BLOCK);
-        draw(&mut self.blocks, done..n.max(done), input);
-        let rows = self.blocks.par_iter().take(n);
-        let mut all: Vec<_> = rows.flat_map_iter(|block| block.rays.iter().map(numbers)).collect();
-        all.truncate(input.n_rays);
-        all
+        self.rays.draw(&mut self.groups, done..n.div_ceil(BLOCK).max(done), input);
+        (&self.rays.numbers[..n], &self.rays.origins[..n])
     }
 
     /// Draws rays for the step after this one.
     pub(super) fn draw_ahead(&mut self, input: &StepInput<'_>) {
         let next = StepInput { step: input.step + 1, ..*input };
         let n = (input.n_rays + input.n_rays / MORE).div_ceil(BLOCK);
-        draw(&mut self.ahead, 0..n, &next);
+        self.ahead.draw(&mut self.groups, 0..n, &next);
         self.is_ahead = Some((n, key(&next)));
-    }
-
-    /// The rays of this step.
-    pub(super) fn rays(&self) -> impl Iterator<Item = &TrainingRay> {
-        self.blocks.iter().flat_map(|block| &block.rays).take(self.n_rays)
     }
 
     #[cfg(test)]
     fn draw_like_the_cpu(&mut self, input: &StepInput<'_>) {
         use crate::trainer::GROUPS;
 
-        self.blocks.resize_with(GROUPS, Group::default);
-        for (g, group) in self.blocks.iter_mut().enumerate() {
+        self.rays = Rays::default();
+        for g in 0..GROUPS {
+            let mut group = Group::default();
             let n = (g + 1) * input.n_rays / GROUPS - g * input.n_rays / GROUPS;
             group.draw(input, n, Random::new(input.seed, [1, u64::from(input.step), g as u64]));
+            self.rays.numbers.extend(group.rays.iter().map(numbers));
+            self.rays.origins.extend(group.rays.iter().map(origin));
         }
     }
 }
 
-fn key(input: &StepInput<'_>) -> Key {
-    (input.seed, input.step, input.sampler.changes())
+impl Rays {
+    /// Draws some of the blocks of a step.
+    fn draw(&mut self, groups: &mut Vec<Group>, which: Range<usize>, input: &StepInput<'_>) {
+        let n = which.len().max(groups.len());
+        groups.resize_with(n, Group::default);
+        let end = which.end * BLOCK;
+        if self.numbers.len() < end {
+            self.numbers.resize(end, PixelNumbers::default());
+            self.origins.resize(end, Origin::default());
+        }
+        let places = which.start * BLOCK..end;
+        let rows = self.numbers[places.clone()].par_chunks_mut(BLOCK);
+        let rows = rows.zip(self.origins[places].par_chunks_mut(BLOCK));
+        rows.zip(groups).zip(which).for_each(|(((to, origins), group), number)| {
+            let mut laps = Laps::begin(input.stopwatch);
+            let random = Random::new(input.seed, [1, u64::from(input.step), number as u64]);
+            group.draw(input, BLOCK, random);
+            to.iter_mut().zip(&group.rays).for_each(|(to, ray)| *to = numbers(ray));
+            origins.iter_mut().zip(&group.rays).for_each(|(to, ray)| *to = origin(ray));
+            laps.end(Stage::Pixels, BLOCK);
+        });
+    }
 }
 
-/// Draws some of the blocks of a step.
-fn draw(blocks: &mut Vec<Group>, which: std::ops::Range<usize>, input: &StepInput<'_>) {
-    if blocks.len() < which.end {
-        blocks.resize_with(which.end, Group::default);
-    }
-    blocks[which.clone()].par_iter_mut().zip(which).for_each(|(block, number)| {
-        let mut laps = Laps::begin(input.stopwatch);
-        let random = Random::new(input.seed, [1, u64::from(input.step), number as u64]);
-        block.draw(input, BLOCK, random);
-        laps.end(Stage::Pixels, BLOCK);
-    });
+fn origin(ray: &TrainingRay) -> Origin {
+    (ray.tile, ray.weight)
+}
+
+fn key(input: &StepInput<'_>) -> Key {
+    (input.seed, input.step, input.sampler.changes())
 }
 
 fn numbers(ray: &TrainingRay) -> PixelNumbers {

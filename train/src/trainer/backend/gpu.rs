@@ -11,7 +11,7 @@ use pocketnerf_gpu::training::{
 };
 use pocketnerf_gpu::{Error, Gpu};
 
-use super::drawing::Drawing;
+use super::drawing::{Drawing, Origin};
 use super::learner::{Scene, learner};
 use super::{Backend, Cpu, StepInput, StepOutput, self_test};
 use crate::field::rounding::EightBits;
@@ -49,8 +49,8 @@ pub(crate) struct OnGpu {
 #[derive(Debug)]
 struct Asked {
     step: UnderWay,
-    /// The tile that each ray came from, and what it weighs.
-    drawn: Vec<(u32, f32)>,
+    /// Where its rays come from.
+    drawn: Vec<Origin>,
     roulette: f32,
 }
 
@@ -158,7 +158,6 @@ impl OnGpu {
 
     /// Has the GPU take a step, and draws rays for the next one.
     fn begin(&mut self, input: &StepInput<'_>) -> Result<(), Error> {
-        let pixels = self.drawing.draw(input);
         let number = input.step + 1;
         let adam = self.cpu.state.field().adam;
         let of_tables = Adam { decay: input.table_decay, beta1: 0.0, ..adam };
@@ -191,8 +190,9 @@ impl OnGpu {
         if input.stopwatch.is_some() {
             self.learner.watch()?;
         }
-        let step = self.learner.begin(&pixels, &settings)?;
-        let drawn = self.drawing.rays().map(|ray| (ray.tile, ray.weight)).collect();
+        let (pixels, origins) = self.drawing.draw(input);
+        let step = self.learner.begin(pixels, &settings)?;
+        let drawn = origins.to_vec();
         self.under_way.push_back(Asked { step, drawn, roulette: input.roulette });
         self.averaged += u32::from(input.average);
         self.drawing.draw_ahead(input);

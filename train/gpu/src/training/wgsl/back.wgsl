@@ -11,12 +11,28 @@ fn share_of(ray: Ray, u: vec3f) -> f32 {
     return min(dot(way, way) * frame.slow.x, 1.0f);
 }
 
-@compute @workgroup_size(64)
-fn drop(@builtin(global_invocation_id) id: vec3u) {
-    let r = id.x;
-    if r >= frame.once.y {
-        return;
+// Rays of a workgroup.
+const GROUP = 64u;
+// Samples that a workgroup's rays keep.
+var<workgroup> kept_here: atomic<u32>;
+
+@compute @workgroup_size(GROUP)
+fn drop(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_index) own: u32,
+) {
+    if id.x < frame.once.y {
+        atomicAdd(&kept_here, dropped(id.x));
     }
+    workgroupBarrier();
+    if own == 0u {
+        group_offsets[group.x] = atomicLoad(&kept_here);
+    }
+}
+
+// Drops samples of a ray, and gives how many are left.
+fn dropped(r: u32) -> u32 {
     let at = PER_RAY * r;
     let count = bitcast<u32>(traced[at].y);
     let opacity = traced[at].w;
@@ -73,57 +89,83 @@ fn drop(@builtin(global_invocation_id) id: vec3u) {
     offsets[r] = kept;
     results[r].z = total;
     results[r].w = bitcast<f32>(min(count, 0xffffu) | (min(kept, 0xffffu) << 16u));
+    return kept;
 }
 
 const SCANNERS = 256u;
 var<workgroup> sums_before: array<u32, SCANNERS>;
+var<workgroup> kept_of: array<u32, GROUP>;
 
-// From how many each ray keeps to where they begin.
+// From how many the rays of each workgroup keep to where they begin.
 @compute @workgroup_size(SCANNERS)
 fn scan(@builtin(local_invocation_index) own: u32) {
-    let n = frame.once.y;
+    let n = (frame.once.y + GROUP - 1u) / GROUP;
     let part = (n + SCANNERS - 1u) / SCANNERS;
     let first = min(own * part, n);
     let last = min(first + part, n);
     var sum = 0u;
-    for (var r = first; r < last; r++) {
-        sum += offsets[r];
+    for (var g = first; g < last; g++) {
+        sum += group_offsets[g];
     }
-    sums_before[own] = sum;
-    workgroupBarrier();
-    if own == 0u {
-        var before = 0u;
-        for (var i = 0u; i < SCANNERS; i++) {
-            let next = sums_before[i];
-            sums_before[i] = before;
-            before += next;
-        }
-        atomicStore(&counters[KEPT], min(before, frame.sizes.w));
-        if before > frame.sizes.w {
-            // The step is taken again with more memory.
+    let before = sum_before(own, sum);
+    if own == SCANNERS - 1u {
+        let all = before + sum;
+        atomicStore(&counters[KEPT], min(all, frame.sizes.w));
+        if all > frame.sizes.w {
+            // The step is lost, and the next one has more memory.
             atomicStore(&counters[TOO_MANY], 1u);
         }
     }
-    workgroupBarrier();
-    var begin = sums_before[own];
-    for (var r = first; r < last; r++) {
-        let next = offsets[r];
-        offsets[r] = begin;
+    var begin = before;
+    for (var g = first; g < last; g++) {
+        let next = group_offsets[g];
+        group_offsets[g] = begin;
         begin += next;
     }
 }
 
+// The sum of the values of a workgroup's invocations before this one.
+fn sum_before(own: u32, value: u32) -> u32 {
+    var sum = value;
+    sums_before[own] = sum;
+    workgroupBarrier();
+    for (var apart = 1u; apart < SCANNERS; apart *= 2u) {
+        var other = 0u;
+        if own >= apart {
+            other = sums_before[own - apart];
+        }
+        workgroupBarrier();
+        sum += other;
+        sums_before[own] = sum;
+        workgroupBarrier();
+    }
+    return sum - value;
+}
+
 // Writes the points of what is kept, and the gradients of what the density network gives there.
-@compute @workgroup_size(64)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
+@compute @workgroup_size(GROUP)
+fn gather(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_index) own: u32,
+) {
     let r = id.x;
-    if r >= frame.once.y {
+    var kept = 0u;
+    if r < frame.once.y {
+        kept = offsets[r];
+    }
+    kept_of[own] = kept;
+    workgroupBarrier();
+    if kept == 0u {
         return;
+    }
+    var column = group_offsets[group.x];
+    for (var i = 0u; i < own; i++) {
+        column += kept_of[i];
     }
     let at = PER_RAY * r;
     let count = bitcast<u32>(traced[at].y);
     var chunk = bitcast<u32>(traced[at].x);
-    var column = offsets[r];
     let apart = frame.sizes.y;
     for (var i = count; i > 0u && column < frame.sizes.w; i--) {
         let place = (i - 1u) % CHUNK;

@@ -49,8 +49,9 @@ struct Frame {
 // Of each ray: squared error a channel, opacity, gradient of its samples, samples and how many
 // of them are kept.
 @group(0) @binding(13) var<storage, read_write> results: array<vec4f>;
-// Of each ray: samples that are kept, then where they begin.
+// Of each ray: samples that are kept. Of the rays of a workgroup: the same, then where they begin.
 @group(0) @binding(14) var<storage, read_write> offsets: array<u32>;
+@group(0) @binding(16) var<storage, read_write> group_offsets: array<u32>;
 @group(0) @binding(15) var<storage, read> cameras: array<vec4f>;
 
 // Samples of a chunk.

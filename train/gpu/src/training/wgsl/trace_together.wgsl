@@ -1,17 +1,22 @@
 // Forwards, by workgroups: `SLOTS` rays at a time, whose samples are evaluated together, four
-// invocations a ray. A ray that ends makes room for the next.
+// invocations a column. A ray that ends makes room for the next; where none is left, those that go on
+// have several columns each, of samples that lie behind one another.
 
 const INVOCATIONS = 4u * SLOTS;
 // Steps across empty cells until those that have found a sample go on.
 const PATIENCE = 4u;
 const COLUMNS = SLOTS / 4u;
+// Samples of a ray at a time at most: their columns are noted in so many times five bits.
+const MOST_AHEAD = 6u;
 
-// A column a ray: points, what they are encoded to, what the hidden layer and the network give.
+// A column a sample: point and distance, step, what it is encoded to, what the hidden layer and the
+// network give.
 var<workgroup> place: array<vec4f, SLOTS>;
+var<workgroup> step_of: array<f32, SLOTS>;
 var<workgroup> encoded_rows: array<f32, N_ENCODED * SLOTS>;
 var<workgroup> hidden_rows: array<f32, N_HIDDEN * SLOTS>;
 var<workgroup> given: array<vec4f, N_GIVEN * SLOTS>;
-// Rays that have found a sample, and those that are under way, times 2^16.
+// Columns that are taken, and rays that are under way, times 2^16.
 var<workgroup> seen: atomic<u32>;
 var<workgroup> status: u32;
 
@@ -25,9 +30,11 @@ struct Way {
     end: f32,
     steps: f32,
     sum: Sum,
-    t: f32,
     phase: f32,
     is_under_way: bool,
+    // How many samples it has found, and their columns.
+    found: u32,
+    columns: u32,
 }
 
 @compute @workgroup_size(INVOCATIONS)
@@ -37,10 +44,13 @@ fn trace(@builtin(local_invocation_index) own: u32) {
     let part = own / SLOTS;
     var way: Way;
     var may_come = true;
+    var ahead = 1u;
     loop {
-        var has_found = false;
         if part == 0u {
-            for (var i = 0u; i < PATIENCE && !has_found; i++) {
+            way.found = 0u;
+            way.columns = 0u;
+            let patience = PATIENCE + 2u * (ahead - 1u);
+            for (var i = 0u; i < patience && way.found < ahead; i++) {
                 if !way.is_under_way {
                     if !may_come {
                         break;
@@ -50,14 +60,17 @@ fn trace(@builtin(local_invocation_index) own: u32) {
                         break;
                     }
                 }
+                if way.found > 0u && !(way.k < way.end) {
+                    // What comes there may be another piece: not before these are added.
+                    break;
+                }
                 PHASE = way.phase;
-                has_found = seek(&way, slot);
+                seek(&way);
                 if !way.is_under_way {
                     note_ray(way.r, way.sum);
                 }
             }
-            let under_way = select(0u, 0x10000u, way.is_under_way || may_come);
-            atomicAdd(&seen, under_way | select(0u, 1u, has_found));
+            atomicAdd(&seen, select(0u, 0x10000u, way.is_under_way || may_come));
         }
         workgroupBarrier();
         if own == 0u {
@@ -67,20 +80,28 @@ fn trace(@builtin(local_invocation_index) own: u32) {
         if all == 0u {
             break;
         }
-        if (all & 0xffffu) != 0u {
-            encode_part(slot, part);
+        let n = all & 0xffffu;
+        if n != 0u {
+            if slot < n {
+                encode_part(slot, part);
+            }
             workgroupBarrier();
-            hide(own);
+            hide(own, n);
             workgroupBarrier();
-            give(slot, part);
+            if slot < n {
+                give(slot, part);
+            }
             workgroupBarrier();
-            if has_found {
-                add(&way, slot);
+            if way.found > 0u {
+                add(&way);
                 if !way.is_under_way {
                     note_ray(way.r, way.sum);
                 }
             }
+            // Columns are anybody's again.
+            workgroupBarrier();
         }
+        ahead = clamp(SLOTS / max(all >> 16u, 1u), 1u, MOST_AHEAD);
     }
 }
 
@@ -111,8 +132,8 @@ fn begin(way: ptr<function, Way>) -> bool {
     return true;
 }
 
-// One step on; true at an occupied cell.
-fn seek(way: ptr<function, Way>, slot: u32) -> bool {
+// One step on, and a column at an occupied cell.
+fn seek(way: ptr<function, Way>) {
     if !((*way).k < (*way).end) {
         (*way).k = (*way).end;
         if (*way).local.is_there {
@@ -122,32 +143,28 @@ fn seek(way: ptr<function, Way>, slot: u32) -> bool {
         }
         if !((*way).k < (*way).end) {
             (*way).is_under_way = false;
-            return false;
+            return;
         }
         (*way).across = stride((*way).local.ray);
     }
     let ray = (*way).local.ray;
-    let t = distance_of(min((*way).k + ((*way).steps - 1.0f) * 0.5f, (*way).end - 1.0f));
+    let k = (*way).k;
+    let t = distance_of(min(k + ((*way).steps - 1.0f) * 0.5f, (*way).end - 1.0f));
     let u = unit(ray.origin + t * ray.direction);
     let cells = around(u);
     if !cells.is_occupied {
-        (*way).k += steps_to_leave(ray, (*way).across, u, cells, t);
-        return false;
+        (*way).k = k + steps_to_leave(ray, (*way).across, u, cells, t);
+        return;
     }
-    if (*way).sum.count % CHUNK == 0u {
-        let chunk = new_chunk((*way).sum.last);
-        if chunk == NONE {
-            (*way).is_under_way = false;
-            return false;
-        }
-        (*way).sum.last = chunk;
-    }
-    (*way).t = t;
-    place[slot] = vec4f(u, 0.0f);
-    return true;
+    let column = atomicAdd(&seen, 1u) & 0xffffu;
+    place[column] = vec4f(u, t);
+    step_of[column] = k;
+    (*way).columns |= column << (5u * (*way).found);
+    (*way).found += 1u;
+    (*way).k = k + (*way).steps;
 }
 
-// Encodes the point of a ray, every fourth level.
+// Encodes the point of a column, every fourth level.
 fn encode_part(slot: u32, part: u32) {
     let u = place[slot].xyz;
     for (var l = part; l < N_LEVELS; l += 4u) {
@@ -168,11 +185,14 @@ fn write_hidden(at: u32, values: vec4f) {
     hidden_rows[at + 3u * SLOTS] = positive.w;
 }
 
-// The hidden layer: blocks of four values and four rays.
-fn hide(own: u32) {
+// The hidden layer of the first `n` columns: blocks of four values and four columns.
+fn hide(own: u32, n: u32) {
     for (var block = own; block < N_HIDDEN / 4u * COLUMNS; block += INVOCATIONS) {
         let quad = block / COLUMNS;
         let first = 4u * (block % COLUMNS);
+        if first >= n {
+            continue;
+        }
         let sums = hidden_sums(quad, first);
         let at = 4u * quad * SLOTS + first;
         write_hidden(at, sums[0]);
@@ -182,14 +202,14 @@ fn hide(own: u32) {
     }
 }
 
-// The output layer: every fourth quad of a ray.
+// The output layer: every fourth quad of a column.
 fn give(slot: u32, part: u32) {
     for (var quad = part; quad < N_GIVEN; quad += 4u) {
         given[quad * SLOTS + slot] = given_sum(quad, slot);
     }
 }
 
-// What the network has given of a ray's sample: the density comes before the features.
+// What the network has given of a sample: the density comes before the features.
 fn point_of(slot: u32) -> Point {
     var own = given[slot];
     var point = Point(decoded_sigma(own.x), Channels());
@@ -204,14 +224,33 @@ fn point_of(slot: u32) -> Point {
     return point;
 }
 
-// Adds the sample that was found.
-fn add(way: ptr<function, Way>, slot: u32) {
+// Adds the samples that were found. Where others would follow them than those that do, these are to be
+// found again.
+fn add(way: ptr<function, Way>) {
+    let steps = (*way).steps;
     var sum = (*way).sum;
-    add_sample(&sum, point_of(slot), place[slot].xyz, (*way).t, (*way).steps);
-    (*way).sum = sum;
-    (*way).k += (*way).steps;
-    (*way).steps = steps_at(sum.transmittance);
-    if is_opaque(sum.transmittance) {
-        (*way).is_under_way = false;
+    for (var i = 0u; i < (*way).found; i++) {
+        if sum.count % CHUNK == 0u {
+            let chunk = new_chunk(sum.last);
+            if chunk == NONE {
+                (*way).is_under_way = false;
+                break;
+            }
+            sum.last = chunk;
+        }
+        let column = ((*way).columns >> (5u * i)) & 31u;
+        let found = place[column];
+        add_sample(&sum, point_of(column), found.xyz, found.w, steps);
+        if is_opaque(sum.transmittance) {
+            (*way).is_under_way = false;
+            break;
+        }
+        let later = steps_at(sum.transmittance);
+        if later != steps {
+            (*way).k = step_of[column] + steps;
+            (*way).steps = later;
+            break;
+        }
     }
+    (*way).sum = sum;
 }
