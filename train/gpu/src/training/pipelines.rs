@@ -1,7 +1,13 @@
 //! All kernels of a step.
 
+use std::thread::ScopedJoinHandle;
+
 use super::kernel::{Pipeline, Program};
 use crate::render::Error;
+
+fn finished(pipeline: ScopedJoinHandle<'_, Result<Pipeline, Error>>) -> Result<Pipeline, Error> {
+    pipeline.join().map_err(|_| Error::Device("a kernel cannot be compiled".to_owned()))?
+}
 
 /// Fields named as the entry points are.
 macro_rules! pipelines {
@@ -13,8 +19,12 @@ macro_rules! pipelines {
         }
 
         impl Pipelines {
+            /// Compiles them side by side: a driver may take a second for each.
             pub(super) fn new(program: &Program<'_>) -> Result<Self, Error> {
-                Ok(Self { $($name: program.pipeline(stringify!($name))?,)* })
+                std::thread::scope(|threads| {
+                    $(let $name = threads.spawn(|| program.pipeline(stringify!($name)));)*
+                    Ok(Self { $($name: finished($name)?,)* })
+                })
             }
         }
     };
