@@ -308,7 +308,7 @@ impl Trainer {
 
     /// Keeps the parameters.
     pub(crate) fn remember(&mut self) {
-        self.best = Some(self.backend.download().field().parameters.to_vec());
+        self.best = Some(self.backend.parameters().to_vec());
     }
 
     /// The parameters become what was remembered, and their average begins anew.

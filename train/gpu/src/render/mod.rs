@@ -7,6 +7,7 @@ mod bands;
 mod clock;
 mod drawing;
 mod error;
+mod module;
 mod picture;
 mod program;
 mod reading;

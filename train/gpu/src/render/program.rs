@@ -150,11 +150,7 @@ pub(super) fn compile(
     types: &[wgpu::BufferBindingType],
 ) -> Result<Vec<wgpu::ComputePipeline>, Error> {
     let label = names.first().copied();
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label,
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    });
-    gpu.check()?;
+    let module = gpu.module(label.unwrap_or_default(), source)?;
     let entry = |(binding, ty): (usize, &wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
         binding: binding as u32,
         visibility: wgpu::ShaderStages::COMPUTE,

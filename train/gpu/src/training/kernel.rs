@@ -19,11 +19,7 @@ pub(super) type Binding<'b> = (u32, &'b wgpu::Buffer);
 
 impl<'g> Program<'g> {
     pub(super) fn new(gpu: &'g Gpu, source: String) -> Result<Self, Error> {
-        let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("training"),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
-        gpu.check()?;
+        let module = gpu.module("training", source)?;
         Ok(Self { gpu, module })
     }
 

@@ -1,5 +1,7 @@
 //! A field that learns on a GPU.
 
+use std::sync::Mutex;
+
 use pocketnerf_core::Model;
 
 use super::StepResult;
@@ -25,10 +27,22 @@ pub(super) const MOST_GROUPS: u32 = 2048;
 /// Values that a workgroup sums up: `dense.wgsl`.
 const SUMS: u32 = 32;
 /// Numbers of counters: `step.wgsl`.
+const NEXT_CHUNK: usize = 0;
 const TOO_MANY: usize = 1;
+const KEPT: usize = 2;
 const NOT_FINITE: usize = 3;
 /// Samples of a step are at most so many times as many as were expected.
 const MOST_GROWTH: u32 = 64;
+/// Steps after which memory that none of them needed is given back.
+const LOOKED_BACK: u32 = 64;
+
+/// How much memory the last steps needed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Used {
+    steps: u32,
+    /// How many times as much as usual.
+    most: u32,
+}
 
 /// A step that a GPU has been asked for.
 #[derive(Debug)]
@@ -61,6 +75,8 @@ pub struct Learner {
     memory: Memory,
     /// Buffers for results that no step has.
     free: Vec<wgpu::Buffer>,
+    /// A buffer for what is learnt, where the CPU can read it.
+    pub(super) downloads: Mutex<Option<wgpu::Buffer>>,
     /// Quads of a ray and of a sample.
     per_sample: u32,
     /// Values of each level's table.
@@ -72,6 +88,7 @@ pub struct Learner {
     samples: u32,
     /// How many times as many there is room for as usual.
     growth: u32,
+    used: Used,
     watch: Option<Watch>,
 }
 
@@ -108,6 +125,7 @@ impl Learner {
             fixed,
             memory,
             free: Vec::new(),
+            downloads: Mutex::new(None),
             per_sample,
             tables: tables.collect(),
             n_features,
@@ -115,6 +133,7 @@ impl Learner {
             cameras: cameras.len() as u32,
             samples,
             growth: 1,
+            used: Used::default(),
             watch: None,
         })
     }
@@ -164,6 +183,7 @@ impl Learner {
     /// [`Error::Device`], or where samples are too many for any memory.
     pub fn result(&mut self, step: UnderWay) -> Result<StepResult, Error> {
         let UnderWay { asked, names, read, n_rays, growth } = step;
+        let usual = Room::new(self.samples, n_rays, n_rays, 1);
         let times = match &self.watch {
             Some(watch) if !names.is_empty() => watch.read(&self.gpu, &names, asked.clone())?,
             _ => Vec::new(),
@@ -178,16 +198,30 @@ impl Learner {
         self.free.push(read);
         let is_finite = counters[NOT_FINITE] == 0;
         if counters[TOO_MANY] == 0 {
+            self.note_use(usual.growth(counters[NEXT_CHUNK], counters[KEPT]));
             return Ok(StepResult { rays, is_finite, times });
         }
         // Nothing was learnt. Others that were under way may have had too little room, too.
         if growth == self.growth {
             self.growth *= 2;
+            self.used = Used::default();
         }
         if self.growth > MOST_GROWTH {
             return Err(pocketnerf_core::Error::TooManySamples { allowed: 0 }.into());
         }
         Ok(StepResult { rays: Vec::new(), is_finite, times })
+    }
+
+    /// Gives memory back that many steps have not needed: rows that are far apart take longer.
+    fn note_use(&mut self, growth: u32) {
+        self.used.most = self.used.most.max(growth);
+        self.used.steps += 1;
+        if self.used.steps == LOOKED_BACK {
+            // Half as much again may be needed next.
+            let enough = (self.used.most * 3).div_ceil(2).next_power_of_two();
+            self.growth = self.growth.min(enough);
+            self.used = Used::default();
+        }
     }
 
     /// A buffer for results that no step has.
@@ -242,7 +276,7 @@ impl Learner {
 
     fn make_room(&mut self, n_rays: u32, columns: u32) -> Result<(), Error> {
         let needed = Room::new(self.samples, n_rays, columns, self.growth);
-        if self.memory.room.holds(&needed) {
+        if self.memory.room.holds(&needed) && self.memory.room.growth == self.growth {
             return Ok(());
         }
         // Half as much again, because their number changes from step to step.

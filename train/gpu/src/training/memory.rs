@@ -27,6 +27,8 @@ pub(super) struct Room {
     pub(super) chunks: u32,
     /// Samples that are passed back.
     pub(super) kept: u32,
+    /// How many times as many samples as usual that is.
+    pub(super) growth: u32,
 }
 
 impl Room {
@@ -35,7 +37,13 @@ impl Room {
         let chunks = (2 * samples / CHUNK + rays).saturating_mul(growth);
         // The roulette passes back half of them at most, about.
         let kept = (samples / 8 * 5).saturating_mul(growth);
-        Self { rays, columns, chunks, kept }
+        Self { rays, columns, chunks, kept, growth }
+    }
+
+    /// How many times as much room so many chunks and samples take.
+    pub(super) const fn growth(&self, chunks: u32, kept: u32) -> u32 {
+        let [chunks, kept] = [chunks.div_ceil(self.chunks), kept.div_ceil(self.kept)];
+        if chunks > kept { chunks } else { kept }
     }
 
     /// Whether all that fits into another room fits here.

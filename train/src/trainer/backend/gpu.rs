@@ -33,6 +33,8 @@ pub(crate) struct OnGpu {
     cpu: Cpu,
     /// All that is learnt as it is now, once it is asked for.
     fetched: OnceLock<State>,
+    /// The same of the parameters alone.
+    parameters: OnceLock<Vec<f32>>,
     drawing: Drawing,
     under_way: VecDeque<Asked>,
     /// Steps whose parameters count in the average.
@@ -78,6 +80,7 @@ impl OnGpu {
             learner,
             cpu,
             fetched,
+            parameters: OnceLock::new(),
             is_finite: true,
             averaged: 0,
             under_way: VecDeque::new(),
@@ -105,7 +108,7 @@ impl OnGpu {
             scales: self.scales(),
         })?;
         self.averaged = self.cpu.state.averaged;
-        self.fetched = OnceLock::new();
+        (self.fetched, self.parameters) = (OnceLock::new(), OnceLock::new());
         self.is_finite = true;
         Ok(())
     }
@@ -136,6 +139,7 @@ impl OnGpu {
 
     /// What was fetched since the last step is kept.
     fn keep_fetched(&mut self) {
+        self.parameters.take();
         if let Some(state) = self.fetched.take() {
             self.cpu.state = state;
         }
@@ -312,8 +316,21 @@ impl Backend for OnGpu {
         }
     }
 
+    fn parameters(&self) -> &[f32] {
+        if let (None, None) = (&self.failure, self.fetched.get()) {
+            let found = self.parameters.get_or_init(|| {
+                // Where it fails, the next step notices.
+                self.learner.parameters().unwrap_or_default()
+            });
+            if !found.is_empty() {
+                return found;
+            }
+        }
+        &self.download().field().parameters
+    }
+
     fn field(&self) -> AnyField<'_> {
-        let field = self.cpu.field.view(&self.download().field().parameters);
+        let field = self.cpu.field.view(self.parameters());
         field.expect("checked when training began")
     }
 

@@ -46,6 +46,11 @@ pub(crate) trait Backend: Debug + Send + Sync {
     /// All that is learnt, after the last step.
     fn download(&self) -> &State;
 
+    /// The field's parameters alone, after the last step.
+    fn parameters(&self) -> &[f32] {
+        &self.download().field().parameters
+    }
+
     /// Takes a step. What it gives may be what an earlier one found out, or nothing: a device may
     /// have steps under way.
     fn step(&mut self, input: &StepInput<'_>) -> StepOutput;

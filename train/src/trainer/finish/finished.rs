@@ -116,8 +116,7 @@ impl Trainer {
     fn is_worth(&self, finer: &DensityGrid, known: &DensityGrid) -> bool {
         let bytes =
             |grid: &DensityGrid| grid.view().coarse_bytes().len() + grid.view().fine_bytes().len();
-        bytes(finer)
-            <= bytes(known) + self.backend.download().field().parameters.len() / PARAMETERS_A_BYTE
+        bytes(finer) <= bytes(known) + self.backend.parameters().len() / PARAMETERS_A_BYTE
     }
 }
 
