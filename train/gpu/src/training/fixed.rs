@@ -68,7 +68,7 @@ impl Fixed {
         let places: Vec<[f32; 4]> = cameras.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
         let tiles = networks.density.products.iter().chain(&networks.color.products);
         let tiles = tiles.map(|product| product.tiles().iter().product::<u32>()).max();
-        let partial = tiles.unwrap_or(1) * PARTS * TILE * TILE;
+        let partial = tiles.unwrap_or(1) * PARTS * (TILE + 1) * TILE;
         Ok(Self {
             frame: gpu.uniform(&[0; 4 * FRAME_WORDS])?,
             weights: storage("networks", 16 * packed.weights.len(), Usage::empty())?,

@@ -47,9 +47,9 @@ pub(super) struct Product {
 }
 
 impl Product {
-    /// Tiles of its matrix along both sides; the bias is one more row.
+    /// Tiles of its matrix along both sides.
     pub(super) const fn tiles(&self) -> [u32; 2] {
-        [self.n_a / TILE + 1, self.n_b.div_ceil(TILE)]
+        [self.n_a.div_ceil(TILE), self.n_b.div_ceil(TILE)]
     }
 
     /// Values, those of the bias too.
@@ -256,7 +256,7 @@ mod tests {
         let [_, second] = networks.density.products[..] else { panic!() };
         assert_eq!((second.weights, second.bias, second.len()), (9, 18, 12));
         assert_eq!(second.tiles(), [1, 1]);
-        assert_eq!(Product { n_a: 64, n_b: 65, ..second }.tiles(), [2, 2]);
+        assert_eq!(Product { n_a: 64, n_b: 65, ..second }.tiles(), [1, 2]);
         let bytes =
             |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>();
         let tensor = |bytes, shape| TensorView::new(bytes, DType::F32, shape, 0, Layout::RowMajor);

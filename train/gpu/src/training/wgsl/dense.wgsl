@@ -38,14 +38,31 @@ struct Sums {
     d: vec4f,
 }
 
-fn sums_with(sums: Sums, i: u32, block: u32, column: u32, apart: u32) -> Sums {
-    let x = rows[(shape.read + i) * apart + column];
-    let row = shape.matrix + i * (shape.n_out / 4u) + 4u * block;
+// The same of two columns: what is read of a matrix serves both.
+struct Pair {
+    one: Sums,
+    two: Sums,
+}
+
+fn sums_with_row(sums: Sums, x: f32, row: Sums) -> Sums {
     return Sums(
-        sums.a + x * matrices[row],
-        sums.b + x * matrices[row + 1u],
-        sums.c + x * matrices[row + 2u],
-        sums.d + x * matrices[row + 3u],
+        sums.a + x * row.a,
+        sums.b + x * row.b,
+        sums.c + x * row.c,
+        sums.d + x * row.d,
+    );
+}
+
+fn row_of(at: u32) -> Sums {
+    return Sums(matrices[at], matrices[at + 1u], matrices[at + 2u], matrices[at + 3u]);
+}
+
+fn sums_with(sums: Pair, i: u32, block: u32, columns: vec2u, apart: u32) -> Pair {
+    let first = (shape.read + i) * apart;
+    let row = row_of(shape.matrix + i * (shape.n_out / 4u) + 4u * block);
+    return Pair(
+        sums_with_row(sums.one, rows[first + columns.x], row),
+        sums_with_row(sums.two, rows[first + columns.y], row),
     );
 }
 
@@ -68,50 +85,67 @@ fn write_four(number: u32, column: u32, apart: u32, values: vec4f) {
     write_one(number + 3u, column, apart, values.w);
 }
 
-fn dense(column: u32, block: u32, apart: u32) {
-    var sums: Sums;
-    if shape.bias != NONE {
-        let at = shape.bias + 4u * block;
-        sums = Sums(matrices[at], matrices[at + 1u], matrices[at + 2u], matrices[at + 3u]);
-    }
-    // Four at a time: compilers that check loops do not write them out.
-    let whole = shape.n_in & ~3u;
-    for (var i = 0u; i < whole; i += 4u) {
-        sums = sums_with(sums, i, block, column, apart);
-        sums = sums_with(sums, i + 1u, block, column, apart);
-        sums = sums_with(sums, i + 2u, block, column, apart);
-        sums = sums_with(sums, i + 3u, block, column, apart);
-    }
-    for (var i = whole; i < shape.n_in; i++) {
-        sums = sums_with(sums, i, block, column, apart);
-    }
+fn write_sums(block: u32, column: u32, apart: u32, sums: Sums) {
     write_four(16u * block, column, apart, sums.a);
     write_four(16u * block + 4u, column, apart, sums.b);
     write_four(16u * block + 8u, column, apart, sums.c);
     write_four(16u * block + 12u, column, apart, sums.d);
 }
 
-@compute @workgroup_size(64)
-fn dense_rays(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let n = columns_of_rays();
-    for (var c = id.x; c < n.x; c += 64u * groups.x) {
-        dense(c, id.y, n.y);
+// Of the columns from `first` on, this one and the one 64 behind it, if there are so many.
+fn dense(first: u32, block: u32, n: vec2u) {
+    let apart = n.y;
+    let columns = vec2u(first, min(first + 64u, n.x - 1u));
+    var sums: Pair;
+    if shape.bias != NONE {
+        let bias = row_of(shape.bias + 4u * block);
+        sums = Pair(bias, bias);
+    }
+    // Four at a time, so that loads overlap.
+    let whole = shape.n_in & ~3u;
+    for (var i = 0u; i < whole; i += 4u) {
+        sums = sums_with(sums, i, block, columns, apart);
+        sums = sums_with(sums, i + 1u, block, columns, apart);
+        sums = sums_with(sums, i + 2u, block, columns, apart);
+        sums = sums_with(sums, i + 3u, block, columns, apart);
+    }
+    for (var i = whole; i < shape.n_in; i++) {
+        sums = sums_with(sums, i, block, columns, apart);
+    }
+    write_sums(block, first, apart, sums.one);
+    if first + 64u < n.x {
+        write_sums(block, first + 64u, apart, sums.two);
     }
 }
 
 @compute @workgroup_size(64)
-fn dense_samples(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+fn dense_rays(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) own: u32,
+) {
+    let n = columns_of_rays();
+    for (var c = 128u * group.x + own; c < n.x; c += 128u * groups.x) {
+        dense(c, group.y, n);
+    }
+}
+
+@compute @workgroup_size(64)
+fn dense_samples(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) own: u32,
+) {
     let n = columns_of_samples();
-    for (var c = id.x; c < n.x; c += 64u * groups.x) {
-        dense(c, id.y, n.y);
+    for (var c = 128u * group.x + own; c < n.x; c += 128u * groups.x) {
+        dense(c, group.y, n);
     }
 }
 
 // The gradient of a layer's weights: sums over the columns of what it read times the gradient of
 // what it gave. Each part of the columns has sums of its own.
 struct Product {
-    // First rows, and how many: what was read, behind which comes a row of ones for the bias, and
-    // gradients.
+    // First rows, and how many: what was read, and gradients.
     a: u32,
     n_a: u32,
     b: u32,
@@ -122,7 +156,7 @@ struct Product {
 }
 
 @group(0) @binding(24) var<uniform> product_of: Product;
-// `[part][tile of b][tile of a][64][64]`.
+// `[part][tile of b][tile of a][65][64]`: the last row is that of the bias.
 @group(0) @binding(25) var<storage, read_write> partial: array<f32>;
 @group(0) @binding(26) var<storage, read_write> gradient: array<f32>;
 
@@ -133,11 +167,8 @@ var<workgroup> tile_a: array<vec4f, 256>;
 var<workgroup> tile_b: array<vec4f, 256>;
 
 fn read_a(row: u32, column: u32, n: vec2u) -> f32 {
-    if column >= n.x || row > product_of.n_a {
+    if column >= n.x || row >= product_of.n_a {
         return 0.0f;
-    }
-    if row == product_of.n_a {
-        return 1.0f;
     }
     return rows_read[(product_of.a + row) * n.y + column];
 }
@@ -167,36 +198,51 @@ fn four_of_b(row: u32, column: u32, n: vec2u) -> vec4f {
     );
 }
 
+// Values of a tile.
+const PER_TILE = TILE * TILE + TILE;
+
 fn outer(group: vec3u, tiles: vec3u, own: u32, n: vec2u) {
     let part = (n.x + PARTS_OF_COLUMNS - 1u) / PARTS_OF_COLUMNS;
     let first = group.x * part;
-    let last = min(first + part, n.x);
+    let end = vec2u(min(first + part, n.x), n.y);
     let i = own % 16u;
     let j = own / 16u;
+    // Four rows of a column a time: `[column][rows]`.
+    let a_row = group.y * TILE + 4u * j;
+    let b_row = group.z * TILE + 4u * j;
     var sums: Sums;
-    for (var at = first; at < last; at += DEPTH) {
-        // Four rows of a column a time: `[column][rows]`.
-        let column = at + own % 16u;
-        let row = 4u * (own / 16u);
-        let is_own = column < last;
-        let to = (own % 16u) * 16u + own / 16u;
-        tile_a[to] = select(vec4f(), four_of_a(group.y * TILE + row, column, n), is_own);
-        tile_b[to] = select(vec4f(), four_of_b(group.z * TILE + row, column, n), is_own);
+    var bias: vec4f;
+    var next_a = four_of_a(a_row, first + i, end);
+    var next_b = four_of_b(b_row, first + i, end);
+    for (var at = first; at < end.x; at += DEPTH) {
+        tile_a[i * 16u + j] = next_a;
+        tile_b[i * 16u + j] = next_b;
         workgroupBarrier();
+        // What comes next is on its way meanwhile.
+        next_a = four_of_a(a_row, at + DEPTH + i, end);
+        next_b = four_of_b(b_row, at + DEPTH + i, end);
         for (var c = 0u; c < DEPTH; c += 4u) {
             sums = products_with(sums, c, i, j);
             sums = products_with(sums, c + 1u, i, j);
             sums = products_with(sums, c + 2u, i, j);
             sums = products_with(sums, c + 3u, i, j);
         }
+        if group.y == 0u && own < 16u {
+            for (var c = 0u; c < DEPTH; c++) {
+                bias += tile_b[c * 16u + own];
+            }
+        }
         workgroupBarrier();
     }
     let tile = (group.x * tiles.z + group.z) * tiles.y + group.y;
-    let to = tile * TILE * TILE + 4u * i * TILE + 4u * j;
+    let to = tile * PER_TILE + 4u * i * TILE + 4u * j;
     write_partial(to, sums.a);
     write_partial(to + TILE, sums.b);
     write_partial(to + 2u * TILE, sums.c);
     write_partial(to + 3u * TILE, sums.d);
+    if group.y == 0u && own < 16u {
+        write_partial(tile * PER_TILE + TILE * TILE + 4u * own, bias);
+    }
 }
 
 fn write_partial(at: u32, values: vec4f) {
@@ -242,14 +288,16 @@ fn reduce(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) own
     let number = group.x * SUMS + own.x;
     let a = number / p.n_b;
     let b = number % p.n_b;
-    let tiles_a = p.n_a / TILE + 1u;
+    let tiles_a = (p.n_a + TILE - 1u) / TILE;
     let tiles_b = (p.n_b + TILE - 1u) / TILE;
+    // The tile and the row in it; the bias stands in the first.
+    let place = select(vec2u(a / TILE, a % TILE), vec2u(0u, TILE), a == p.n_a);
     let each = PARTS_OF_COLUMNS / SHARES;
     var sum = 0.0f;
     if a <= p.n_a {
         for (var part = own.y * each; part < (own.y + 1u) * each; part++) {
-            let tile = (part * tiles_b + b / TILE) * tiles_a + a / TILE;
-            sum += partial[tile * TILE * TILE + (a % TILE) * TILE + b % TILE];
+            let tile = (part * tiles_b + b / TILE) * tiles_a + place.x;
+            sum += partial[tile * PER_TILE + place.y * TILE + b % TILE];
         }
     }
     shares[own.y * SUMS + own.x] = sum;
