@@ -19,6 +19,8 @@ const TIMED: usize = 8;
 const SHARE: f64 = 0.03;
 /// At least so many seconds are worth it.
 const WORTH: f64 = 1.8;
+/// On a GPU, where a second is worth more steps: this share of the run, if that is less.
+const SHARE_ON_GPU: f64 = 0.1;
 /// What is rehearsed may take so many times as long in the end.
 const LATER: f64 = 1.15;
 
@@ -79,10 +81,11 @@ pub(crate) struct Costs {
 }
 
 impl Costs {
-    /// The largest budget that fits a run of so many seconds, and what it takes; none where
-    /// even the smallest would take too long.
-    pub(crate) fn budget(&self, seconds: f64) -> (FinishingBudget, f64) {
-        let most = (SHARE * seconds).max(WORTH);
+    /// The largest budget that fits a run of so many seconds on a GPU or the CPU, and what it takes;
+    /// none where even the smallest would take too long.
+    pub(crate) fn budget(&self, seconds: f64, on_gpu: bool) -> (FinishingBudget, f64) {
+        let worth = if on_gpu { WORTH.min(SHARE_ON_GPU * seconds) } else { WORTH };
+        let most = (SHARE * seconds).max(worth);
         let costs = LADDER.map(|budget| (budget, self.seconds(budget)));
         let affordable = costs.into_iter().find(|(_, seconds)| *seconds <= most);
         affordable.unwrap_or((FinishingBudget::NONE, 0.0))
@@ -137,27 +140,30 @@ mod tests {
         let costs = Costs { look: 0.0, finer: 0.1, given_up: false, tile: 0.005, seen: 0.0 };
         // 8 looks, 24 tiles eight times, 48 once, two of each of 32 views: 0.8 + 1.52 seconds, and a
         // little more.
-        let (budget, seconds) = costs.budget(100.0);
+        let (budget, seconds) = costs.budget(100.0, false);
         assert_eq!((budget, budget.looks(), budget.tiles(24)), (LADDER[0], 8, 24));
         assert!((seconds - 1.15 * 2.32).abs() < 1e-9, "{seconds}");
+        // Six seconds on the CPU leave time for half of the tiles: 0.4 + 0.76 s; on a GPU for the least.
+        assert_eq!(costs.budget(6.0, false).0, LADDER[2]);
+        assert_eq!(costs.budget(6.0, true).0, LADDER[6]);
         // 0.9 seconds for what photographs see, and 1.9 for the rest: less is calibrated.
-        let (budget, seconds) = Costs { seen: 0.9, ..costs }.budget(100.0);
+        let (budget, seconds) = Costs { seen: 0.9, ..costs }.budget(100.0, false);
         assert_eq!(budget, LADDER[1]);
         // 6 looks, 17 tiles eight times, 34 once, two of each of 23 views.
         assert!((seconds - 1.15 * (0.9 + 0.6 + 0.005 * 216.0)).abs() < 1e-9, "{seconds}");
         // Ten times as costly, three seconds for it: four looks alone are 4.
         let costly = Costs { finer: 1.0, tile: 0.04, ..costs };
-        let (budget, seconds) = costly.budget(100.0);
+        let (budget, seconds) = costly.budget(100.0, false);
         assert_eq!((budget.finer, budget.tiles(24)), (false, 5));
         assert!((seconds - 1.15 * 0.04 * 64.0).abs() < 1e-9, "{seconds}");
         // One look shows that they are too many.
-        let (budget, _) = Costs { given_up: true, tile: 0.005, ..costly }.budget(100.0);
+        let (budget, _) = Costs { given_up: true, tile: 0.005, ..costly }.budget(100.0, false);
         assert_eq!(budget, LADDER[0]);
         // The least still takes longer than there is time for: nothing. 64 tiles, 3 s.
         let least = Costs { look: 0.3, finer: 9.0, tile: 0.021, ..costs };
-        assert_eq!(least.budget(100.0).0, LADDER[6]);
+        assert_eq!(least.budget(100.0, false).0, LADDER[6]);
         let most = (FinishingBudget::NONE, 0.0);
-        assert_eq!(Costs { tile: 0.09, ..least }.budget(100.0), most);
-        assert_eq!(Costs { tile: 9.0, ..costs }.budget(100.0), most);
+        assert_eq!(Costs { tile: 0.09, ..least }.budget(100.0, false), most);
+        assert_eq!(Costs { tile: 9.0, ..costs }.budget(100.0, false), most);
     }
 }

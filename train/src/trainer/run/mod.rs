@@ -248,7 +248,9 @@ impl Run {
             let nothing = (FinishingBudget::NONE, 0.0);
             let settled = trainer.config().settled() as f32;
             self.finishing = Some(match trainer.steps() as f32 >= KNOWN * settled {
-                true => trainer.rehearse().map_or(nothing, |costs| costs.budget(seconds)),
+                true => trainer
+                    .rehearse()
+                    .map_or(nothing, |costs| costs.budget(seconds, trainer.is_on_gpu())),
                 false => nothing,
             });
             self.timed = None;

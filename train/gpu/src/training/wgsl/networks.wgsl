@@ -63,12 +63,16 @@ fn four_rows(m: Matrix, row: u32, column: u32) -> vec4f {
     );
 }
 
-fn four_columns(m: Matrix, row: u32, column: u32) -> vec4f {
+// Four values of row `at` from a column on, of a matrix or of what it is turned on its side.
+fn four_of(m: Matrix, is_turned: bool, column: u32, at: u32) -> vec4f {
+    if is_turned {
+        return four_rows(m, column, at);
+    }
     return vec4f(
-        element(m, row, column),
-        element(m, row, column + 1u),
-        element(m, row, column + 2u),
-        element(m, row, column + 3u),
+        element(m, at, column),
+        element(m, at, column + 1u),
+        element(m, at, column + 2u),
+        element(m, at, column + 3u),
     );
 }
 
@@ -89,18 +93,15 @@ fn combine(to: Matrix, a: Matrix, b: Matrix, is_turned: bool, old: Matrix, facto
     for (var row = 0u; row < to.rows; row += TILE) {
         for (var column = 0u; column < to.columns; column += TILE) {
             var sums: Sums;
+            var next_a = four_rows(a, row + 4u * j, i);
+            var next_b = four_of(b, is_turned, column + 4u * j, i);
             for (var k = 0u; k < a.columns; k += DEPTH) {
                 // Four rows of a column a time, as `outer` has them.
-                let at = k + own % 16u;
-                let first = 4u * (own / 16u);
-                let place = (own % 16u) * 16u + own / 16u;
-                tile_a[place] = four_rows(a, row + first, at);
-                if is_turned {
-                    tile_b[place] = four_rows(b, column + first, at);
-                } else {
-                    tile_b[place] = four_columns(b, at, column + first);
-                }
+                tile_a[i * 16u + j] = next_a;
+                tile_b[i * 16u + j] = next_b;
                 workgroupBarrier();
+                next_a = four_rows(a, row + 4u * j, k + DEPTH + i);
+                next_b = four_of(b, is_turned, column + 4u * j, k + DEPTH + i);
                 for (var c = 0u; c < DEPTH; c += 4u) {
                     sums = products_with(sums, c, i, j);
                     sums = products_with(sums, c + 1u, i, j);
