@@ -1,5 +1,7 @@
 //! What a command renders on.
 
+use std::thread::JoinHandle;
+
 use clap::Args;
 use pocketnerf_train::picture::Device;
 
@@ -55,14 +57,14 @@ impl DeviceOption {
 impl TrainingDevice {
     /// Opens the device; or says why it is the CPU after all.
     #[cfg(feature = "gpu")]
-    pub(super) fn open(self) -> (Device, Option<String>) {
+    fn open(self) -> (Device, Option<String>) {
         let (device, why) = self.device.open();
         (device, why.map(|why| trained_on_cpu(&why)))
     }
 
     /// The CPU.
     #[cfg(not(feature = "gpu"))]
-    pub(super) fn open(self) -> (Device, Option<String>) {
+    fn open(self) -> (Device, Option<String>) {
         (Device::Cpu, None)
     }
 }
@@ -80,6 +82,31 @@ impl Kind {
             Ok(gpu) => (Device::Gpu(gpu), None),
             Err(why) => (Device::Cpu, Some(why.to_string())),
         }
+    }
+}
+
+/// A device that is being opened, which takes some drivers a second.
+pub(super) struct Opening(Option<JoinHandle<(Device, Option<String>)>>);
+
+impl TrainingDevice {
+    /// Opens the device while other things are done.
+    pub(super) fn begin_to_open(self) -> Opening {
+        Opening(Some(std::thread::spawn(move || self.open())))
+    }
+}
+
+impl Opening {
+    /// The device, and why it is the CPU after all.
+    pub(super) fn wait(mut self) -> (Device, Option<String>) {
+        let opened = self.0.take().and_then(|thread| thread.join().ok());
+        opened.unwrap_or_else(|| (Device::Cpu, Some(trained_on_cpu("the GPU's driver failed"))))
+    }
+}
+
+impl Drop for Opening {
+    /// A program must not end while a driver begins.
+    fn drop(&mut self) {
+        self.0.take().map(JoinHandle::join);
     }
 }
 

@@ -24,8 +24,7 @@ const EVERY: u32 = 16;
 const ASKED: u32 = 5;
 /// Workgroups of kernels whose invocations take several columns.
 pub(super) const MOST_GROUPS: u32 = 2048;
-/// Columns of a workgroup of dense layers, and values that one sums up: `dense.wgsl`.
-const DENSE_COLUMNS: u32 = 128;
+/// Values that a workgroup sums up: `dense.wgsl`.
 const SUMS: u32 = 32;
 /// Numbers of counters: `step.wgsl`.
 const NEXT_CHUNK: usize = 0;
@@ -326,9 +325,8 @@ impl Learner {
         let mut all = Sequence::new(gpu, self.watch.as_ref());
         let to = &mut all;
         let by_ray = [n_rays.div_ceil(64), 1, 1];
-        let by_column = columns.div_ceil(DENSE_COLUMNS).min(MOST_GROUPS);
+        let by_column = columns.div_ceil(64).min(MOST_GROUPS);
         let by_sample = memory.room.kept.div_ceil(64).min(MOST_GROUPS);
-        let by_two_samples = memory.room.kept.div_ceil(DENSE_COLUMNS).min(MOST_GROUPS);
         let with_asked = [(n_rays + groups).div_ceil(64), 1, 1];
         let by_slots = |together: Together| n_rays.div_ceil(together.slots).min(MOST_GROUPS);
         let tracing = self.networks.rows.together.map_or(by_ray, |own| [by_slots(own), 1, 1]);
@@ -346,7 +344,7 @@ impl Learner {
         p.gather.run(to, &g.gather, by_ray);
         p.encode_again.run(to, &g.encode_again, [by_sample, 1, 1]);
         for (group, blocks) in g.density.forward.iter().chain(&g.density.backward) {
-            p.dense_samples.run(to, group, [by_two_samples, *blocks, 1]);
+            p.dense_samples.run(to, group, [by_sample, *blocks, 1]);
         }
         for (layers, outer) in [(&g.density, &p.outer_samples), (&g.color, &p.outer_rays)] {
             for (parts, sum, product) in &layers.products {

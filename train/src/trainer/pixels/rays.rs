@@ -306,12 +306,16 @@ impl RaySource {
     pub(crate) fn targets(&self, visibility: &PixelVisibility) -> Targets {
         let (mut n, mut alpha, mut nothing, mut unseen) = (0.0, 0.0, 0.0, 0.0);
         let (mut sum, mut sum_of_squares) = ([0.0; 3], 0.0);
+        // Pixels of all images before this one.
+        let mut before = 0usize;
         let pixels = self.images.iter().enumerate().flat_map(|(view, image)| {
-            let even = move |rgba| self.exposure.even(view, rgba);
-            image.as_chunks::<4>().0.iter().enumerate().map(move |(i, rgba)| (view, i, even(*rgba)))
+            let pixels = image.as_chunks::<4>().0;
+            let first = before.next_multiple_of(PIXELS_APART) - before;
+            before += pixels.len();
+            let counted = (first..pixels.len()).step_by(PIXELS_APART);
+            counted.map(move |i| (view, i, self.exposure.even(view, pixels[i])))
         });
-        let counted = pixels.step_by(PIXELS_APART).filter(|(view, i, _)| self.is_exact(*view, *i));
-        for (view, i, pixel) in counted {
+        for (view, i, pixel) in pixels.filter(|(view, i, _)| self.is_exact(*view, *i)) {
             let (mean, variance) = self.moments(view, pixel[3]);
             let (mean, variance) = (mean.map(f64::from), f64::from(variance));
             let square = mean.map(|mean| mean * mean + variance);

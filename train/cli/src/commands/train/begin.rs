@@ -4,13 +4,13 @@ use std::time::{Duration, Instant};
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_train::dataset::Dataset;
-use pocketnerf_train::picture::Device;
 use pocketnerf_train::trainer::prepass::{self, Deadline, PrepassError};
 use pocketnerf_train::trainer::{Checkpoint, Length, NoTime, TrainConfig, Trainer};
 
 use super::scene::Exposure;
-use super::{Bar, Train};
+use super::{Bar, Train, opened};
 use crate::commands::Failure;
+use crate::commands::device::Opening;
 
 /// Runs of fewer seconds have the least detail on any machine, whose pace need not be measured.
 const MEASURED: f64 = 30.0;
@@ -30,7 +30,7 @@ impl Train {
     pub(super) fn new_trainer(
         &self,
         dataset: Dataset,
-        (level, device): (SimdLevel, Device),
+        (level, device): (SimdLevel, Opening),
         started: Instant,
         bar: &mut Bar,
     ) -> Result<Trainer, Failure> {
@@ -80,7 +80,7 @@ impl Train {
             }
         }
         let mut trainer = Trainer::from_prepared(prepared, level)?;
-        trainer.begin_on(device);
+        trainer.begin_on(opened(device, bar));
         self.fit_detail(&mut trainer, has_alpha)?;
         Ok(trainer)
     }

@@ -20,9 +20,11 @@ use pocketnerf_train::cameras::{GAP, WIDE, spacing, widest_gap};
 use pocketnerf_train::compact::CompactError;
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
+use pocketnerf_train::picture::Device;
 use pocketnerf_train::trainer::{Checkpoint, Length, Run, Size, Trainer};
 use serde_json::{Value, json};
 
+use super::device::Opening;
 use super::stop::Stop;
 use super::{Common, Failure, device, memory, print_line};
 pub(super) use bar::Bar;
@@ -53,8 +55,7 @@ impl Train {
         let checkpoint = self.resume.as_deref().map(Checkpoint::read).transpose()?;
         let mut bar = Bar::new(common.quiet);
         let mut level = self.vectors.level();
-        let (device, refusal) = self.device.open();
-        refusal.into_iter().for_each(|why| bar.warn(why));
+        let device = self.device.begin_to_open();
         if let Some(checkpoint) = &checkpoint {
             self.check_against(checkpoint)?;
             level = self.level_to_resume(checkpoint, &mut bar);
@@ -98,7 +99,7 @@ impl Train {
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => {
                 let (mut trainer, run) = checkpoint.resume(dataset, level, common.started)?;
-                trainer.train_on(device);
+                trainer.train_on(opened(device, &mut bar));
                 (trainer, run)
             }
             None => {
@@ -216,6 +217,13 @@ impl Train {
         }
         doubts
     }
+}
+
+/// The device, once it is open; the user hears why it is the CPU after all.
+fn opened(device: Opening, bar: &mut Bar) -> Device {
+    let (device, refusal) = device.wait();
+    refusal.into_iter().for_each(|why| bar.warn(why));
+    device
 }
 
 /// Trains to the end unless `after_step` fails, which is also called after the last step.

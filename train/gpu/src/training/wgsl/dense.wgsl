@@ -38,31 +38,14 @@ struct Sums {
     d: vec4f,
 }
 
-// The same of two columns: what is read of a matrix serves both.
-struct Pair {
-    one: Sums,
-    two: Sums,
-}
-
-fn sums_with_row(sums: Sums, x: f32, row: Sums) -> Sums {
+fn sums_with(sums: Sums, i: u32, block: u32, column: u32, apart: u32) -> Sums {
+    let x = rows[(shape.read + i) * apart + column];
+    let row = shape.matrix + i * (shape.n_out / 4u) + 4u * block;
     return Sums(
-        sums.a + x * row.a,
-        sums.b + x * row.b,
-        sums.c + x * row.c,
-        sums.d + x * row.d,
-    );
-}
-
-fn row_of(at: u32) -> Sums {
-    return Sums(matrices[at], matrices[at + 1u], matrices[at + 2u], matrices[at + 3u]);
-}
-
-fn sums_with(sums: Pair, i: u32, block: u32, columns: vec2u, apart: u32) -> Pair {
-    let first = (shape.read + i) * apart;
-    let row = row_of(shape.matrix + i * (shape.n_out / 4u) + 4u * block);
-    return Pair(
-        sums_with_row(sums.one, rows[first + columns.x], row),
-        sums_with_row(sums.two, rows[first + columns.y], row),
+        sums.a + x * matrices[row],
+        sums.b + x * matrices[row + 1u],
+        sums.c + x * matrices[row + 2u],
+        sums.d + x * matrices[row + 3u],
     );
 }
 
@@ -85,60 +68,42 @@ fn write_four(number: u32, column: u32, apart: u32, values: vec4f) {
     write_one(number + 3u, column, apart, values.w);
 }
 
-fn write_sums(block: u32, column: u32, apart: u32, sums: Sums) {
+fn dense(column: u32, block: u32, apart: u32) {
+    var sums: Sums;
+    if shape.bias != NONE {
+        let at = shape.bias + 4u * block;
+        sums = Sums(matrices[at], matrices[at + 1u], matrices[at + 2u], matrices[at + 3u]);
+    }
+    // Four at a time: compilers that check loops do not write them out.
+    let whole = shape.n_in & ~3u;
+    for (var i = 0u; i < whole; i += 4u) {
+        sums = sums_with(sums, i, block, column, apart);
+        sums = sums_with(sums, i + 1u, block, column, apart);
+        sums = sums_with(sums, i + 2u, block, column, apart);
+        sums = sums_with(sums, i + 3u, block, column, apart);
+    }
+    for (var i = whole; i < shape.n_in; i++) {
+        sums = sums_with(sums, i, block, column, apart);
+    }
     write_four(16u * block, column, apart, sums.a);
     write_four(16u * block + 4u, column, apart, sums.b);
     write_four(16u * block + 8u, column, apart, sums.c);
     write_four(16u * block + 12u, column, apart, sums.d);
 }
 
-// Of the columns from `first` on, this one and the one 64 behind it, if there are so many.
-fn dense(first: u32, block: u32, n: vec2u) {
-    let apart = n.y;
-    let columns = vec2u(first, min(first + 64u, n.x - 1u));
-    var sums: Pair;
-    if shape.bias != NONE {
-        let bias = row_of(shape.bias + 4u * block);
-        sums = Pair(bias, bias);
-    }
-    // Four at a time, so that loads overlap.
-    let whole = shape.n_in & ~3u;
-    for (var i = 0u; i < whole; i += 4u) {
-        sums = sums_with(sums, i, block, columns, apart);
-        sums = sums_with(sums, i + 1u, block, columns, apart);
-        sums = sums_with(sums, i + 2u, block, columns, apart);
-        sums = sums_with(sums, i + 3u, block, columns, apart);
-    }
-    for (var i = whole; i < shape.n_in; i++) {
-        sums = sums_with(sums, i, block, columns, apart);
-    }
-    write_sums(block, first, apart, sums.one);
-    if first + 64u < n.x {
-        write_sums(block, first + 64u, apart, sums.two);
-    }
-}
-
 @compute @workgroup_size(64)
-fn dense_rays(
-    @builtin(workgroup_id) group: vec3u,
-    @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) own: u32,
-) {
+fn dense_rays(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let n = columns_of_rays();
-    for (var c = 128u * group.x + own; c < n.x; c += 128u * groups.x) {
-        dense(c, group.y, n);
+    for (var c = id.x; c < n.x; c += 64u * groups.x) {
+        dense(c, id.y, n.y);
     }
 }
 
 @compute @workgroup_size(64)
-fn dense_samples(
-    @builtin(workgroup_id) group: vec3u,
-    @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) own: u32,
-) {
+fn dense_samples(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let n = columns_of_samples();
-    for (var c = 128u * group.x + own; c < n.x; c += 128u * groups.x) {
-        dense(c, group.y, n);
+    for (var c = id.x; c < n.x; c += 64u * groups.x) {
+        dense(c, id.y, n.y);
     }
 }
 
