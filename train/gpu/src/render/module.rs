@@ -7,7 +7,7 @@ impl Gpu {
     ///
     /// # Errors
     /// [`Error::Device`].
-    #[allow(unsafe_code)]
+    #[allow(unsafe_code, reason = "wgpu has no safe way to say that loops end")]
     pub(crate) fn module(&self, label: &str, source: String) -> Result<wgpu::ShaderModule, Error> {
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(label),

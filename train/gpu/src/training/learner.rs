@@ -4,7 +4,6 @@ use std::sync::Mutex;
 
 use pocketnerf_core::Model;
 
-use super::StepResult;
 use super::fixed::{COUNTERS, FRAME_WORDS, Fixed};
 use super::following::Following;
 use super::kernel::Program;
@@ -13,8 +12,9 @@ use super::networks::{Networks, PARTS};
 use super::pipelines::Pipelines;
 use super::plan::Plan;
 use super::sequence::{Sequence, Watch};
-use super::step::{PixelNumbers, RayResult, Settings};
+use super::step::{PixelNumbers, Settings};
 use super::tables::{Sums, TableGroups};
+use super::under_way::{UnderWay, Used};
 use crate::pack::pack_cells;
 use crate::render::{Error, Gpu};
 use crate::shader::Together;
@@ -26,41 +26,6 @@ const ASKED: u32 = 5;
 pub(super) const MOST_GROUPS: u32 = 2048;
 /// Values that a workgroup sums up: `dense.wgsl`.
 const SUMS: u32 = 32;
-/// Numbers of counters: `step.wgsl`.
-const NEXT_CHUNK: usize = 0;
-const TOO_MANY: usize = 1;
-const KEPT: usize = 2;
-const NOT_FINITE: usize = 3;
-/// Samples of a step are at most so many times as many as were expected.
-const MOST_GROWTH: u32 = 64;
-/// Steps after which memory that none of them needed is given back.
-const LOOKED_BACK: u32 = 64;
-
-/// How much memory the last steps needed.
-#[derive(Clone, Copy, Debug, Default)]
-struct Used {
-    steps: u32,
-    /// How many times as much as usual.
-    most: u32,
-}
-
-/// A step that a GPU has been asked for.
-#[derive(Debug)]
-pub struct UnderWay {
-    asked: wgpu::SubmissionIndex,
-    /// Its kernels, where their times are asked for.
-    names: Vec<&'static str>,
-    /// Its results, where the CPU can read them.
-    read: wgpu::Buffer,
-    n_rays: u32,
-    /// How many times as many samples as usual it had room for.
-    growth: u32,
-}
-
-/// Bytes of counters and of what becomes of so many rays.
-const fn counted_bytes(n_rays: u32) -> u64 {
-    4 * COUNTERS as u64 + 16 * n_rays as u64
-}
 
 /// A field that learns: a hash grid whose colours are those of rays, with tables of bytes.
 #[derive(Debug)]
@@ -72,9 +37,9 @@ pub struct Learner {
     pub(super) fixed: Fixed,
     pub(super) groups: TableGroups,
     pub(super) sums: Option<Sums>,
-    memory: Memory,
+    pub(super) memory: Memory,
     /// Buffers for results that no step has.
-    free: Vec<wgpu::Buffer>,
+    pub(super) free: Vec<wgpu::Buffer>,
     /// A buffer for what is learnt, where the CPU can read it.
     pub(super) downloads: Mutex<Option<wgpu::Buffer>>,
     /// Quads of a ray and of a sample.
@@ -82,14 +47,15 @@ pub struct Learner {
     /// Values of each level's table.
     pub(super) tables: Vec<u32>,
     n_features: u32,
-    cells: Vec<u32>,
+    /// The cells that were uploaded last, as the CPU has them.
+    cells: [Vec<u8>; 2],
     cameras: u32,
     /// Samples of a step, about.
-    samples: u32,
+    pub(super) samples: u32,
     /// How many times as many there is room for as usual.
-    growth: u32,
-    used: Used,
-    watch: Option<Watch>,
+    pub(super) growth: u32,
+    pub(super) used: Used,
+    pub(super) watch: Option<Watch>,
 }
 
 impl Learner {
@@ -129,7 +95,7 @@ impl Learner {
             per_sample,
             tables: tables.collect(),
             n_features,
-            cells: Vec::new(),
+            cells: Default::default(),
             cameras: cameras.len() as u32,
             samples,
             growth: 1,
@@ -177,65 +143,6 @@ impl Learner {
         Ok(UnderWay { asked, names, read, n_rays, growth: self.growth })
     }
 
-    /// Waits for a step, and says what became of it.
-    ///
-    /// # Errors
-    /// [`Error::Device`], or where samples are too many for any memory.
-    pub fn result(&mut self, step: UnderWay) -> Result<StepResult, Error> {
-        let UnderWay { asked, names, read, n_rays, growth } = step;
-        let usual = Room::new(self.samples, n_rays, n_rays, 1);
-        let times = match &self.watch {
-            Some(watch) if !names.is_empty() => watch.read(&self.gpu, &names, asked.clone())?,
-            _ => Vec::new(),
-        };
-        let bytes = counted_bytes(n_rays);
-        let (rays, counters) = self.gpu.read(asked, &read, bytes, |bytes| {
-            let (counters, rays) = bytes.split_at(4 * COUNTERS);
-            let mut counted = [0u32; COUNTERS];
-            bytemuck::cast_slice_mut(&mut counted).copy_from_slice(counters);
-            (rays.as_chunks().0.iter().map(RayResult::of).collect(), counted)
-        })?;
-        self.free.push(read);
-        let is_finite = counters[NOT_FINITE] == 0;
-        if counters[TOO_MANY] == 0 {
-            self.note_use(usual.growth(counters[NEXT_CHUNK], counters[KEPT]));
-            return Ok(StepResult { rays, is_finite, times });
-        }
-        // Nothing was learnt. Others that were under way may have had too little room, too.
-        if growth == self.growth {
-            self.growth *= 2;
-            self.used = Used::default();
-        }
-        if self.growth > MOST_GROWTH {
-            return Err(pocketnerf_core::Error::TooManySamples { allowed: 0 }.into());
-        }
-        Ok(StepResult { rays: Vec::new(), is_finite, times })
-    }
-
-    /// Gives memory back that many steps have not needed: rows that are far apart take longer.
-    fn note_use(&mut self, growth: u32) {
-        self.used.most = self.used.most.max(growth);
-        self.used.steps += 1;
-        if self.used.steps == LOOKED_BACK {
-            // Half as much again may be needed next.
-            let enough = (self.used.most * 3).div_ceil(2).next_power_of_two();
-            self.growth = self.growth.min(enough);
-            self.used = Used::default();
-        }
-    }
-
-    /// A buffer for results that no step has.
-    fn place_to_read(&mut self, n_rays: u32) -> Result<wgpu::Buffer, Error> {
-        use wgpu::BufferUsages as Usage;
-        let bytes = counted_bytes(n_rays);
-        self.free.retain(|buffer| buffer.size() >= bytes);
-        if let Some(buffer) = self.free.pop() {
-            return Ok(buffer);
-        }
-        let bytes = counted_bytes(self.memory.room.rays.max(n_rays));
-        self.gpu.buffer("results", bytes, Usage::MAP_READ | Usage::COPY_DST)
-    }
-
     /// The field's densities at points in the unit cube.
     ///
     /// # Errors
@@ -266,11 +173,13 @@ impl Learner {
 
     /// Uploads the cells, where they are others than before.
     fn show_cells(&mut self, settings: &Settings<'_>) {
-        let cells = pack_cells(Some(&settings.occupancy));
-        if cells != self.cells {
+        let occupancy = &settings.occupancy;
+        let bits = [occupancy.coarse_bytes(), occupancy.fine_bytes()];
+        if self.cells != bits {
+            let cells = pack_cells(Some(occupancy));
             let bytes = bytemuck::cast_slice(&cells);
             self.gpu.queue().write_buffer(&self.fixed.occupancy, 0, bytes);
-            self.cells = cells;
+            self.cells = bits.map(<[u8]>::to_vec);
         }
     }
 

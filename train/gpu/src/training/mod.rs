@@ -28,9 +28,11 @@ mod plan;
 mod sequence;
 mod step;
 mod tables;
+mod under_way;
 
-pub use learner::{Learner, UnderWay};
+pub use learner::Learner;
 pub use plan::source;
 pub use step::{
     Learnt, NetworkRates, Pixel, PixelNumbers, RayResult, Settings, StepResult, TableRates,
 };
+pub use under_way::UnderWay;

@@ -6,19 +6,16 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use pocketnerf_core::{AnyField, SimdLevel};
-use pocketnerf_gpu::training::{
-    Learner, Learnt, NetworkRates, RayResult, Settings, StepResult, TableRates, UnderWay,
-};
+use pocketnerf_gpu::training::{Learner, Learnt, RayResult, StepResult, UnderWay};
 use pocketnerf_gpu::{Error, Gpu};
 
 use super::drawing::{Drawing, Origin};
 use super::learner::{Scene, learner};
+use super::settings::settings;
 use super::{Backend, Cpu, StepInput, StepOutput, self_test};
 use crate::field::rounding::EightBits;
+use crate::trainer::DensityGrid;
 use crate::trainer::parameters::State;
-use crate::trainer::step::group::MIN_TRANSMITTANCE;
-use crate::trainer::step::slow_below::SlowBelow;
-use crate::trainer::{Adam, DensityGrid, muon};
 
 /// Steps after which what is learnt is fetched, so that no more is lost with the GPU.
 const FETCH_EVERY: u32 = 512;
@@ -162,35 +159,7 @@ impl OnGpu {
 
     /// Has the GPU take a step, and draws rays for the next one.
     fn begin(&mut self, input: &StepInput<'_>) -> Result<(), Error> {
-        let number = input.step + 1;
-        let adam = self.cpu.state.field().adam;
-        let of_tables = Adam { decay: input.table_decay, beta1: 0.0, ..adam };
-        let rate = of_tables.corrected(input.table_rate, number);
-        let slow = SlowBelow::new(&input.space, input.source.nearest());
-        let settings = Settings {
-            occupancy: input.occupancy,
-            step: input.sampling.step,
-            min_transmittance: MIN_TRANSMITTANCE,
-            coarse_step_below: input.coarse_step_below,
-            roulette: input.roulette,
-            tables: TableRates {
-                rate,
-                kept: 1.0 - rate * of_tables.decay,
-                new: 1.0 - adam.beta2,
-                epsilon: adam.epsilon,
-            },
-            networks: NetworkRates {
-                muon: (number <= muon::STEPS).then_some(input.rate),
-                adam: adam.corrected(input.rate, number),
-                new: [1.0 - adam.beta1, 1.0 - adam.beta2],
-            },
-            slow_below: slow.map_or(0.0, |slow| slow.distance()),
-            seed: (input.seed ^ (input.seed >> 32)) as u32,
-            number: input.step,
-            blur_directions: input.blur_directions,
-            between_views: input.between_views,
-            average: input.average,
-        };
+        let settings = settings(input, self.cpu.state.field().adam);
         if input.stopwatch.is_some() {
             self.learner.watch()?;
         }

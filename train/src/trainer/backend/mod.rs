@@ -15,6 +15,8 @@ mod gpu_tests;
 mod learner;
 #[cfg(feature = "gpu")]
 mod self_test;
+#[cfg(feature = "gpu")]
+mod settings;
 
 use std::fmt::Debug;
 use std::time::Duration;
