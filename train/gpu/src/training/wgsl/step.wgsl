@@ -82,7 +82,7 @@ fn chunk_quad(chunk: u32, place: u32) -> u32 {
     return (chunk * CHUNK + place) * PER_SAMPLE;
 }
 
-// A new chunk of a ray whose last one is given, or none: then the step is taken again with more
+// A new chunk of a ray whose last one is given, or none: then the step is lost, and the next one has more
 // memory.
 fn new_chunk(last: u32) -> u32 {
     let chunk = atomicAdd(&counters[NEXT_CHUNK], 1u);
