@@ -24,6 +24,20 @@ pub(super) struct Used {
     most: u32,
 }
 
+impl Used {
+    /// Notes how many times as much memory as usual a step needed. After enough of them, it says how
+    /// many times as much will do: half as much again may be needed next.
+    fn note(&mut self, growth: u32) -> Option<u32> {
+        self.most = self.most.max(growth);
+        self.steps += 1;
+        if self.steps < LOOKED_BACK {
+            return None;
+        }
+        let most = std::mem::take(self).most;
+        Some((3 * most).div_ceil(2).next_power_of_two())
+    }
+}
+
 /// A step that a GPU has been asked for.
 #[derive(Debug)]
 pub struct UnderWay {
@@ -38,7 +52,7 @@ pub struct UnderWay {
 }
 
 /// Bytes of counters and of what becomes of so many rays.
-pub(super) const fn counted_bytes(n_rays: u32) -> u64 {
+const fn counted_bytes(n_rays: u32) -> u64 {
     4 * COUNTERS as u64 + 16 * n_rays as u64
 }
 
@@ -64,7 +78,10 @@ impl Learner {
         self.free.push(read);
         let is_finite = counters[NOT_FINITE] == 0;
         if counters[TOO_MANY] == 0 {
-            self.note_use(usual.growth(counters[NEXT_CHUNK], counters[KEPT]));
+            if let Some(enough) = self.used.note(usual.growth(counters[NEXT_CHUNK], counters[KEPT]))
+            {
+                self.growth = self.growth.min(enough);
+            }
             return Ok(StepResult { rays, is_finite, times });
         }
         // Nothing was learnt. Others that were under way may have had too little room, too.
@@ -78,18 +95,6 @@ impl Learner {
         Ok(StepResult { rays: Vec::new(), is_finite, times })
     }
 
-    /// Gives memory back that many steps have not needed: rows that are far apart take longer.
-    fn note_use(&mut self, growth: u32) {
-        self.used.most = self.used.most.max(growth);
-        self.used.steps += 1;
-        if self.used.steps == LOOKED_BACK {
-            // Half as much again may be needed next.
-            let enough = (self.used.most * 3).div_ceil(2).next_power_of_two();
-            self.growth = self.growth.min(enough);
-            self.used = Used::default();
-        }
-    }
-
     /// A buffer for results that no step has.
     pub(super) fn place_to_read(&mut self, n_rays: u32) -> Result<wgpu::Buffer, Error> {
         use wgpu::BufferUsages as Usage;
@@ -100,5 +105,36 @@ impl Learner {
         }
         let bytes = counted_bytes(self.memory.room.rays.max(n_rays));
         self.gpu.buffer("results", bytes, Usage::MAP_READ | Usage::COPY_DST)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_that_no_step_needed_is_given_back() {
+        let mut used = Used::default();
+        let mut steps =
+            |growth: u32| (0..LOOKED_BACK).map(|_| used.note(growth)).collect::<Vec<_>>();
+        let mut expected = vec![None; LOOKED_BACK as usize];
+        // Half as much again as the most that is needed, in powers of two.
+        for (growth, enough) in [(1, 2), (2, 4), (3, 8), (5, 8), (1, 2)] {
+            expected[LOOKED_BACK as usize - 1] = Some(enough);
+            assert_eq!(steps(growth), expected, "{growth}");
+        }
+    }
+
+    #[test]
+    fn room_by_hand() {
+        // Two chunks of sixteen for as many samples, and one a ray; five of eight samples are kept.
+        let usual = Room::new(1024, 32, 40, 1);
+        assert_eq!((usual.chunks, usual.kept), (2 * 64 + 32, 640));
+        assert_eq!(
+            [(160, 640), (161, 640), (1, 641), (481, 1)].map(|(c, k)| usual.growth(c, k)),
+            [1, 2, 2, 4]
+        );
+        let larger = Room::new(1024, 32, 40, 4);
+        assert!(larger.holds(&usual) && !usual.holds(&larger));
     }
 }

@@ -200,11 +200,32 @@ fn a_run_goes_on_where_the_gpu_is_lost() {
     let start = trainer.config.field.kind().layout().networks_start();
     assert!(state(&trainer).field().parameters[..start] == looked_at[..start]);
     let after = six_steps(&mut trainer);
-    assert!(after < 1.5 * before, "{after}, {before}");
+    assert!(after < 1.2 * before, "{after}, {before}");
     assert_eq!((trainer.steps(), state(&trainer).averaged), (36, 6));
     trainer.finish();
     let ends = state(&trainer).field().parameters.iter().all(|value| value.is_finite());
     assert!(ends && state(&trainer).averaged == 0);
+}
+
+/// Where samples do not fit, nothing is learnt, and the average stays one.
+#[test]
+fn a_step_without_room_changes_nothing() {
+    let Some(device) = gpu() else { return };
+    let mut trainer = trainer(config(false), Some(&device));
+    let before = state(&trainer).field().parameters.to_vec();
+    // At first all is occupied, and every sample is passed back.
+    let average = StepSettings { average: true, ..StepSettings::PLAIN };
+    assert_eq!((trainer.step(&average).rays, trainer.wait().rays), (0, 0));
+    let lost = state(&trainer).field();
+    assert!(lost.parameters[..] == before[..] && lost.sum == before);
+    assert!(lost.mean.iter().chain(&lost.square[..]).all(|moment| *moment == 0.0));
+    assert_eq!(state(&trainer).averaged, 1);
+    // The next one has room.
+    assert!(take(&mut trainer, &StepSettings::PLAIN).rays > 0);
+    let learnt = state(&trainer).field();
+    let start = trainer.config.field.kind().layout().networks_start();
+    assert!(learnt.parameters[..start] != before[..start]);
+    assert!(learnt.parameters[start..] != before[start..] && learnt.sum == before);
 }
 
 #[test]

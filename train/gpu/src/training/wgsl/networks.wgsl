@@ -220,20 +220,24 @@ fn follow_adam(range: Range, own: u32) {
     }
 }
 
-@compute @workgroup_size(FOLLOWERS)
-fn follow(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own: u32) {
-    if own == 0u {
-        is_lost = atomicLoad(&counters[TOO_MANY]);
-    }
-    if workgroupUniformLoad(&is_lost) != 0u {
-        return;
-    }
-    let range = ranges[group.x];
+fn follow_gradient(range: Range, own: u32) {
     let is_wide = min(range.rows, range.columns) >= NARROWEST;
     if is_wide && (frame.random.z & MUON) != 0u {
         follow_muon(range, own);
     } else {
         follow_adam(range, own);
+    }
+}
+
+@compute @workgroup_size(FOLLOWERS)
+fn follow(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) own: u32) {
+    if own == 0u {
+        is_lost = atomicLoad(&counters[TOO_MANY]);
+    }
+    let range = ranges[group.x];
+    // Nothing is learnt of a step that is lost, which counts in the average like others.
+    if workgroupUniformLoad(&is_lost) == 0u {
+        follow_gradient(range, own);
     }
     if (frame.random.z & AVERAGED) != 0u {
         storageBarrier();
