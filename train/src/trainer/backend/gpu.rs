@@ -1,5 +1,5 @@
 //! A GPU's backend: the CPU draws rays; all else happens in the GPU's memory. A step is begun before
-//! it is known what became of the one before, so that the GPU is never idle.
+//! it is known what became of the one before, so that neither waits for the other.
 
 use std::collections::VecDeque;
 use std::sync::OnceLock;

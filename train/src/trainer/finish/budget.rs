@@ -19,7 +19,8 @@ const TIMED: usize = 8;
 const SHARE: f64 = 0.03;
 /// At least so many seconds are worth it.
 const WORTH: f64 = 1.8;
-/// On a GPU, where a second is worth more steps: this share of the run, if that is less.
+/// On a GPU, where a second is worth more steps: this share of the run, if that is less. Then no
+/// smaller cells are tried, whose time is not told well enough for runs that short.
 const SHARE_ON_GPU: f64 = 0.1;
 /// What is rehearsed may take so many times as long in the end.
 const LATER: f64 = 1.15;
@@ -87,7 +88,9 @@ impl Costs {
         let worth = if on_gpu { WORTH.min(SHARE_ON_GPU * seconds) } else { WORTH };
         let most = (SHARE * seconds).max(worth);
         let costs = LADDER.map(|budget| (budget, self.seconds(budget)));
-        let affordable = costs.into_iter().find(|(_, seconds)| *seconds <= most);
+        let affordable = costs
+            .into_iter()
+            .find(|(budget, seconds)| *seconds <= most && (worth == WORTH || !budget.finer));
         affordable.unwrap_or((FinishingBudget::NONE, 0.0))
     }
 
@@ -146,6 +149,9 @@ mod tests {
         // Six seconds on the CPU leave time for half of the tiles: 0.4 + 0.76 s; on a GPU for the least.
         assert_eq!(costs.budget(6.0, false).0, LADDER[2]);
         assert_eq!(costs.budget(6.0, true).0, LADDER[6]);
+        // Ten seconds there would be enough for smaller cells, which are tried from 18 on.
+        assert_eq!(costs.budget(10.0, true).0, LADDER[5]);
+        assert_eq!(costs.budget(18.0, true).0, LADDER[2]);
         // 0.9 seconds for what photographs see, and 1.9 for the rest: less is calibrated.
         let (budget, seconds) = Costs { seen: 0.9, ..costs }.budget(100.0, false);
         assert_eq!(budget, LADDER[1]);
