@@ -7,6 +7,7 @@ pub(crate) mod harmonics;
 pub mod hash_grid;
 mod kind;
 mod layout;
+mod logistic;
 pub mod nerf;
 mod network;
 mod rounded;

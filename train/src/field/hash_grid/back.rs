@@ -14,6 +14,7 @@ use super::networks::{Gradients, Networks};
 use super::positions;
 use super::scatter::scatter_level;
 use crate::aligned::Aligned;
+use crate::field::logistic::before_logistic;
 use crate::field::{Back, Context, STRIDE, SampleGradients};
 use crate::pool::Lease;
 use crate::stopwatch::{Laps, Stage, Stopwatch};
@@ -149,8 +150,7 @@ impl Back for HashGridBack<'_> {
         let rows = gradients.rows().chunks_mut(STRIDE).zip(d_colors.chunks(STRIDE));
         for ((row, d_row), rgb) in rows.zip(output.chunks(STRIDE)).take(3) {
             for ((value, d), rgb) in row[..n].iter_mut().zip(d_row).zip(rgb) {
-                let slope = rgb * (1.0 - rgb);
-                *value = d * slope;
+                *value = before_logistic(*rgb, *d);
             }
         }
         let weights = &mut self.group.networks;
@@ -255,7 +255,8 @@ impl Worker {
         for c in 0..3 {
             for column in 0..padded {
                 let rgb = self.output[c * STRIDE + column];
-                rows[c * STRIDE + column] = rows[(1 + c) * STRIDE + column] * rgb * (1.0 - rgb);
+                let d = rows[(1 + c) * STRIDE + column];
+                rows[c * STRIDE + column] = before_logistic(rgb, d);
             }
         }
         let Self { color_input, d_color_input, gradients, .. } = self;

@@ -9,6 +9,7 @@ use pocketnerf_core::network::panel_len;
 
 use super::NerfConfig;
 use crate::aligned::Aligned;
+use crate::field::logistic::before_logistic;
 
 /// Rows of samples, block after block.
 #[derive(Debug)]
@@ -161,7 +162,7 @@ impl NerfTape {
         let rows = &mut self.rgb.rows_mut(n)[s / BLOCK * 3..][..3];
         for (row, d) in rows.iter_mut().zip(d_rgb) {
             let value = &mut row[s % BLOCK];
-            *value = d * *value * (1.0 - *value);
+            *value = before_logistic(*value, d);
         }
     }
 

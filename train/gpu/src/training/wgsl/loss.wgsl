@@ -10,8 +10,11 @@ fn color_at(column: u32) -> vec3f {
 }
 
 // The gradient by a colour becomes that by the outputs, whose rows fill up a block of sixteen.
+// One that leads back from 0 or 1 is never lost (`field::logistic`).
 fn write_gradient(column: u32, color: vec3f, d_color: vec3f) {
-    let d = d_color * color * (1.0f - color);
+    let inside = (color > vec3f(0.5f)) == (d_color > vec3f());
+    let least = select(vec3f(), vec3f(0.002f), inside);
+    let d = d_color * max(color * (1.0f - color), least);
     for (var c = 0u; c < 3u; c++) {
         ray_rows[(COLOR_BACK + c) * frame.sizes.x + column] = d[c];
     }
