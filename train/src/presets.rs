@@ -29,6 +29,7 @@ impl TrainConfig {
             first_step_scale: 2.5,
             opaque_backdrop: [0.0; 3],
             backdrop: None,
+            smooth_surfaces: 0.0,
             refine_poses: false,
         }
     }

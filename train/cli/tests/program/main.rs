@@ -17,3 +17,4 @@ mod plain;
 mod render;
 mod resume;
 mod stress;
+mod surfaces;

@@ -240,6 +240,8 @@ fn what_a_gpu_does_not_learn_the_cpu_does() {
     };
     let poses = refused(TrainConfig { refine_poses: true, ..config(false) });
     assert_eq!(poses, "GPUs do not train the poses and the exposure of photographs");
+    let smooth = refused(TrainConfig { smooth_surfaces: 0.01, ..config(false) });
+    assert_eq!(smooth, "GPUs do not train smooth surfaces");
     let mut other = config(false);
     other.field.hash_grid_mut().unwrap().shading = Shading::PerSample;
     assert_eq!(refused(other), "GPUs do not train fields whose samples have colours of their own");

@@ -136,6 +136,8 @@ pub(crate) struct StepInput<'s> {
     pub(crate) rate: f32,
     /// Whether the parameters after the step count in their average.
     pub(crate) average: bool,
+    /// Weight of smooth surfaces; 0: they may be rough.
+    pub(crate) smooth_surfaces: f32,
     /// Whether colours between the training views are held to what these see.
     pub(crate) between_views: bool,
     /// Whether directions are blurred: there are few views.

@@ -133,6 +133,7 @@ impl Trainer {
             terms: &[],
             cameras: None,
             few_cameras: None,
+            smooth_surfaces: 0.0,
             slow_below: None,
             evened_out: 0,
             poses: None,

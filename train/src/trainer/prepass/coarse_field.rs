@@ -106,6 +106,7 @@ pub(super) fn small(config: &TrainConfig) -> TrainConfig {
         samples_per_step: 1 << 13,
         batch_rays: None,
         network_rate: TrainConfig::hash_grid().network_rate,
+        smooth_surfaces: 0.0,
         refine_poses: false,
         ..config.clone()
     }

@@ -46,6 +46,8 @@ pub(crate) struct Job<'j> {
     pub(crate) cameras: Option<&'j [Camera]>,
     /// Few cameras between which directions are blurred, where they are.
     pub(crate) few_cameras: Option<&'j [Camera]>,
+    /// Weight of smooth surfaces.
+    pub(crate) smooth_surfaces: f32,
     /// Samples nearer than this to their camera learn less.
     pub(crate) slow_below: Option<SlowBelow>,
     /// Photographs whose brightness is learnt; 0 where it is not.
@@ -70,6 +72,7 @@ impl<'j> Job<'j> {
             terms: TERMS,
             cameras: input.between_views.then(|| input.source.cameras()),
             few_cameras: input.blur_directions.then(|| input.source.cameras()),
+            smooth_surfaces: input.smooth_surfaces,
             slow_below: SlowBelow::new(&space, input.source.nearest()),
             evened_out: input.gains.map_or(0, |gains| gains.given.len()),
             poses: input
@@ -81,7 +84,7 @@ impl<'j> Job<'j> {
 
     /// Whether a term needs the rays' depths.
     pub(super) fn needs_depth(&self) -> bool {
-        self.terms.iter().any(|term| term.needs_depth())
+        self.smooth_surfaces > 0.0 || self.terms.iter().any(|term| term.needs_depth())
     }
 }
 
@@ -140,6 +143,9 @@ pub(crate) struct GroupStats {
 #[derive(Debug, Default)]
 pub(crate) struct Group {
     pub(super) pixels: Vec<Pixel>,
+    /// First of three rays each, which go through neighbouring pixels: the middle one, and both
+    /// sides of it.
+    pub(super) rows: Vec<u32>,
     /// Where each was drawn from, and what it weighs.
     pub(super) drawn: Vec<(u32, f32)>,
     pub(super) colors: Vec<[u8; 4]>,
@@ -206,6 +212,7 @@ impl Group {
         self.pixels.clear();
         let tiles = self.drawn.iter().map(|(tile, _)| *tile as usize);
         self.pixels.extend(tiles.map(|tile| visibility.pixel(source.cameras(), tile, random)));
+        self.draw_rows(input, random);
         self.colors.clear();
         self.colors.extend(self.pixels.iter().map(|pixel| source.rgba(*pixel)));
         self.rays.clear();
@@ -286,6 +293,7 @@ impl Group {
         } else {
             self.compare(job, row_len);
         }
+        self.hold_smooth(job.smooth_surfaces);
         dispatch!(level, _simd => self.sample_gradients(job, row_len));
         self.back_through_field((row_len, deferred.is_none()), job, worker, back);
     }

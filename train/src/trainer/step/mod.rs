@@ -9,6 +9,7 @@ mod march;
 pub(crate) mod poses;
 mod shade;
 pub(crate) mod slow_below;
+mod surfaces;
 pub(crate) mod worker;
 
 use std::time::Instant;
@@ -140,6 +141,7 @@ impl Trainer {
             average: settings.average,
             between_views: settings.between_views && self.space.scene_box().is_some(),
             blur_directions: self.source.has_few_views() && self.space.scene_box().is_some(),
+            smooth_surfaces: self.config.smooth_surfaces,
             gains: GainStep::new(self.source.exposure().gains(), settings.progress),
             poses: self.poses.as_ref().map(|poses| poses.step(settings.progress)),
             stopwatch: self.stopwatch.as_ref(),

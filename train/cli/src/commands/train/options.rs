@@ -133,6 +133,7 @@ impl Train {
         let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
         let kept = self.scene.exposure.filter(|exposure| *exposure == Exposure::Off);
         let refined = self.scene.refine_poses.then_some(true);
+        let smooth = Some(config.smooth_surfaces).filter(|weight| *weight > 0.0);
         let exposure = if checkpoint.is_evened_out() { Exposure::Auto } else { Exposure::Off };
         let shape = || {
             let mut options = self.model.against(config).into_iter();
@@ -150,6 +151,7 @@ impl Train {
             .and_then(|()| same("--background", self.scene.background, config.backdrop))
             .and_then(|()| same("--exposure", kept, Some(exposure)))
             .and_then(|()| same("--refine-poses", refined, Some(config.refine_poses)))
+            .and_then(|()| same("--smooth-surfaces", self.scene.smooth_surfaces, smooth))
             .and_then(|()| shape())
             .map_err(|problem| problem.of(checkpoint.file()))
     }

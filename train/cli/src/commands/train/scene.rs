@@ -87,6 +87,16 @@ pub(super) struct SceneOptions {
     /// views are held out. `--json` has the corrected cameras.
     #[arg(long, conflicts_with = "target_psnr")]
     pub(super) refine_poses: bool,
+    /// Hold surfaces to be smooth, for meshes: walls and bodies of one colour, which photographs
+    /// leave rough
+    ///
+    /// WEIGHT is that of a bend beside the error of a colour [default: 0.01]. Fine relief that
+    /// photographs hardly show is smoothed too. GPUs do not train it.
+    #[arg(
+        long, value_name = "WEIGHT", num_args = 0..=1, require_equals = true,
+        default_missing_value = "0.01"
+    )]
+    pub(super) smooth_surfaces: Option<f32>,
 }
 
 impl SceneOptions {
@@ -98,6 +108,10 @@ impl SceneOptions {
             return Err(
                 format!("--near {near}{far}: expected 0 or more, and far beyond near").into()
             );
+        }
+        let weight = self.smooth_surfaces.unwrap_or(1.0);
+        if !(weight.is_finite() && weight > 0.0) {
+            return Err(format!("--smooth-surfaces={weight}: expected more than 0").into());
         }
         Ok(())
     }
@@ -122,6 +136,10 @@ impl SceneOptions {
             return Err("--refine-poses: expected a hash grid, without --method nerf".into());
         }
         config.refine_poses = self.refine_poses;
+        if self.smooth_surfaces.is_some() && config.hierarchical_training().is_some() {
+            return Err("--smooth-surfaces: expected no --sampling hierarchical".into());
+        }
+        config.smooth_surfaces = self.smooth_surfaces.unwrap_or(0.0);
         Ok(())
     }
 

@@ -219,6 +219,7 @@ impl Step {
             table_decay: 0.0,
             rate: 0.0,
             average: false,
+            smooth_surfaces: 0.0,
             between_views: false,
             blur_directions: false,
             gains: None,

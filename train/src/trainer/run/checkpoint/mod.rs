@@ -121,6 +121,10 @@ pub fn write(
     if !gains.is_empty() {
         add(kind::EXPOSURE, bytemuck::must_cast_slice(gains));
     }
+    let smooth = trainer.config.smooth_surfaces.to_le_bytes();
+    if trainer.config.smooth_surfaces > 0.0 {
+        add(kind::SMOOTH_SURFACES, &smooth);
+    }
     if let Some(field) = &field {
         add(kind::NERF, field);
     }

@@ -118,7 +118,7 @@ impl RecordV1 {
         field: FieldConfig,
         space: Space,
         occupancy_resolution: u32,
-        refine_poses: bool,
+        (refine_poses, smooth_surfaces): (bool, f32),
     ) -> TrainConfig {
         let config = &self.config;
         TrainConfig {
@@ -147,6 +147,7 @@ impl RecordV1 {
             first_step_scale: config.first_step_scale,
             opaque_backdrop: config.opaque_backdrop,
             backdrop: config.backdrop,
+            smooth_surfaces,
             refine_poses,
         }
     }
@@ -204,6 +205,7 @@ impl ConfigV1 {
             first_step_scale,
             opaque_backdrop,
             backdrop,
+            smooth_surfaces: _,
             refine_poses: _,
         } = *config;
         Self {
@@ -315,7 +317,7 @@ mod tests {
         let check = |change: fn(&mut RecordV1)| {
             let mut record = RECORD;
             change(&mut record);
-            record.check(&record.config(TrainConfig::hash_grid().field, SPACE, 128, false))
+            record.check(&record.config(TrainConfig::hash_grid().field, SPACE, 128, (false, 0.0)))
         };
         assert_eq!(check(|_| ()), Ok(()));
         assert_eq!(check(|r| r.length = LengthV1::Seconds(f64::NAN)), Err("its length"));
@@ -337,7 +339,7 @@ mod tests {
         let timed = |r: &mut RecordV1| (r.length, r.plan) = (LengthV1::Seconds(9.0), None);
         let mut record = RECORD;
         timed(&mut record);
-        let config = record.config(TrainConfig::hash_grid().field, SPACE, 128, false);
+        let config = record.config(TrainConfig::hash_grid().field, SPACE, 128, (false, 0.0));
         assert_eq!(record.check(&config), Ok(()));
         record.plan = Some([21, 90]);
         assert_eq!(record.check(&config), Err("its plan"));

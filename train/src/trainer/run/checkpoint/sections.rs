@@ -67,6 +67,8 @@ pub mod kind {
     pub const GAIN_SQUARE: u32 = PROGRAM + 18;
     /// Their sum over the steps that are averaged; only once there are such steps.
     pub const GAIN_SUM: u32 = PROGRAM + 19;
+    /// How much surfaces are held to be smooth, f32; only where they are.
+    pub const SMOOTH_SURFACES: u32 = PROGRAM + 20;
 }
 
 /// Version of every section so far.
@@ -96,6 +98,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::GAIN_MEAN => Some("GAIN_MEAN"),
         kind::GAIN_SQUARE => Some("GAIN_SQUARE"),
         kind::GAIN_SUM => Some("GAIN_SUM"),
+        kind::SMOOTH_SURFACES => Some("SMOOTH_SURFACES"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -120,7 +123,8 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let kinds = [kind::GAINS, kind::GAIN_MEAN, kind::GAIN_SQUARE, kind::GAIN_SUM];
     let learnt_gains = of_photographs(&model_file, kinds, averaged)?;
     let resolution = occupancy.resolution();
-    let config = record.config(field, model.space, resolution, poses.is_some());
+    let config =
+        record.config(field, model.space, resolution, (poses.is_some(), smooth(&model_file)?));
     record.check(&config).map_err(Problem::State)?;
     let moments = |kind, n: usize| {
         let section = section(&model_file, kind)?;
@@ -178,6 +182,18 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         fine: occupancy.fine_bytes().to_vec(),
         parameters,
     })
+}
+
+/// How much surfaces are held to be smooth.
+fn smooth(file: &ModelFile<'_>) -> Result<f32, Problem> {
+    if file.container().find(SectionId::first(kind::SMOOTH_SURFACES)).is_none() {
+        return Ok(0.0);
+    }
+    let weight = floats(section(file, kind::SMOOTH_SURFACES)?.bytes);
+    match weight[..] {
+        [weight] if weight.is_finite() && weight > 0.0 => Ok(weight),
+        _ => Err(Problem::State("section SMOOTH_SURFACES")),
+    }
 }
 
 /// A section of our own, in a version that we know.
