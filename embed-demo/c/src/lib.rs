@@ -38,6 +38,7 @@
 #![allow(clippy::missing_safety_doc, reason = "the one condition of all functions is stated above")]
 #![allow(clippy::too_many_arguments, reason = "C has no slices: pointers and lengths")]
 
+mod abi;
 mod border;
 mod camera;
 mod image;
@@ -48,6 +49,7 @@ mod query;
 mod render;
 mod status;
 
+pub use abi::ABI_VERSION;
 pub use camera::{Camera, MAX_SIDE, pnrf_default_camera, pnrf_look_at};
 pub use image::{Alpha, DepthKind, Format, Image};
 pub use info::{Info, Text, pnrf_info, pnrf_text};
@@ -62,10 +64,6 @@ pub use query::{
 };
 pub use render::{Stats, Tile, pnrf_render, pnrf_render_tile, pnrf_tile, pnrf_tile_count};
 pub use status::{ERROR_TEXT, Error, Status, pnrf_status_text};
-
-/// The version of this interface: 65536 times the major number, plus the minor. Additions
-/// increase the minor number, all other changes the major one.
-pub const ABI_VERSION: u32 = 65536;
 
 /// The version of the library. It fits the header if the upper 16 bits equal those of
 /// `PNRF_ABI_VERSION`, and the lower ones are not smaller.
