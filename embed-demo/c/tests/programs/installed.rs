@@ -45,7 +45,7 @@ fn an_installed_library_is_found() {
     command.arg("-S").arg(path("tests/cmake")).arg("-B").arg(&build);
     run(command.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display())));
     run(Command::new("cmake").arg("--build").arg(&build));
-    for (name, picture) in ["picture", "threads"].iter().zip(&pictures[1..]) {
+    for (name, picture) in ["picture", "wrapped"].iter().zip(&pictures[1..]) {
         run(Command::new(build.join(name)).args([&model, picture]));
     }
     let [first, others @ ..] = pictures.map(|path| std::fs::read(path).unwrap());
@@ -53,7 +53,7 @@ fn an_installed_library_is_found() {
 
     // Programs ask for the major number that they were made for.
     let needs = format!("Shared library: [libpocketnerf_c.so.{}]", pocketnerf_c::ABI_VERSION >> 16);
-    for program in [program, build.join("threads")] {
+    for program in [program, build.join("wrapped")] {
         let said = run(Command::new("readelf").arg("--dynamic").arg(&program)).stdout;
         let said = String::from_utf8(said).unwrap();
         assert!(said.contains(&needs), "{}\n{said}", program.display());

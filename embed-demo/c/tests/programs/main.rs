@@ -5,6 +5,7 @@
 //! set. `POCKETNERF_C_LIBRARY` names another static library to link, such as one that is
 //! itself built for a sanitizer.
 
+mod cpp;
 mod installed;
 
 use std::path::{Path, PathBuf};
@@ -95,7 +96,7 @@ fn examples_show_what_a_rust_program_shows() {
     let camera = file.about.camera.unwrap().camera();
     let expected = picture(&file.model, &camera);
     for (compiler, source, standard) in
-        [("gcc", "examples/picture.c", "-std=c99"), ("g++", "examples/threads.cpp", "-std=c++17")]
+        [("gcc", "examples/picture.c", "-std=c99"), ("g++", "examples/picture.cpp", "-std=c++17")]
     {
         if !there_is(compiler, &["--version"]) {
             continue;
@@ -112,15 +113,6 @@ fn examples_show_what_a_rust_program_shows() {
         let line = String::from_utf8(wrong.stderr).unwrap();
         assert_eq!((wrong.status.code(), line.lines().count()), (Some(1), 1), "{line}");
         assert!(line.contains("Cargo.toml: not a .pnerf file"), "{line}");
-    }
-    // The header is C++ as well, whatever the dialect.
-    if there_is("g++", &["--version"]) {
-        compile(
-            "g++",
-            "examples/threads.cpp",
-            &["-std=c++20", "-lpng"],
-            &folder.path().join("newer"),
-        );
     }
 }
 
