@@ -6,6 +6,7 @@
 //! itself built for a sanitizer.
 
 mod cpp;
+mod csharp;
 mod installed;
 
 use std::path::{Path, PathBuf};
