@@ -84,10 +84,15 @@ export class Instance {
   /** Pixels and depths of a layer, of colours and depths in the model's units. */
   layer(colors, depths) {
     const { isLinear, scale } = this.#display;
-    const shown = isLinear ? (v, i) => 255 * (i % 4 < 3 ? encoded(v) : v) : (v) => 255 * v;
-    const pixels = Uint8ClampedArray.from(colors, shown);
+    const pixels = new Uint8ClampedArray(colors.length);
+    const depth = new Float32Array(depths.length);
+    for (let i = 0; i < colors.length; i += 1) {
+      pixels[i] = 255 * (isLinear && i % 4 < 3 ? encoded(colors[i]) : colors[i]);
+    }
     // A GPU divides by the opacity, which may be 0.
-    const depth = Float32Array.from(depths, (t, i) => (colors[4 * i + 3] > 0 ? scale * t : Infinity));
+    for (let i = 0; i < depths.length; i += 1) {
+      depth[i] = colors[4 * i + 3] > 0 ? scale * depths[i] : Infinity;
+    }
     return { pixels, depth };
   }
 

@@ -73,7 +73,7 @@ export interface Layer {
   height: number;
   /**
    * Red, green, blue and alpha in sRGB, without background, multiplied by alpha, from the top:
-   * `pixels + (1 - alpha) * behind`.
+   * `pixels + (1 - alpha) * behind`; where `info.isLinear`, decode them first.
    */
   pixels: Uint8ClampedArray;
   /** The distance along each pixel's ray to what it sees on average, `Infinity` where that is nothing. */

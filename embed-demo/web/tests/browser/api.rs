@@ -2,10 +2,12 @@
 //! was begun.
 
 use pocketnerf_core::camera::Orbit;
+use pocketnerf_core::{ColorSpace, Display, Model, pixel};
+use pocketnerf_formats::Precision;
 use serde_json::{Value, json};
 
 use crate::common::{self, chromium::Page};
-use crate::{BYTES, STILL_LIFE, decode, four_lanes};
+use crate::{BYTES, STILL_LIFE, decode, encode, four_lanes};
 
 /// A page with `load`, and with `told`, which gives the name and the message of what fails.
 fn page() -> Option<Page> {
@@ -202,41 +204,54 @@ fn cameras_go_around_the_centre() {
     assert_eq!(page.value("scene.orbit(0, 0).width"), own.width);
 }
 
+/// The still life, as if its colours were linear light.
+fn linear() -> &'static [u8] {
+    let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    let display = Display { color_space: ColorSpace::Linear, ..file.model.display };
+    let model = Model { display, ..file.model };
+    pocketnerf_formats::write(&model, &file.about, Precision::I8).unwrap().leak()
+}
+
 #[test]
 fn a_layer_is_what_the_renderer_finds() {
     const SIZE: [u32; 2] = [150, 100];
     let Some(mut page) = page() else { return };
-    let layer = page.value(
-        "(async () => {
-            globalThis.scene = await load('/still-life.pnerf', { gpu: 'off' });
-            const { width, height, pixels, depth } = await scene.layer(scene.camera(150, 100));
-            const isOver = (await scene.render(scene.camera(150, 100))).data.every((v, i) => i % 4 < 3 || v === 255);
-            return [width, height, text(pixels), text(new Uint8Array(depth.buffer)), isOver];
-        })()",
-    );
-    assert_eq!(json!([layer[0], layer[1], layer[4]]), json!([SIZE[0], SIZE[1], true]));
-    let [pixels, depth] = [&layer[2], &layer[3]].map(|text: &Value| decode(text));
+    for bytes in [STILL_LIFE, linear()] {
+        let layer = page.value(&format!(
+            "(async () => {{
+                const bytes = Uint8Array.from(atob('{}'), (c) => c.charCodeAt(0));
+                const scene = await load(bytes, {{ gpu: 'off' }});
+                const {{ width, height, pixels, depth }} = await scene.layer(scene.camera(150, 100));
+                const image = await scene.render(scene.camera(150, 100));
+                const isOpaque = image.data.every((v, i) => i % 4 < 3 || v === 255);
+                return [width, height, isOpaque, text(pixels), text(new Uint8Array(depth.buffer))];
+            }})()",
+            encode(bytes)
+        ));
+        assert_eq!(json!([layer[0], layer[1], layer[2]]), json!([SIZE[0], SIZE[1], true]));
+        let [pixels, depth] = [&layer[3], &layer[4]].map(|text: &Value| decode(text));
 
-    let mut scene = pocketnerf_web::Scene::open(STILL_LIFE, four_lanes()).unwrap();
-    let scale = pocketnerf_formats::open(STILL_LIFE).unwrap().about.scene.scale;
-    let camera = scene.own_camera(SIZE[0], SIZE[1]);
-    let quality = scene.facts().quality();
-    let mut seen = 0;
-    for number in 0..scene.begin(&camera, quality).unwrap() {
-        let (tile, _) = scene.tile(number, true).unwrap();
-        let colors = scene.colors()[..4 * tile.pixels()].to_vec();
-        for (i, t) in scene.depths()[..tile.pixels()].iter().enumerate() {
-            let [x, y] = [tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width];
-            let at = 4 * (y * SIZE[0] + x) as usize;
-            for (byte, color) in pixels[at..at + 4].iter().zip(&colors[4 * i..]) {
-                let off = (f32::from(*byte) - 255.0 * color.clamp(0.0, 1.0)).abs();
-                assert!(off <= 0.501, "{x} {y}: {byte} {color}");
+        let mut scene = pocketnerf_web::Scene::open(bytes, four_lanes()).unwrap();
+        let file = pocketnerf_formats::open(bytes).unwrap();
+        let color_space = file.model.display.color_space;
+        let camera = scene.own_camera(SIZE[0], SIZE[1]);
+        let quality = scene.facts().quality();
+        let mut seen = 0;
+        for number in 0..scene.begin(&camera, quality).unwrap() {
+            let (tile, _) = scene.tile(number, true).unwrap();
+            let colors = scene.colors().as_chunks::<4>().0[..tile.pixels()].to_vec();
+            for (i, (color, t)) in colors.iter().zip(scene.depths()).enumerate() {
+                let [x, y] = [tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width];
+                let at = 4 * (y * SIZE[0] + x) as usize;
+                let off =
+                    crate::difference(&pixels[at..at + 4], &pixel::rgba8(*color, color_space));
+                assert!(off <= 1, "{x} {y}: {:?} {color:?}", &pixels[at..at + 4]);
+                let found = f32::from_le_bytes(depth[at..at + 4].try_into().unwrap());
+                assert_eq!(found, file.about.scene.scale * t, "{x} {y}");
+                seen += u32::from(found.is_finite());
             }
-            let found = f32::from_le_bytes(depth[at..at + 4].try_into().unwrap());
-            assert_eq!(found, scale * t, "{x} {y}");
-            seen += u32::from(found.is_finite());
         }
+        assert!(seen > 1000, "{seen}");
     }
-    assert!(seen > 1000, "{seen}");
     assert_eq!(page.complaints, [""; 0]);
 }
