@@ -16,6 +16,7 @@
 //! | [`segment_transmittance`](Probe::segment_transmittance) | light that passes between two points | |
 //! | [`collision_probability`](Probe::collision_probability) | whether a body hits anything | |
 //! | [`depths`](Probe::depths) | how far a ray sees | unit |
+//! | [`surface_normals`](Probe::surface_normals) | where what a ray sees faces | |
 //!
 //! Numbers that say nowhere are refused or count as occupied, never as free; no answer is
 //! NaN, whatever a file holds. Normalised device coordinates have no density per length, so
@@ -99,6 +100,7 @@ mod gradient;
 mod march;
 mod points;
 mod similarity;
+mod surface;
 mod transmittance;
 
 pub use depth::Depth;

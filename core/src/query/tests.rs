@@ -13,6 +13,7 @@ mod clearance;
 mod depth;
 mod misuse;
 mod points;
+mod surface;
 mod transmittance;
 
 /// A little random generator; deterministic.

@@ -7,7 +7,6 @@ if(NOT TARGET pocketnerf::pocketnerf)
     add_library(pocketnerf::pocketnerf SHARED IMPORTED)
     set_target_properties(pocketnerf::pocketnerf PROPERTIES
         IMPORTED_LOCATION "${_pocketnerf_prefix}/lib/${CMAKE_SHARED_LIBRARY_PREFIX}pocketnerf_c${CMAKE_SHARED_LIBRARY_SUFFIX}"
-        IMPORTED_NO_SONAME TRUE
         INTERFACE_INCLUDE_DIRECTORIES "${_pocketnerf_prefix}/include")
 
     add_library(pocketnerf::static STATIC IMPORTED)

@@ -20,7 +20,7 @@
 
 // The version of this interface: 65536 times the major number, plus the minor. Additions
 // increase the minor number, all other changes the major one.
-#define PNRF_ABI_VERSION 65536
+#define PNRF_ABI_VERSION 65537
 
 // The largest width and height of a picture, pixels.
 #define PNRF_MAX_SIDE 16384
@@ -349,6 +349,18 @@ typedef struct PnrfOptions {
     float quality;
 } PnrfOptions;
 
+// What a ray meets.
+typedef struct PnrfHit {
+    // Distance from the camera to where half of the light is absorbed, the caller's units;
+    // infinite where less is.
+    float depth;
+    // That point, caller's coordinates; zero where nothing is hit.
+    float point[3];
+    // Where the surface faces, a unit vector; zero where nothing is hit. The mean of the normals
+    // at four points around, which is smoother than that of `pnrf_normals`.
+    float normal[3];
+} PnrfHit;
+
 // A whole picture in the caller's memory, at any alignment, rows from top to bottom. Only the
 // pixels of rendered tiles are written. Set the struct to zero first: the default is RGBA in
 // bytes over black, without depth or padding.
@@ -421,14 +433,6 @@ PnrfStatus pnrf_look_at(const float *eye,
                         struct PnrfCamera *camera,
                         struct PnrfError *error);
 
-// Makes a camera that shows the model: the file's own view, or, if it has none, one from
-// the side and above, z up. A width and height of 0 mean the file's own size.
-PnrfStatus pnrf_default_camera(const struct PnrfModel *model,
-                               uint32_t width,
-                               uint32_t height,
-                               struct PnrfCamera *camera,
-                               struct PnrfError *error);
-
 // Writes facts about a model, in numbers, to `info`.
 PnrfStatus pnrf_info(const struct PnrfModel *model, struct PnrfInfo *info, struct PnrfError *error);
 
@@ -475,6 +479,18 @@ PnrfStatus pnrf_scratch_length(const struct PnrfModel *model,
                                const struct PnrfOptions *options,
                                size_t *length,
                                struct PnrfError *error);
+
+// Finds what is under `n` pixels of a camera's picture, x and y in two numbers each, from the top
+// left corner: the centre of the first pixel is at (0.5, 0.5). One hit each to `hits`.
+PnrfStatus pnrf_pick(const struct PnrfModel *model,
+                     const struct PnrfOptions *options,
+                     const struct PnrfCamera *camera,
+                     const float *pixels,
+                     size_t n,
+                     struct PnrfHit *hits,
+                     float *scratch,
+                     size_t scratch_length,
+                     struct PnrfError *error);
 
 // Sigma at `n` points, three numbers each: one value each to `sigma`, the fraction of light
 // absorbed per unit of length, 1 / unit; 0 in empty space.
@@ -624,6 +640,46 @@ PnrfStatus pnrf_tile(uint32_t width,
 
 // A short description of any status code. The text is valid for ever.
 const char *pnrf_status_text(int32_t status);
+
+// Makes a camera that shows the model: the file's own view, or, if it has none, one from
+// the side and above, z up. A width and height of 0 mean the file's own size.
+PnrfStatus pnrf_default_camera(const struct PnrfModel *model,
+                               uint32_t width,
+                               uint32_t height,
+                               struct PnrfCamera *camera,
+                               struct PnrfError *error);
+
+// Makes a camera that goes around the centre of the model and looks at it, with the field of view
+// of the default camera.
+//
+// `azimuth` is the angle about `up`, radians, counter-clockwise seen from above; 0 is where the x
+// axis points, or the y axis if x is up. `elevation` is the angle above the horizon, -1.57 to
+// 1.57. `distance` is in the caller's units; 0: that of the default camera. `up`, three numbers
+// of any length; null: z. A width and height of 0 mean the file's own size. Forward-facing
+// captures have no back, and are refused.
+PnrfStatus pnrf_orbit_camera(const struct PnrfModel *model,
+                             float azimuth,
+                             float elevation,
+                             float distance,
+                             const float *up,
+                             uint32_t width,
+                             uint32_t height,
+                             struct PnrfCamera *camera,
+                             struct PnrfError *error);
+
+// How many photographs' cameras the file has: an even choice of at most 64; 0 for null. People who
+// look from there see what photographs have seen.
+uint32_t pnrf_photograph_count(const struct PnrfModel *model);
+
+// Makes the camera of a photograph, `number` from 0 to `pnrf_photograph_count` - 1, in the
+// dataset's order, with the median of their focal lengths. A width and height of 0 mean the file's
+// own size.
+PnrfStatus pnrf_photograph_camera(const struct PnrfModel *model,
+                                  uint32_t number,
+                                  uint32_t width,
+                                  uint32_t height,
+                                  struct PnrfCamera *camera,
+                                  struct PnrfError *error);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -30,12 +30,17 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Checked, in the coordinates of the model.
-    pub(crate) fn to_model(self, model: &Model) -> Result<CoreCamera, Failure> {
+    /// Checked, in the caller's coordinates.
+    pub(crate) fn checked(self) -> Result<CoreCamera, Failure> {
         let Self { width, height, focal, center, camera_to_world } = self;
         let camera = CoreCamera { width, height, focal, center, camera_to_world };
         camera.validate().map_err(|error| Failure::new(Status::Camera, error))?;
-        Ok(model.scene().camera_to_model(&camera))
+        Ok(camera)
+    }
+
+    /// Checked, in the coordinates of the model.
+    pub(crate) fn to_model(self, model: &Model) -> Result<CoreCamera, Failure> {
+        Ok(model.scene().camera_to_model(&self.checked()?))
     }
 }
 
@@ -78,32 +83,6 @@ pub unsafe extern "C" fn pnrf_look_at(
         let made = CoreCamera::from_fov_x(width, height, fov_x, pose);
         // SAFETY: the caller's promise.
         unsafe { border::write(camera, made.into(), "camera") }
-    };
-    // SAFETY: the caller's promise.
-    unsafe { call(error, work) }
-}
-
-/// Makes a camera that shows the model: the file's own view, or, if it has none, one from
-/// the side and above, z up. A width and height of 0 mean the file's own size.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn pnrf_default_camera(
-    model: *const Model,
-    width: u32,
-    height: u32,
-    camera: *mut Camera,
-    error: *mut Error,
-) -> Status {
-    let work = || {
-        // SAFETY: the caller's promise.
-        let model = unsafe { border::read(model, "model")? };
-        let own = model.file().about.camera;
-        let size = own.map_or([800; 2], |own| [own.width, own.height]);
-        let [width, height] = if width == 0 && height == 0 { size } else { [width, height] };
-        let view = model.file().camera(width, height);
-        let made = Camera::from(model.scene().camera_to_dataset(&view));
-        made.to_model(model)?;
-        // SAFETY: the caller's promise.
-        unsafe { border::write(camera, made, "camera") }
     };
     // SAFETY: the caller's promise.
     unsafe { call(error, work) }

@@ -38,17 +38,21 @@
 #![allow(clippy::missing_safety_doc, reason = "the one condition of all functions is stated above")]
 #![allow(clippy::too_many_arguments, reason = "C has no slices: pointers and lengths")]
 
+mod abi;
 mod border;
 mod camera;
 mod image;
 mod info;
 mod model;
 mod options;
+mod pick;
 mod query;
 mod render;
 mod status;
+mod views;
 
-pub use camera::{Camera, MAX_SIDE, pnrf_default_camera, pnrf_look_at};
+pub use abi::ABI_VERSION;
+pub use camera::{Camera, MAX_SIDE, pnrf_look_at};
 pub use image::{Alpha, DepthKind, Format, Image};
 pub use info::{Info, Text, pnrf_info, pnrf_text};
 pub use model::{
@@ -56,16 +60,16 @@ pub use model::{
     pnrf_open_bytes, pnrf_open_file,
 };
 pub use options::{Memory, Options, Sampling, Simd, pnrf_default_options, pnrf_scratch_length};
+pub use pick::{Hit, pnrf_pick};
 pub use query::{
     Depth, pnrf_collision_probability, pnrf_density, pnrf_density_gradient, pnrf_depths,
     pnrf_normals, pnrf_occupied, pnrf_radiance, pnrf_segment_transmittance, pnrf_sphere_clear,
 };
 pub use render::{Stats, Tile, pnrf_render, pnrf_render_tile, pnrf_tile, pnrf_tile_count};
 pub use status::{ERROR_TEXT, Error, Status, pnrf_status_text};
-
-/// The version of this interface: 65536 times the major number, plus the minor. Additions
-/// increase the minor number, all other changes the major one.
-pub const ABI_VERSION: u32 = 65536;
+pub use views::{
+    pnrf_default_camera, pnrf_orbit_camera, pnrf_photograph_camera, pnrf_photograph_count,
+};
 
 /// The version of the library. It fits the header if the upper 16 bits equal those of
 /// `PNRF_ABI_VERSION`, and the lower ones are not smaller.

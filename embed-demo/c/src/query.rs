@@ -56,7 +56,10 @@ unsafe fn each<Q, A>(
 
 /// # Safety
 /// `model` and `options` as [`border::read`] has it, but `options` may be null.
-unsafe fn probe<'c>(model: *const Model, options: *const Options) -> Result<Probe<'c>, Failure> {
+pub(crate) unsafe fn probe<'c>(
+    model: *const Model,
+    options: *const Options,
+) -> Result<Probe<'c>, Failure> {
     // SAFETY: the caller's promise.
     let (model, options): (&Model, Options) =
         unsafe { (border::read(model, "model")?, Options::read(options)?) };

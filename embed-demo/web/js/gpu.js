@@ -108,7 +108,7 @@ export class Gpu {
   }
 
   /** The picture that `instance` has begun, in bands of rows. Rejects if the GPU fails. */
-  async *bands(instance, { width, height }) {
+  async *bands(instance, { width, height }, isLayer = false) {
     this.stats = { rays: width * height, samples: 0 };
     for (let y = 0; y < height; ) {
       const whole = 8 * Math.ceil(Math.max(this.#pixels / width, 1) / 8);
@@ -116,10 +116,10 @@ export class Gpu {
       const fits = Math.max(Math.floor(this.#most / bytes), 1);
       const rows = Math.min(whole, fits, height - y);
       const begun = performance.now();
-      const { pixels, samples } = await this.#render(instance, width, y, rows);
+      const { samples, ...seen } = await this.#render(instance, width, y, rows, isLayer);
       this.stats.samples += samples;
       this.#took(width * rows, performance.now() - begun);
-      yield [{ x: 0, y, width, height: rows, pixels }];
+      yield [{ x: 0, y, width, height: rows, ...seen }];
       y += rows;
     }
   }
@@ -133,7 +133,7 @@ export class Gpu {
     }
   }
 
-  async #render(instance, width, row, rows) {
+  async #render(instance, width, row, rows, isLayer = false) {
     const n = width * rows;
     const [colors, distances] = [COLOR * n, DISTANCE * n];
     const { queue } = this.#device;
@@ -153,15 +153,17 @@ export class Gpu {
     await room.read.mapAsync(GPUMapMode.READ, 0, colors + distances);
     if (this.#failure) throw this.#failure;
     const seen = room.read.getMappedRange(0, colors + distances);
-    const pixels = instance.shown(new Float32Array(seen, 0, 4 * n));
+    const rgba = new Float32Array(seen, 0, 4 * n);
     const numbers = new Uint32Array(seen, colors, 2 * n);
+    const depths = isLayer && new Float32Array(seen, colors, 2 * n).filter((_, i) => i % 2 === 0);
+    const shown = isLayer ? instance.layer(rgba, depths) : { pixels: instance.shown(rgba) };
     let samples = 0;
     for (let i = 1; i < numbers.length; i += 2) {
       if (numbers[i] > MOST_SAMPLES) throw new Error("too many samples");
       samples += numbers[i];
     }
     room.read.unmap();
-    return { pixels, samples };
+    return { ...shown, samples };
   }
 
   /** Memory for what comes out. */

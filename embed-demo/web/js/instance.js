@@ -7,6 +7,9 @@ const TEXTS = ["name", "kind", "method", "program", "dataset"];
 /** An open file. Failures throw an `Error` with the module's text. */
 export class Instance {
   #exports;
+  #display;
+  /** Rays and samples of the picture so far. */
+  stats = { rays: 0, samples: 0 };
 
   /**
    * @param {WebAssembly.Module} module
@@ -17,6 +20,8 @@ export class Instance {
     const address = this.#checked(this.#exports.input(bytes.length));
     new Uint8Array(this.#exports.memory.buffer, address, bytes.length).set(bytes);
     this.#checked(this.#exports.open());
+    const facts = this.#floats(this.#exports.facts(), 56);
+    this.#display = { isLinear: facts[27] > 0, scale: facts[38] };
   }
 
   /** Bytes of memory, the file's included. */
@@ -54,15 +59,41 @@ export class Instance {
   /** Starts a picture, and returns the number of its tiles. */
   begin(camera, quality) {
     this.#look(camera);
+    this.stats = { rays: 0, samples: 0 };
     return this.#checked(this.#exports.begin(camera.width, camera.height, quality));
   }
 
-  /** Renders a tile of it: its place, and its pixels, four bytes each. */
-  tile(number) {
-    const length = this.#checked(this.#exports.tile(number));
-    const [x, y, width, height] = this.#floats(this.#exports.answer(), 4);
-    const pixels = new Uint8ClampedArray(this.#bytes(this.#exports.pixels(), length));
-    return { x, y, width, height, pixels };
+  /**
+   * Renders a tile of it: its place, and its pixels, four bytes each. As a layer, pixels have no
+   * background and are multiplied by alpha, and there are depths.
+   */
+  tile(number, isLayer = false) {
+    const length = this.#checked(this.#exports.tile(number, isLayer ? 1 : 0));
+    const [x, y, width, height, rays, samples] = this.#floats(this.#exports.answer(), 6);
+    this.stats.rays += rays;
+    this.stats.samples += samples;
+    const place = { x, y, width, height };
+    if (!isLayer) {
+      return { ...place, pixels: new Uint8ClampedArray(this.#bytes(this.#exports.pixels(), length)) };
+    }
+    const colors = this.#exports.colors();
+    const depths = this.#floats(colors + 16 * MOST_PIXELS, width * height);
+    return { ...place, ...this.layer(this.#floats(colors, 4 * width * height), depths) };
+  }
+
+  /** Pixels and depths of a layer, of colours and depths in the model's units. */
+  layer(colors, depths) {
+    const { isLinear, scale } = this.#display;
+    const pixels = new Uint8ClampedArray(colors.length);
+    const depth = new Float32Array(depths.length);
+    for (let i = 0; i < colors.length; i += 1) {
+      pixels[i] = 255 * (isLinear && i % 4 < 3 ? encoded(colors[i]) : colors[i]);
+    }
+    // A GPU divides by the opacity, which may be 0.
+    for (let i = 0; i < depths.length; i += 1) {
+      depth[i] = colors[4 * i + 3] > 0 ? scale * depths[i] : Infinity;
+    }
+    return { pixels, depth };
   }
 
   /**
@@ -94,11 +125,6 @@ export class Instance {
       pixels.set(this.#bytes(this.#exports.pixels(), length), at);
     }
     return pixels;
-  }
-
-  /** Rays and samples of the picture so far. */
-  get stats() {
-    return { rays: this.#exports.rays(), samples: this.#exports.samples() };
   }
 
   /** Distance and position of what the camera sees at a point, or null if there is nothing. */
@@ -135,4 +161,9 @@ export class Instance {
     if (result === 0) this.#fail();
     return result;
   }
+}
+
+/** Linear light as sRGB. */
+function encoded(v) {
+  return v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055;
 }

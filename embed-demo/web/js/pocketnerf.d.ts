@@ -57,6 +57,37 @@ export interface RenderOptions {
   canvas?: HTMLCanvasElement | OffscreenCanvas;
   /** Called for each tile when it is rendered. */
   onTile?: (tile: ImageData, x: number, y: number) => void;
+  /** Ends the picture: the promise rejects with the signal's reason, an `AbortError`. */
+  signal?: AbortSignal;
+}
+
+export interface LayerOptions {
+  /** From 0, the fastest, to 1, the finest; default `info.quality`. */
+  quality?: number;
+  signal?: AbortSignal;
+}
+
+/** What is composited with other things by depth. */
+export interface Layer {
+  width: number;
+  height: number;
+  /**
+   * Red, green, blue and alpha in sRGB, without background, multiplied by alpha, from the top:
+   * `pixels + (1 - alpha) * behind`; where `info.isLinear`, decode them first.
+   */
+  pixels: Uint8ClampedArray;
+  /** The distance along each pixel's ray to what it sees on average, `Infinity` where that is nothing. */
+  depth: Float32Array;
+}
+
+export interface OrbitOptions {
+  /** From the centre of the scene; default: that of the file's own camera. */
+  distance?: number;
+  /** Default: z. */
+  up?: [number, number, number];
+  /** Default: the file's own size. */
+  width?: number;
+  height?: number;
 }
 
 export interface Pick {
@@ -81,6 +112,10 @@ export interface Stats {
 export interface LoadOptions {
   /** `off`: render on the CPU. `software`: accept a software GPU too, for tests. */
   gpu?: "off" | "software";
+  /** Ends the download and what else was begun: the promise rejects with the signal's reason. */
+  signal?: AbortSignal;
+  /** Called as a file is downloaded, with bytes; `total` is `null` where the server does not say. */
+  onProgress?: (received: number, total: number | null) => void;
 }
 
 export declare class Scene {
@@ -91,18 +126,28 @@ export declare class Scene {
   /** The file's own camera for a picture of this size, which shows all that its own picture shows. */
   camera(width?: number, height?: number): Camera;
   /**
+   * A camera that looks at the centre of the scene: `azimuth` about the up axis from where x points
+   * (from y if x is up), `elevation` above the horizon, radians.
+   */
+  orbit(azimuth: number, elevation: number, options?: OrbitOptions): Camera;
+  /**
    * Renders a picture in a worker. Resolves to `null` if another picture was requested before
    * this one was complete: only the newest is rendered. Rejects with one line of text.
    */
   render(camera?: Camera, options?: RenderOptions): Promise<ImageData | null>;
+  /** Renders colours without background, and depths; one of the pictures of which the newest counts. */
+  layer(camera?: Camera, options?: LayerOptions): Promise<Layer | null>;
   /** What is at a point of the picture, pixels; default camera: that of the last picture. */
   pick(x: number, y: number, camera?: Camera): Promise<Pick | null>;
   /** Ends the worker. Pending calls reject. */
   close(): void;
 }
 
-/** Opens a `.pnerf` file, with every byte checked; rejects with one line of text. */
+/**
+ * Opens a `.pnerf` file, with every byte checked; rejects with one line of text. Bytes are copied, a
+ * response is read to its end.
+ */
 export declare function load(
-  source: ArrayBuffer | ArrayBufferView | Blob,
+  source: string | URL | Response | ArrayBuffer | ArrayBufferView | Blob,
   options?: LoadOptions,
 ): Promise<Scene>;

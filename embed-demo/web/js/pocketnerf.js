@@ -1,5 +1,8 @@
 // Radiance fields in a web page; documented in pocketnerf.d.ts.
 
+import { orbit, own } from "./cameras.js";
+import { bytesOf } from "./source.js";
+
 const WASM = new URL("./pocketnerf.wasm", import.meta.url);
 let compiled = null;
 
@@ -19,30 +22,23 @@ function code() {
 
 /**
  * Opens a `.pnerf` file.
- * @param {ArrayBuffer | ArrayBufferView | Blob} source
- * @param {{ gpu?: "off" | "software" }} options
+ * @param {string | URL | Response | ArrayBuffer | ArrayBufferView | Blob} source
+ * @param {{ gpu?: "off" | "software", signal?: AbortSignal, onProgress?: Function }} options
  * @returns {Promise<Scene>}
  */
-export async function load(source, { gpu } = {}) {
-  const bytes = source instanceof Blob ? await source.arrayBuffer() : copy(source);
-  const module = await code();
+export async function load(source, { gpu, signal, onProgress } = {}) {
+  const [bytes, module] = await Promise.all([bytesOf(source, { signal, onProgress }), code()]);
+  signal?.throwIfAborted();
   const worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
   const calls = new Calls(worker);
   try {
-    const { info, memory } = await calls.send({ kind: "open", module, bytes, gpu }, [bytes]);
+    const message = { kind: "open", module, bytes, gpu };
+    const { info, memory } = await calls.send(message, { transfer: [bytes], signal });
     return new Scene(calls, info, memory);
   } catch (error) {
     calls.end("closed");
     throw error;
   }
-}
-
-/** The page keeps its own copy of the bytes. */
-function copy(source) {
-  const view = ArrayBuffer.isView(source)
-    ? new Uint8Array(source.buffer, source.byteOffset, source.byteLength)
-    : new Uint8Array(source);
-  return view.slice().buffer;
 }
 
 /** Calls to the worker that wait for an answer. */
@@ -61,11 +57,23 @@ class Calls {
     };
   }
 
-  send(message, transfer = [], onTiles = null) {
+  /** `signal` ends the wait, and tells the worker. */
+  send(message, { transfer = [], onTiles, signal } = {}) {
     return new Promise((resolve, reject) => {
       if (this.#ended) return reject(new Error(this.#ended));
+      if (signal?.aborted) return reject(signal.reason);
       const id = ++this.#last;
-      this.#waiting.set(id, { resolve, reject, onTiles });
+      const stop = () => {
+        if (!this.#waiting.delete(id)) return;
+        this.#worker.postMessage({ kind: "cancel", id });
+        reject(signal.reason);
+      };
+      const done = (end) => (result) => {
+        signal?.removeEventListener("abort", stop);
+        end(result);
+      };
+      signal?.addEventListener("abort", stop, { once: true });
+      this.#waiting.set(id, { resolve: done(resolve), reject: done(reject), onTiles });
       this.#worker.postMessage({ ...message, id }, transfer);
     });
   }
@@ -103,44 +111,54 @@ export class Scene {
 
   /** The file's own camera, or one beside the scene, for a picture of this size. */
   camera(width = this.info.camera.width, height = this.info.camera.height) {
-    const own = this.info.camera;
-    // In 32 bits, like the renderer, so pictures are the same to the byte.
-    let focal = Math.fround(Math.fround(0.5 * width) / own.tangent);
-    // This picture shows all that the file's own shows.
-    const wide = (width * own.height) / (height * own.width);
-    if (wide > 1) focal = Math.fround(focal / wide);
-    return {
-      width,
-      height,
-      focal: [focal, focal],
-      center: [0.5 * width, 0.5 * height],
-      pose: [...own.pose],
-    };
+    return own(this.info, width, height);
+  }
+
+  /** A camera that goes around the centre of the scene: angles in radians. */
+  orbit(azimuth, elevation, { distance, up = [0, 0, 1], width, height } = {}) {
+    const size = width && height ? { width, height } : this.info.camera;
+    return orbit(this.info, azimuth, elevation, { ...size, distance, up });
   }
 
   /** Renders a picture; null if another one was requested before it was complete. */
-  async render(camera = this.camera(), { quality = this.info.quality, canvas, onTile } = {}) {
-    this.#seen = camera;
+  async render(camera = this.camera(), { quality, canvas, onTile, signal } = {}) {
     const { width, height } = camera;
-    let image = null;
     const context = canvas?.getContext("2d");
-    const onTiles = (tiles) => {
+    let image = null;
+    const isComplete = await this.#paint(camera, { quality, signal }, (tile) => {
       image ??= new ImageData(width, height);
-      for (const tile of tiles) {
-        place(image, tile);
-        if (onTile) onTile(new ImageData(tile.pixels, tile.width, tile.height), tile.x, tile.y);
-      }
-    };
-    const plain = { ...camera, pose: [...camera.pose] };
-    const stats = await this.#calls.send({ kind: "render", camera: plain, quality }, [], onTiles);
-    if (!stats) return null;
-    this.stats = stats;
+      place(image.data, tile.pixels, width, tile, 4);
+      onTile?.(new ImageData(tile.pixels, tile.width, tile.height), tile.x, tile.y);
+    });
+    if (!isComplete) return null;
     if (context) {
       if (canvas.width !== width) canvas.width = width;
       if (canvas.height !== height) canvas.height = height;
       context.putImageData(image, 0, 0);
     }
     return image;
+  }
+
+  /** Renders what is to be composited with other things by depth; null as `render` has it. */
+  async layer(camera = this.camera(), { quality, signal } = {}) {
+    const { width, height } = camera;
+    const pixels = new Uint8ClampedArray(4 * width * height);
+    const depth = new Float32Array(width * height);
+    const isComplete = await this.#paint(camera, { quality, signal, isLayer: true }, (tile) => {
+      place(pixels, tile.pixels, width, tile, 4);
+      place(depth, tile.depth, width, tile, 1);
+    });
+    return isComplete ? { width, height, pixels, depth } : null;
+  }
+
+  async #paint(camera, { quality = this.info.quality, signal, isLayer = false }, onTile) {
+    this.#seen = camera;
+    const plain = { ...camera, pose: [...camera.pose] };
+    const onTiles = (tiles) => tiles.forEach(onTile);
+    const message = { kind: "render", camera: plain, quality, isLayer };
+    const stats = await this.#calls.send(message, { onTiles, signal });
+    if (stats) this.stats = stats;
+    return stats !== null;
   }
 
   /** What `camera`, or that of the last picture, sees at a point; null if there is nothing. */
@@ -155,9 +173,10 @@ export class Scene {
   }
 }
 
-function place(image, { x, y, width, height, pixels }) {
+/** Copies a tile of `n` values a pixel into a picture. */
+function place(to, from, across, { x, y, width, height }, n) {
   for (let row = 0; row < height; row += 1) {
-    const line = pixels.subarray(4 * row * width, 4 * (row + 1) * width);
-    image.data.set(line, 4 * ((y + row) * image.width + x));
+    const line = from.subarray(n * row * width, n * (row + 1) * width);
+    to.set(line, n * ((y + row) * across + x));
   }
 }

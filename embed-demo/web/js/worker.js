@@ -12,6 +12,8 @@ let gpu = null;
 /** The next picture to render; it replaces the current one. */
 let next = null;
 let isRendering = false;
+/** The picture under way that nobody wants any more. */
+let cancelled = null;
 
 const answers = {
   open({ module, bytes, gpu: which }) {
@@ -25,6 +27,11 @@ const answers = {
 };
 
 addEventListener("message", async ({ data }) => {
+  if (data.kind === "cancel") {
+    if (next?.id === data.id) next = null;
+    else cancelled = data.id;
+    return;
+  }
   if (data.kind === "render") {
     if (next) drop(next);
     next = data;
@@ -53,16 +60,17 @@ async function render() {
 }
 
 async function paint(job) {
-  const { id, camera, quality } = job;
+  const { id, camera, quality, isLayer } = job;
   const begun = performance.now();
   const count = instance.begin(camera, quality);
   const used = gpu;
   let left = camera.width * camera.height;
   try {
-    for await (const tiles of used ? used.bands(instance, camera) : bands(count)) {
+    for await (const tiles of used ? used.bands(instance, camera, isLayer) : bands(count, isLayer)) {
       for (const tile of tiles) left -= tile.width * tile.height;
-      postMessage({ id, tiles }, tiles.map((tile) => tile.pixels.buffer));
-      if (left && next) return drop(job);
+      const own = tiles.flatMap(({ pixels, depth }) => (depth ? [pixels, depth] : [pixels]));
+      postMessage({ id, tiles }, own.map((list) => list.buffer));
+      if (cancelled === id || (left && next)) return drop(job);
     }
   } catch (error) {
     if (!used) throw error;
@@ -76,11 +84,11 @@ async function paint(job) {
 }
 
 /** The picture that was begun, by the CPU, some tiles at a time. */
-async function* bands(count) {
+async function* bands(count, isLayer) {
   let tiles = [];
   let since = performance.now();
   for (let number = 0; number < count; number += 1) {
-    tiles.push(instance.tile(number));
+    tiles.push(instance.tile(number, isLayer));
     if (performance.now() - since < BATCH && number + 1 < count) continue;
     await messages();
     yield tiles;

@@ -10,6 +10,7 @@ use alloc::vec::Vec;
 use std::cell::RefCell;
 
 use pocketnerf_core::SimdLevel;
+use pocketnerf_core::render::RenderStats;
 
 use crate::facts::{Facts, LENGTH};
 use crate::gpu::Parts;
@@ -32,8 +33,8 @@ struct Instance {
     facts: [f32; LENGTH],
     /// A camera, from the page: pose (16), focal lengths, principal point.
     view: [f32; 20],
-    /// Distance and position of a pick, or the place of a tile.
-    answer: [f32; 4],
+    /// Distance and position of a pick, or place and statistics of a tile.
+    answer: [f32; 6],
     text: String,
 }
 
@@ -46,7 +47,7 @@ impl Instance {
             frame: [0; 36],
             facts: [0.0; LENGTH],
             view: [0.0; 20],
-            answer: [0.0; 4],
+            answer: [0.0; 6],
             text: String::new(),
         }
     }
@@ -162,14 +163,19 @@ pub extern "C" fn begin(width: u32, height: u32, quality: f32) -> u32 {
     })
 }
 
-/// Renders a tile of it, and returns the number of its bytes, or 0 and a [`message`].
+/// Renders a tile of it, with depth unless that is 0, and returns the number of its bytes, or 0 and
+/// a [`message`]. Its colours are then at [`colors`], and its depths, scene units, after those of
+/// the largest tile.
 #[unsafe(no_mangle)]
-pub extern "C" fn tile(number: u32) -> usize {
+pub extern "C" fn tile(number: u32, with_depth: u32) -> usize {
     with(|instance| {
         instance.try_to(|instance| {
-            let (tile, pixels) = instance.scene()?.tile(number)?;
+            let scene = instance.scene()?;
+            let (tile, pixels) = scene.tile(number, with_depth != 0)?;
             let length = pixels.len();
-            instance.answer = [tile.x, tile.y, tile.width, tile.height].map(|n| n as f32);
+            let RenderStats { rays, samples, .. } = scene.stats();
+            let numbers = [tile.x, tile.y, tile.width, tile.height, rays as u32, samples as u32];
+            instance.answer = numbers.map(|n| n as f32);
             Ok(length)
         })
     })
@@ -217,7 +223,7 @@ pub extern "C" fn frame() -> *const u32 {
 }
 
 /// Address of the numbers to which the page writes colours that a GPU computed, those of a tile
-/// at most.
+/// at most, and where those of a [`tile`] are: premultiplied, in the model's colour space.
 #[unsafe(no_mangle)]
 pub extern "C" fn colors() -> *mut f32 {
     with(|instance| {
@@ -231,18 +237,6 @@ pub extern "C" fn show(count: usize) -> usize {
     with(|instance| instance.scene.as_mut().map_or(0, |scene| scene.show(count).len()))
 }
 
-/// Rays of the picture so far.
-#[unsafe(no_mangle)]
-pub extern "C" fn rays() -> f64 {
-    with(|instance| instance.scene.as_ref().map_or(0.0, |scene| scene.stats().rays as f64))
-}
-
-/// Samples of the picture so far.
-#[unsafe(no_mangle)]
-pub extern "C" fn samples() -> f64 {
-    with(|instance| instance.scene.as_ref().map_or(0.0, |scene| scene.stats().samples as f64))
-}
-
 /// The distance of what the camera in [`view`] sees at this point, infinite if there is
 /// nothing, or -1 and a [`message`].
 #[unsafe(no_mangle)]
@@ -250,13 +244,14 @@ pub extern "C" fn pick(width: u32, height: u32, x: f32, y: f32) -> f32 {
     with(|instance| {
         let view = instance.view(width, height);
         let found = instance.try_to(|instance| instance.scene()?.pick(&view, [x, y]).map(Some));
-        instance.answer = found.unwrap_or([-1.0; 4]);
+        instance.answer[..4].copy_from_slice(&found.unwrap_or([-1.0; 4]));
         instance.answer[0]
     })
 }
 
 /// Address of the result of [`pick`]: distance and position in the dataset's coordinates. After
-/// [`tile`]: its leftmost column, topmost row, width and height.
+/// [`tile`]: its leftmost column, topmost row, width and height, and how many rays and samples it
+/// took.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer() -> *const f32 {
     with(|instance| instance.answer.as_ptr())

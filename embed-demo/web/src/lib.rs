@@ -29,7 +29,7 @@
 //! let facts: Facts = scene.facts();
 //! let camera = scene.own_camera(64, 48);
 //! let tiles = scene.begin(&camera, facts.quality())?;
-//! let (_, pixels) = scene.tile(tiles / 2)?;
+//! let (_, pixels) = scene.tile(tiles / 2, false)?;
 //! assert!(pixels.iter().any(|byte| *byte < 100));
 //! # Ok::<(), String>(())
 //! ```

@@ -26,11 +26,12 @@ pub struct Scene {
     /// The usual ones.
     options: RenderOptions,
     scratch: Vec<f32>,
+    /// Colours of a tile, then depths.
     rgba: Vec<f32>,
     pixels: Vec<u8>,
     /// The last picture that was started.
     picture: Option<(Camera, RenderOptions)>,
-    /// Its statistics so far.
+    /// Statistics of its last tile.
     stats: RenderStats,
 }
 
@@ -57,7 +58,7 @@ impl Scene {
             model,
             options,
             scratch: vec![0.0; options.scratch_len()],
-            rgba: vec![0.0; 4 * Tiles::MOST_PIXELS],
+            rgba: vec![0.0; 5 * Tiles::MOST_PIXELS],
             pixels: vec![0; 4 * Tiles::MOST_PIXELS],
             picture: None,
             stats: RenderStats::default(),
@@ -121,22 +122,24 @@ impl Scene {
         let camera = self.file.about.scene.camera_to_model(view);
         let options = RenderOptions { detail: self.model.detail(quality), ..self.options };
         self.picture = Some((camera, options));
-        self.stats = RenderStats::default();
         Ok(Tiles::new(view.width, view.height).len() as u32)
     }
 
     /// Renders a tile of the picture: red, green, blue and 255 in four bytes a
-    /// pixel in sRGB, over the model's background, row after row.
+    /// pixel in sRGB, over the model's background, row after row. With depth, that is in
+    /// [`depths`](Self::depths) afterwards; interpolated pixels may differ by the tolerance.
     ///
     /// # Errors
     /// One line: no such tile, or the model cannot be rendered.
-    pub fn tile(&mut self, number: u32) -> Result<(Tile, &[u8]), String> {
+    pub fn tile(&mut self, number: u32, with_depth: bool) -> Result<(Tile, &[u8]), String> {
         let (camera, options) = self.picture.as_ref().ok_or("tile: no picture was started")?;
         let tile = Tiles::new(camera.width, camera.height).get(number);
         let tile = tile.ok_or("tile: no tile of this number")?;
-        let rgba = &mut self.rgba[..4 * tile.pixels()];
-        let stats = render_tile(&self.model, camera, tile, options, &mut self.scratch, rgba, None);
-        self.stats += stats.map_err(|error| error.to_string())?;
+        let (rgba, depth) = self.rgba.split_at_mut(4 * Tiles::MOST_PIXELS);
+        let rgba = &mut rgba[..4 * tile.pixels()];
+        let depth = with_depth.then_some(&mut depth[..tile.pixels()]);
+        let stats = render_tile(&self.model, camera, tile, options, &mut self.scratch, rgba, depth);
+        self.stats = stats.map_err(|error| error.to_string())?;
         Ok((tile, self.show(tile.pixels())))
     }
 
@@ -157,7 +160,13 @@ impl Scene {
         Some(Frame::of_camera(camera, &options.detail, least, rows).words())
     }
 
-    /// Room for the colours of [`Tiles::MOST_PIXELS`], four numbers a pixel, premultiplied.
+    /// The depths of the last tile that was rendered with them, scene units.
+    #[must_use]
+    pub fn depths(&self) -> &[f32] {
+        &self.rgba[4 * Tiles::MOST_PIXELS..]
+    }
+
+    /// Colours of [`Tiles::MOST_PIXELS`], four numbers a pixel, premultiplied, and their depths.
     pub const fn colors(&mut self) -> &mut [f32] {
         self.rgba.as_mut_slice()
     }
@@ -178,7 +187,7 @@ impl Scene {
         self.pixels.as_ptr()
     }
 
-    /// Statistics of the picture so far.
+    /// Statistics of the last tile.
     #[must_use]
     pub const fn stats(&self) -> RenderStats {
         self.stats

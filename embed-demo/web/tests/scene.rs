@@ -31,9 +31,20 @@ fn tiles_are_those_of_every_host() {
             [r, g, b, 255]
         };
         let expected: Vec<u8> = rgba.as_chunks::<4>().0.iter().flat_map(over).collect();
-        assert_eq!(scene.tile(number as u32).unwrap(), (tile, &expected[..]));
+        assert_eq!(scene.tile(number as u32, false).unwrap(), (tile, &expected[..]));
     }
-    assert!(scene.stats().samples > 0);
+    // With depth, as well.
+    let tile = Tiles::new(90, 100).get(1).unwrap();
+    let (mut rgba, mut depth) = (vec![0.0; 4 * tile.pixels()], vec![0.0; tile.pixels()]);
+    let out = Some(&mut depth[..]);
+    let stats =
+        render_tile(&file.model, &camera, tile, &options, &mut scratch, &mut rgba, out).unwrap();
+    scene.tile(1, true).unwrap();
+    assert_eq!(scene.stats(), stats);
+    assert!(stats.samples > 0);
+    assert_eq!(scene.colors()[..rgba.len()], rgba);
+    assert_eq!(scene.depths()[..depth.len()], depth);
+    assert!(depth.iter().any(|t| t.is_finite()) && depth.contains(&f32::INFINITY));
 }
 
 #[test]
@@ -70,7 +81,7 @@ fn a_packed_file_shows_the_same() {
     let [ordinary, packed] = scenes.map(|mut scene| {
         let camera = scene.own_camera(60, 50);
         scene.begin(&camera, 1.0).unwrap();
-        scene.tile(0).unwrap().1.to_vec()
+        scene.tile(0, false).unwrap().1.to_vec()
     });
     assert!(packed == ordinary);
 }
@@ -86,7 +97,9 @@ fn a_linear_model_is_shown_in_srgb() {
     let away = Camera::look_at([0.0, 0.0, 9.0], [0.0, 0.0, 99.0], [0.0, 1.0, 0.0]);
     scene.begin(&Camera::from_fov_x(8, 8, 0.7, away), 0.5).unwrap();
     // 0.5 in sRGB is 187.5 of 255.
-    assert!(scene.tile(0).unwrap().1.as_chunks().0.iter().all(|p| *p == [188, 188, 188, 255]));
+    assert!(
+        scene.tile(0, false).unwrap().1.as_chunks().0.iter().all(|p| *p == [188, 188, 188, 255])
+    );
 }
 
 /// What the page turns around, and how near it goes: the cube that keeps its shape.
@@ -114,7 +127,7 @@ fn a_scene_without_an_end_is_looked_at_from_within_its_cube() {
     let away: f32 = (0..3).map(|a| (eye[a] - facts[20 + a]).powi(2)).sum::<f32>().sqrt();
     assert!((away - 3.0).abs() < 1e-4, "{away}");
     scene.begin(&camera, 1.0).unwrap();
-    let (_, pixels) = scene.tile(0).unwrap();
+    let (_, pixels) = scene.tile(0, false).unwrap();
     assert!(pixels.as_chunks::<4>().0.iter().any(|p| *p != pixels[..4]));
     assert!(scene.parts().unwrap().program().contains("RADIUS"));
     let refused = scene.pick(&camera, [16.0; 2]).unwrap_err();
@@ -155,7 +168,7 @@ fn what_is_wrong_is_said() {
     assert_eq!(Scene::open(broken, simd).unwrap_err(), expected);
     let mut scene = Scene::open(STILL_LIFE, simd).unwrap();
     let good = scene.own_camera(8, 8);
-    assert!(scene.tile(0).unwrap_err().contains("no picture was started"));
+    assert!(scene.tile(0, false).unwrap_err().contains("no picture was started"));
     for (camera, expected) in [
         (Camera { width: 0, ..good }, "width and height"),
         (Camera { focal: [f32::NAN; 2], ..good }, "focal"),
@@ -167,6 +180,6 @@ fn what_is_wrong_is_said() {
     }
     assert!(scene.begin(&good, f32::NAN).unwrap_err().contains("quality"));
     let tiles = scene.begin(&good, 0.5).unwrap();
-    assert!(scene.tile(tiles).unwrap_err().contains("no tile of this number"));
+    assert!(scene.tile(tiles, false).unwrap_err().contains("no tile of this number"));
     assert!(scene.pick(&good, [f32::NAN, 0.0]).unwrap_err().contains("pick"));
 }

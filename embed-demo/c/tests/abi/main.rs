@@ -8,6 +8,7 @@
 mod handover;
 mod picture;
 mod query;
+mod views;
 
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};

@@ -145,6 +145,13 @@ static void cameras(void) {
     THAT(!memcmp(&made, &camera, sizeof made));
     EXPECT(CAMERA, pnrf_default_camera(model, 0, 5, &made, &told));
     EXPECT(NULL, pnrf_default_camera(NULL, 8, 6, &made, &told));
+    float flat[3] = {0, 0, 0};
+    EXPECT(ARGUMENT, pnrf_orbit_camera(model, 0, 0, 0, flat, 8, 6, &made, &told));
+    EXPECT(ARGUMENT, pnrf_orbit_camera(model, INFINITY, 0, 0, NULL, 8, 6, &made, &told));
+    EXPECT(CAMERA, pnrf_orbit_camera(model, 0, 0, 0, NULL, 8, 0, &made, &told));
+    EXPECT(NULL, pnrf_orbit_camera(model, 0, 0, 0, NULL, 8, 6, NULL, &told));
+    EXPECT(ARGUMENT, pnrf_photograph_camera(model, 0, 8, 6, &made, &told));
+    THAT(!memcmp(&made, &camera, sizeof made));
 }
 
 static void images(void) {
@@ -261,6 +268,14 @@ static void questions(void) {
     EXPECT(ARGUMENT, pnrf_collision_probability(model, NULL, points, 2, 1, 0, out, scratch,
                                                 length, &told));
     THAT(out[0] == -7);
+    PnrfHit hit = {-7, {-7, -7, -7}, {-7, -7, -7}};
+    EXPECT(NULL, pnrf_pick(model, NULL, NULL, points, 1, &hit, scratch, length, &told));
+    EXPECT(NULL, pnrf_pick(model, NULL, &camera, points, 1, NULL, scratch, length, &told));
+    EXPECT(BUFFER, pnrf_pick(model, NULL, &camera, points, 1, &hit, scratch, 0, &told));
+    EXPECT(ARGUMENT,
+           pnrf_pick(model, NULL, &camera, points, SIZE_MAX / 4, &hit, scratch, length, &told));
+    EXPECT(ARGUMENT, pnrf_pick(model, NULL, &camera, nowhere, 1, &hit, scratch, length, &told));
+    THAT(hit.depth == -7 && hit.normal[2] == -7);
     EXPECT(NULL, pnrf_occupied(model, points, 2, NULL, &told));
     EXPECT(OK, pnrf_occupied(model, nowhere, 1, flags, &told));
     THAT(flags[0] == 1 && flags[1] == 9);

@@ -2,13 +2,13 @@
 
 pub mod cells;
 pub mod modes;
-mod normals;
 #[cfg(feature = "gpu")]
 mod on_gpu;
 pub mod picture;
 
 use std::sync::{Mutex, PoisonError};
 
+use pocketnerf_core::query::Depth;
 use pocketnerf_core::render::{RenderStats, Tiles};
 use pocketnerf_core::{
     Camera, ColorSpace, Error, Model, Probe, RenderOptions, SimdLevel, Tile, Tuning, pixel,
@@ -241,9 +241,14 @@ impl<'m> Painter<'m> {
             (Mode::Normals, Some(probe)) => {
                 stats.rays = tile.pixels() as u64;
                 let rays: Vec<_> = rays(camera, tile).collect();
-                let normals = normals::of(probe, &rays, scratch, depth)?;
-                let color = |n: [f32; 3]| finish(n.map(|v| 0.5 + 0.5 * v));
-                normals.into_iter().map(|n| n.map_or(finish(behind), color)).collect()
+                let mut normals = vec![[0.0; 3]; rays.len()];
+                probe.depths(&rays, Depth::Median, None, scratch, depth)?;
+                probe.surface_normals(&rays, depth, scratch, &mut normals)?;
+                let color = |(n, t): ([f32; 3], &f32)| match t.is_finite() {
+                    true => finish(n.map(|v| 0.5 + 0.5 * v)),
+                    false => finish(behind),
+                };
+                normals.into_iter().zip(&*depth).map(color).collect()
             }
             (Mode::Normals, None) => {
                 return Err(Error::Unsupported("normals: its space is no box"));

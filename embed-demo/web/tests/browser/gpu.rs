@@ -54,6 +54,19 @@ fn a_gpu_renders_what_the_cpu_does() {
         assert!(stats[0]["samples"].as_f64() > Some(1e4), "{stats}");
     }
 
+    // Layers: the same colours, and the same distances but at edges.
+    let apart = page.value(
+        "Promise.all([scene, cpu].map((one) => one.layer(one.camera(90, 70), { quality: 1 })))
+        .then(([a, b]) => {
+            const far = a.depth.filter((t, i) => !(t === b.depth[i] || Math.abs(t - b.depth[i]) < 1e-2));
+            const off = a.pixels.filter((v, i) => Math.abs(v - b.pixels[i]) > 3);
+            return [far.length, off.length, scene.stats.device, a.depth.filter(isFinite).length > 1000];
+        })",
+    );
+    println!("{apart}");
+    assert!(apart[0].as_u64() < Some(63) && apart[1].as_u64() < Some(63), "{apart}");
+    assert_eq!(json!([apart[2], apart[3]]), json!(["gpu", true]));
+
     // Without being asked for it, no such program counts.
     page.value("refused.render(refused.camera(90, 70)).then(() => true)");
     assert_eq!(page.value("refused.stats.device"), "cpu");

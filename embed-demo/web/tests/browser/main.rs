@@ -1,7 +1,9 @@
 //! The page and the package in a browser, where there is one.
 
+mod api;
 mod common;
 mod gpu;
+mod three;
 
 use base64::Engine;
 use common::chromium::Page;
@@ -290,7 +292,7 @@ fn native(bytes: &'static [u8], camera: &Camera) -> Vec<u8> {
     let mut picture = vec![0; (4 * camera.width * camera.height) as usize];
     let quality = scene.facts().quality();
     for number in 0..scene.begin(camera, quality).unwrap() {
-        let (tile, pixels) = scene.tile(number).unwrap();
+        let (tile, pixels) = scene.tile(number, false).unwrap();
         for (row, line) in pixels.chunks_exact(4 * tile.width as usize).enumerate() {
             let at = 4 * ((tile.y as usize + row) * camera.width as usize + tile.x as usize);
             picture[at..at + line.len()].copy_from_slice(line);

@@ -53,6 +53,11 @@ impl Page {
         Self::open(home, size, &["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"])
     }
 
+    /// The same with WebGL, by software.
+    pub(crate) fn with_webgl(home: &str, size: [u32; 2]) -> Option<Self> {
+        Self::open(home, size, &["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+    }
+
     fn open(home: &str, [width, height]: [u32; 2], how: &[&str]) -> Option<Self> {
         let Some(name) = name() else { return super::skip("no chromium on this machine") };
         let profile = tempfile::tempdir().unwrap();

@@ -5,6 +5,10 @@
 //! set. `POCKETNERF_C_LIBRARY` names another static library to link, such as one that is
 //! itself built for a sanitizer.
 
+mod cpp;
+mod csharp;
+mod installed;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -93,7 +97,7 @@ fn examples_show_what_a_rust_program_shows() {
     let camera = file.about.camera.unwrap().camera();
     let expected = picture(&file.model, &camera);
     for (compiler, source, standard) in
-        [("gcc", "examples/picture.c", "-std=c99"), ("g++", "examples/threads.cpp", "-std=c++17")]
+        [("gcc", "examples/picture.c", "-std=c99"), ("g++", "examples/picture.cpp", "-std=c++17")]
     {
         if !there_is(compiler, &["--version"]) {
             continue;
@@ -110,15 +114,6 @@ fn examples_show_what_a_rust_program_shows() {
         let line = String::from_utf8(wrong.stderr).unwrap();
         assert_eq!((wrong.status.code(), line.lines().count()), (Some(1), 1), "{line}");
         assert!(line.contains("Cargo.toml: not a .pnerf file"), "{line}");
-    }
-    // The header is C++ as well, whatever the dialect.
-    if there_is("g++", &["--version"]) {
-        compile(
-            "g++",
-            "examples/threads.cpp",
-            &["-std=c++20", "-lpng"],
-            &folder.path().join("newer"),
-        );
     }
 }
 
@@ -138,46 +133,4 @@ fn misuse_is_refused_and_damaged_files_are_survived() {
         ["hash-grid-f16", "per-sample-f16", "nerf-f16", "ndc-f16", "detail-f16", "hash-grid-i8"];
     let said = run(Command::new(&program).arg("10000").args(kinds.map(golden)));
     println!("{}", String::from_utf8_lossy(&said.stdout));
-}
-
-#[test]
-fn an_installed_library_is_found() {
-    let all = ["gcc", "g++", "cmake"];
-    if !all.iter().all(|program| there_is(program, &["--version"])) || !there_is_png() {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let prefix = folder.path().join("prefix");
-    let nothing = Command::new(path("install")).arg(&prefix).arg(folder.path()).output().unwrap();
-    let said = String::from_utf8(nothing.stderr).unwrap();
-    assert!(said.ends_with("/libpocketnerf_c.a: not there, expected the C library\n"), "{said}");
-    assert!(nothing.status.code() == Some(1) && !prefix.exists() && said.lines().count() == 1);
-    let built = std::env::current_exe().unwrap().with_file_name("");
-    run(Command::new(path("install")).arg(&prefix).arg(built));
-    let model = path("../still-life.pnerf");
-    let pictures =
-        ["c", "cmake-c", "cmake-cpp"].map(|name| folder.path().join(name).with_extension("png"));
-
-    let flags = Command::new("pkg-config")
-        .args(["--cflags", "--libs", "pocketnerf", "libpng"])
-        .env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"))
-        .output();
-    let flags = String::from_utf8(flags.unwrap().stdout).unwrap();
-    let program = folder.path().join("program");
-    let mut command = Command::new("gcc");
-    command.arg("-std=c99").arg(path("examples/picture.c")).args(flags.split_whitespace());
-    run(command.arg("-o").arg(&program));
-    let libraries = prefix.join("lib");
-    run(Command::new(&program).args([&model, &pictures[0]]).env("LD_LIBRARY_PATH", &libraries));
-
-    let build = folder.path().join("build");
-    let mut command = Command::new("cmake");
-    command.arg("-S").arg(path("tests/cmake")).arg("-B").arg(&build);
-    run(command.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display())));
-    run(Command::new("cmake").arg("--build").arg(&build));
-    for (name, picture) in ["picture", "threads"].iter().zip(&pictures[1..]) {
-        run(Command::new(build.join(name)).args([&model, picture]));
-    }
-    let [first, others @ ..] = pictures.map(|path| std::fs::read(path).unwrap());
-    assert!(others.iter().all(|other| *other == first));
 }
