@@ -15,7 +15,7 @@ use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera, Space};
 
 pub use gap::{GAP, widest_gap};
-pub use path::camera_path;
+pub use path::{CameraPath, Wanted, camera_path};
 pub use spacing::{WIDE, spacing};
 pub use sphere::sphere;
 pub use subject::nearest_to_axes;
@@ -44,13 +44,21 @@ pub enum CameraError {
     },
     /// Neither kind of file.
     #[error(
-        "{}: no camera path: neither \"camera_path\" (nerfstudio) nor \"frames\" (transforms.json); give one of these",
+        "{}: no camera path: none of \"camera_path\" and \"keyframes\" (nerfstudio), \"path\" (instant-ngp) and \"frames\" (transforms.json); give one of these",
         one_line(.0)
     )]
     NotAPath(PathBuf),
     /// A list without cameras.
     #[error("{}: no cameras in it, expected at least one", one_line(.0))]
     Empty(PathBuf),
+    /// A path that lasts for no time, or for days.
+    #[error("{}: {found} each, expected some time, and at most 108,000 pictures", one_line(.file))]
+    Timing {
+        /// The file.
+        file: PathBuf,
+        /// What was found.
+        found: String,
+    },
     /// A lens that cannot be rendered.
     #[error("{}: camera type \"{}\", expected perspective", one_line(.file), json::escape(.found))]
     Lens {

@@ -24,6 +24,9 @@ use super::{Common, Failure, memory, open_to_render, print_json, read_model};
 use outputs::Outputs;
 use target::Kind;
 
+/// Pictures of a video a second, unless something else is asked for.
+const FPS: f32 = 30.0;
+
 #[derive(Debug, clap::Args)]
 pub(super) struct Render {
     /// Model file
@@ -38,9 +41,9 @@ pub(super) struct Render {
     /// Video of the pictures (.mp4, .webm, .gif), beside --out or instead of it
     #[arg(long, value_name = "FILE")]
     video: Option<PathBuf>,
-    /// Pictures of a video per second
-    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = parse_fps)]
-    fps: f32,
+    /// Pictures of a video per second [default: as the camera path says, else 30]
+    #[arg(long, value_name = "N", value_parser = parse_fps)]
+    fps: Option<f32>,
     #[command(flatten)]
     path: path::Path,
     /// Colour behind the scene: white, black or R,G,B [default: as the model file says]
@@ -69,7 +72,9 @@ impl Render {
         let bytes = read_model(&self.model)?;
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
-        let cameras = self.path.cameras(&file, self.asks_for_a_video())?;
+        let path = self.path.cameras(&file, (self.asks_for_a_video(), self.fps))?;
+        let (cameras, fps) =
+            (path.cameras, path.fps.map_or(FPS, |fps| (fps as f32).clamp(0.1, 240.0)));
         let own = &file.model.display;
         let background = self.background.map(|color| own.color_space.from_srgb(color));
         let display = Display { background: background.unwrap_or(own.background), ..*own };
@@ -97,7 +102,7 @@ impl Render {
         let how = (self.deadline_ms, &self.device, device::name(&on, None));
         let work = format!("{cameras:?} {display:?} {settings:?} {how:?}");
         let work = (bytes.stored(), work, env!("CARGO_PKG_VERSION"));
-        let mut outputs = self.outputs(&cameras, &work)?;
+        let mut outputs = self.outputs((&cameras, fps), &work)?;
         let begun = outputs.done();
         if begun > 0 {
             common.say(&format!("{begun} of {} pictures are there already", cameras.len()));
@@ -176,7 +181,11 @@ impl Render {
         self.video.is_some() || self.out.as_ref().is_some_and(is_video)
     }
 
-    fn outputs(&self, cameras: &[Camera], work: &impl Hash) -> Result<Outputs, Failure> {
+    fn outputs(
+        &self,
+        (cameras, fps): (&[Camera], f32),
+        work: &impl Hash,
+    ) -> Result<Outputs, Failure> {
         let mut outputs = Outputs::default();
         if self.depth && self.out().is_none_or(|out| Kind::of(&out).is_some()) {
             return Err("--depth: a video has none; give a folder with --out too".into());
@@ -186,14 +195,14 @@ impl Render {
                 let name = path.display();
                 return Err(format!("{name}: expected a video: .mp4, .webm or .gif").into());
             }
-            outputs.open(path, cameras, self.fps, work)?;
+            outputs.open(path, cameras, fps, work)?;
         }
         if let Some(path) = self.out() {
             if Some(&path) == self.video.as_ref() {
                 let name = path.display();
                 return Err(format!("{name}: --out and --video, expected a name each").into());
             }
-            outputs.open(&path, cameras, self.fps, work)?;
+            outputs.open(&path, cameras, fps, work)?;
         }
         Ok(outputs)
     }

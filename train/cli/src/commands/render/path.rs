@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pocketnerf_core::Camera;
 use pocketnerf_core::camera::Orbit;
 use pocketnerf_formats::ModelFile;
-use pocketnerf_train::cameras::{self, Circle, tour};
+use pocketnerf_train::cameras::{self, CameraPath, Circle, Wanted, tour};
 
 use crate::commands::Failure;
 
@@ -41,9 +41,14 @@ pub(super) struct Path {
     /// 4 rows of 4
     #[arg(long, value_name = "JSON", conflicts_with_all = ["camera_path", "orbit"], conflicts_with_all = CIRCLE)]
     pose: Option<String>,
-    /// Camera path: nerfstudio's camera_path.json or a transforms.json
+    /// Camera path: nerfstudio's camera_path.json, instant-ngp's base_cam.json or a transforms.json
+    ///
+    /// Where a file has keyframes alone, a smooth path goes through them.
     #[arg(long, value_name = "JSON", conflicts_with = "orbit", conflicts_with_all = CIRCLE)]
     camera_path: Option<PathBuf>,
+    /// How long a path of keyframes takes [default: as the file says, else 2 from each to the next]
+    #[arg(long, value_name = "S", requires = "camera_path")]
+    seconds: Option<f64>,
     /// Picture width [default: as the model file says]
     #[arg(long, value_name = "W")]
     width: Option<u32>,
@@ -60,17 +65,44 @@ impl Path {
     pub(super) fn cameras(
         &self,
         file: &ModelFile<'_>,
-        is_video: bool,
-    ) -> Result<Vec<Camera>, Failure> {
+        (is_video, fps): (bool, Option<f32>),
+    ) -> Result<CameraPath, Failure> {
+        if let Some(file_of_path) = &self.camera_path {
+            return self.stored(file_of_path, file, fps);
+        }
+        let cameras = self.found(file, is_video)?;
+        Ok(CameraPath { cameras, fps: fps.map(f64::from) })
+    }
+
+    /// Those of a file.
+    fn stored(
+        &self,
+        path: &std::path::Path,
+        file: &ModelFile<'_>,
+        fps: Option<f32>,
+    ) -> Result<CameraPath, Failure> {
+        let given = self.width.zip(self.height).map(|(width, height)| [width, height]);
+        if let Some(size) = given {
+            check_size(size)?;
+        }
+        let fps = fps.map(f64::from);
+        let wanted = Wanted { size: given, fps, seconds: self.seconds };
+        let mut path = cameras::camera_path(path, wanted)?;
+        for camera in &mut path.cameras {
+            *camera = file.about.scene.camera_to_model(camera);
+        }
+        Ok(path)
+    }
+
+    /// Those of a circle, of a path among the photographs, or one.
+    fn found(&self, file: &ModelFile<'_>, is_video: bool) -> Result<Vec<Camera>, Failure> {
         let own = file.about.camera.map(|c| c.camera());
         let scene = &file.about.scene;
         let size = [
             self.width.or(own.map(|c| c.width)).unwrap_or(400),
             self.height.or(own.map(|c| c.height)).unwrap_or(400),
         ];
-        if size.iter().any(|side| !(1..=16_384).contains(side)) {
-            return Err(format!("picture size {size:?}: expected 1 to 16384 a side").into());
-        }
+        check_size(size)?;
         let fov_x = self.fov.map_or_else(|| Circle::fov_x(own.as_ref()), f32::to_radians);
         if !(0.01..3.1).contains(&fov_x) {
             return Err(format!(
@@ -78,11 +110,6 @@ impl Path {
                 fov_x.to_degrees()
             )
             .into());
-        }
-        if let Some(path) = &self.camera_path {
-            let given = (self.width.is_some() && self.height.is_some()).then_some(size);
-            let cameras = cameras::camera_path(path, given)?;
-            return Ok(cameras.iter().map(|camera| scene.camera_to_model(camera)).collect());
         }
         let camera = |pose| Camera::from_fov_x(size[0], size[1], fov_x, pose);
         if let Some(pose) = &self.pose {
@@ -129,6 +156,13 @@ impl Path {
         let target = self.center.map_or(first.target, |center| scene.to_model(center));
         Ok(Orbit { target, radius, elevation, axis, up, ..first })
     }
+}
+
+fn check_size(size: [u32; 2]) -> Result<(), Failure> {
+    if size.iter().any(|side| !(1..=16_384).contains(side)) {
+        return Err(format!("picture size {size:?}: expected 1 to 16384 a side").into());
+    }
+    Ok(())
 }
 
 /// So many numbers, between commas.

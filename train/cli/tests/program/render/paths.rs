@@ -67,3 +67,34 @@ fn a_path_among_the_photographs() {
     }
     assert_eq!(place.ok(&format!("info {MODEL} --json"))["photographs"], Value::Null);
 }
+
+/// A path through keyframes ends where a picture of the last one is.
+#[test]
+fn a_path_through_keyframes() {
+    let place = Place::new();
+    let pose = "[0,0,1,3.1, 1,0,0,-0.2, 0,1,0,0.3, 0,0,0,1]";
+    let last = pose.replace("3.1", "4.1");
+    let keyframes = format!(
+        r#"{{"keyframes": [{{"matrix": {pose}, "fov": 40}}, {{"matrix": {last}, "fov": 40}}],
+            "render_width": 40, "render_height": 30, "fps": 2, "seconds": 1.5}}"#
+    );
+    std::fs::write(place.path("path.json"), keyframes).unwrap();
+    let render = format!("render {MODEL} --camera-path path.json --json --out path");
+    let result = place.ok(&render);
+    assert_eq!((&result["pictures"], &result["width"]), (&3.into(), &40.into()));
+    // 40 degrees high are 51.77 wide.
+    let mut command =
+        place.command(&format!("render {MODEL} --width 40 --height 30 --out one.png"));
+    let fov = 2.0 * (40.0 / 30.0 * 20f64.to_radians().tan()).atan().to_degrees();
+    let pose = ["--pose", &last, "--fov", &fov.to_string()];
+    assert!(command.args(pose).output().unwrap().status.success());
+    let open = |name: &str| image::open(place.path(name)).unwrap().to_rgb8().into_raw();
+    let far = |name: &str| {
+        let pairs = open(name).into_iter().zip(open("one.png"));
+        pairs.filter(|(a, b)| a.abs_diff(*b) > 2).count()
+    };
+    assert!(far("path/002.png") < 12 && far("path/000.png") > 100, "{}", far("path/002.png"));
+    assert_eq!(place.ok(&format!("{render} --seconds 3 --fps 4"))["pictures"], 12);
+    let alone = place.run(&format!("render {MODEL} --seconds 3"));
+    assert_eq!(alone.status.code(), Some(2));
+}
