@@ -8,10 +8,13 @@
 //! * [`window`]: passes events to `show`, and pictures to the screen. The only part that knows
 //!   a window system.
 //! * [`output`]: pictures without a window.
+//! * [`options`], [`program`]: the command line.
 #![forbid(unsafe_code)]
 
+pub mod options;
 pub mod output;
 pub mod paint;
+pub mod program;
 pub mod show;
 pub mod view;
 pub mod window;

@@ -17,3 +17,5 @@ mod plain;
 mod render;
 mod resume;
 mod stress;
+#[cfg(feature = "view")]
+mod view;
