@@ -20,6 +20,7 @@ use app::App;
 pub use content::Content;
 use input::Input;
 use script::Line;
+pub(crate) use status::KEYS;
 
 /// The window at its start.
 #[derive(Clone, Debug)]

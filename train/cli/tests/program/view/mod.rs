@@ -1,8 +1,27 @@
 //! `pocketnerf view`, and `pocketnerf train --view`.
 
+mod terminal;
+mod window;
+
 use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use crate::place::{Place, TRAIN};
 
 const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../embed-demo/still-life.pnerf");
+
+/// Steps of a run that is long enough to be watched.
+const STEPS: u32 = 600;
+
+/// The model of a run of so many steps that nobody watches.
+fn alone() -> &'static [u8] {
+    static ALONE: OnceLock<Vec<u8>> = OnceLock::new();
+    ALONE.get_or_init(|| {
+        let place = Place::new();
+        place.ok(&format!("{TRAIN} --steps {STEPS} --out alone.pnerf"));
+        place.bytes("alone.pnerf")
+    })
+}
 
 /// The program where there is no display.
 fn program() -> Command {
