@@ -223,3 +223,81 @@ impl<'f> Painting<'f> {
 fn pixels([width, height]: [u32; 2]) -> f64 {
     f64::from(width) * f64::from(height)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STILL_LIFE: &[u8] = include_bytes!("../../../still-life.pnerf");
+    const GOLDEN: &[u8] = include_bytes!("../../../../tests/golden/hash-grid-f16.pnerf");
+
+    /// The next picture.
+    fn frame(feed: &Feed) -> Frame {
+        let state = &mut *feed.wait(None, |state| state.frame.is_some());
+        state.frame.take().unwrap()
+    }
+
+    /// Waits until another model is wanted.
+    fn wanted(feed: &Feed) {
+        while !feed.is_wanted() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// The complete picture of a file.
+    fn whole(bytes: &[u8], wish: &Wish) -> Picture {
+        let file = pocketnerf_formats::open(bytes).unwrap();
+        let camera = wish.view.camera(wish.size[0], wish.size[1]);
+        let shot = Shot { camera, mode: wish.mode, quality: wish.quality };
+        Painter::new(&file.model, 1).unwrap().picture(&shot).unwrap().0
+    }
+
+    #[test]
+    fn every_model_is_shown_and_the_last_one_complete() {
+        let feed = Feed::default();
+        let painter = {
+            let feed = feed.clone();
+            std::thread::spawn(move || Painting::new(&feed, 64, &|| ()).unwrap().run())
+        };
+        feed.give(Some(STILL_LIFE.to_vec()), Duration::ZERO);
+        let view = feed.wait(None, |state| state.start.is_some()).start.unwrap();
+        assert_eq!(view, View::new(&pocketnerf_formats::open(STILL_LIFE).unwrap()));
+        let size = [48, 32];
+        let wish = Wish { view, mode: Mode::Colour, quality: 0.5, fps: 30.0, size };
+        feed.change(|state| state.wish = Some(wish));
+        // The first one is as small as can be, as nothing is known of what a pixel takes.
+        let first = frame(&feed);
+        assert_eq!([first.picture.width, first.picture.height], size);
+        assert!(first.wish == wish && first.scale < 0.1 && !first.is_complete);
+        wanted(&feed);
+        // What cannot be given is asked for no more, and a movement is followed all the same.
+        feed.give(None, Duration::ZERO);
+        let mut turned = wish;
+        turned.view.turn(0.7, 0.0);
+        feed.change(|state| state.wish = Some(turned));
+        while frame(&feed).wish != turned {}
+        // Packed, as training writes it.
+        feed.finish(pocketnerf_formats::pack(GOLDEN).unwrap());
+        let last = loop {
+            let frame = frame(&feed);
+            if frame.is_complete {
+                break frame;
+            }
+        };
+        assert!(last.wish == turned && last.picture == whole(GOLDEN, &turned));
+        feed.change(|state| state.wish = Some(wish));
+        while !frame(&feed).is_complete {}
+        feed.leave();
+        assert_eq!(painter.join().unwrap(), Ok(()));
+    }
+
+    #[test]
+    fn what_is_no_model_is_told_in_a_line() {
+        let feed = Feed::default();
+        feed.give(Some(vec![1, 2, 3]), Duration::ZERO);
+        let why = Painting::new(&feed, 1, &|| ()).unwrap().run().unwrap_err();
+        assert!(why.starts_with("the model cannot be shown: not a .pnerf file"), "{why}");
+        feed.end();
+        assert_eq!(Painting::new(&feed, 1, &|| ()).unwrap().run(), Ok(()));
+    }
+}
