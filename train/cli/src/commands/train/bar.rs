@@ -225,4 +225,36 @@ mod tests {
         bar.phase("finishing the model");
         assert_eq!(bar.warnings(), ["watch out"]);
     }
+
+    #[cfg(feature = "view")]
+    #[test]
+    fn whoever_watches_in_the_terminal_prints_all_lines() {
+        use std::cell::RefCell;
+        use std::rc::Rc;
+
+        let (told, said) = (Rc::<RefCell<Vec<String>>>::default(), Rc::default());
+        let to = |list: &Rc<RefCell<Vec<String>>>| -> Line {
+            let list = Rc::clone(list);
+            Box::new(move |line| list.borrow_mut().push(line.to_owned()))
+        };
+        let mut bar = Bar::beside(false, Screen { status: to(&told), line: Some(to(&said)) });
+        bar.phase("finding the scene");
+        let mut progress = Progress {
+            step: 10,
+            steps: Some(40),
+            train_psnr: 9.5,
+            held_out_psnr: None,
+            restarts: 0,
+            trouble: None,
+        };
+        bar.show(&progress);
+        std::thread::sleep(TELL);
+        progress.step = 40;
+        bar.show(&progress);
+        bar.warn("watch out".to_owned());
+        bar.say("so it is");
+        let last = "step 40 of 40, 0 s left, PSNR 9.50 dB";
+        assert_eq!(*told.borrow(), ["finding the scene", last]);
+        assert_eq!(*said.borrow(), ["warning: watch out", "so it is"]);
+    }
 }
