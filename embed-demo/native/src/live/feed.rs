@@ -99,17 +99,19 @@ impl Feed {
     /// Gives the model as it stands, which `took` so long to write. `None`: it cannot be written
     /// now.
     pub fn give(&self, bytes: Option<Vec<u8>>, took: Duration) {
-        self.0.wanted.store(false, SeqCst);
-        if let Some(bytes) = bytes {
-            self.change(|state| state.given = Some(Given { bytes, took, is_final: false }));
-        }
+        self.change(|state| {
+            self.0.wanted.store(false, SeqCst);
+            if let Some(bytes) = bytes {
+                state.given = Some(Given { bytes, took, is_final: false });
+            }
+        });
     }
 
     /// Gives the finished model.
     pub fn finish(&self, bytes: Vec<u8>) {
         let took = Duration::ZERO;
-        self.0.wanted.store(false, SeqCst);
         self.change(|state| {
+            self.0.wanted.store(false, SeqCst);
             state.finished = true;
             state.given = Some(Given { bytes, took, is_final: true });
         });
@@ -143,13 +145,15 @@ impl Feed {
 
     /// Nobody looks any more.
     pub fn leave(&self) {
-        self.0.left.store(true, SeqCst);
-        self.0.wanted.store(false, SeqCst);
-        self.change(|_| ());
+        self.change(|_| {
+            self.0.left.store(true, SeqCst);
+            self.0.wanted.store(false, SeqCst);
+        });
     }
 
     /// A model is wanted, as soon as the learner has time.
     pub(super) fn want(&self) {
+        let _state = self.state();
         self.0.wanted.store(!self.is_left(), SeqCst);
     }
 

@@ -84,10 +84,18 @@ impl<'f> Painting<'f> {
         self.begin(&file);
         self.governor.spend(waited + begun.elapsed().as_secs_f64(), Instant::now());
         self.notice(self.feed.state().wish);
-        let (mut painted, mut asked) = (None, false);
+        let (mut painted, mut since, mut asked) = (None, begun, false);
         loop {
             let (now, free) = (Instant::now(), self.governor.free());
-            let asks = (begun + BETWEEN).max(free);
+            if asked && !self.feed.is_wanted() {
+                // There was none to give.
+                (since, asked) = (now, false);
+            }
+            let asks = (since + BETWEEN).max(free);
+            if !asked && painted.is_some() && asks <= now {
+                self.feed.want();
+                asked = true;
+            }
             let settles = self.moved.map(|moved| moved + SETTLES).filter(|settles| now < *settles);
             // What is not shown yet, or only in a smaller picture.
             let wish = self.seen.filter(|wish| wish.size.iter().all(|side| *side > 0));
@@ -102,15 +110,13 @@ impl<'f> Painting<'f> {
                 painted = due;
                 continue;
             }
-            if !asked && painted.is_some() && asks <= now {
-                self.feed.want();
-                asked = true;
-            }
             let asks = (!asked && painted.is_some()).then_some(asks);
             let next = [due.map(|_| free), settles, asks].into_iter().flatten().min();
             let (seen, feed) = (self.seen, self.feed);
             let is_over = |state: &State| state.given.is_some() || state.over || feed.is_left();
-            let state = feed.wait(next, |state| is_over(state) || state.wish != seen);
+            let state = feed.wait(next, |state| {
+                is_over(state) || state.wish != seen || (asked && !feed.is_wanted())
+            });
             if is_over(&state) {
                 return Ok(());
             }
@@ -270,8 +276,9 @@ mod tests {
         assert_eq!([first.picture.width, first.picture.height], size);
         assert!(first.wish == wish && first.scale < 0.1 && !first.is_complete);
         wanted(&feed);
-        // What cannot be given is asked for no more, and a movement is followed all the same.
+        // What cannot be given is asked for again.
         feed.give(None, Duration::ZERO);
+        wanted(&feed);
         let mut turned = wish;
         turned.view.turn(0.7, 0.0);
         feed.change(|state| state.wish = Some(turned));

@@ -154,6 +154,7 @@ impl Audience {
     /// Shows the finished model's file; in a terminal, waits until it is seen.
     pub(super) fn finish(&self, out: &Path) {
         let Some(Watched { feed, in_terminal, .. }) = &self.0 else { return };
+        feed.tell("trained");
         // Whoever removes the file at once sees the model before.
         if let Ok(bytes) = std::fs::read(out) {
             feed.finish(bytes);
