@@ -24,6 +24,9 @@ mod tool;
 mod train;
 #[cfg(feature = "view")]
 mod view;
+#[cfg(not(feature = "view"))]
+#[path = "view/without.rs"]
+mod view;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -85,8 +88,8 @@ enum Action {
     /// Render a model
     Render(render::Render),
     /// Show a model in a window, or as text in a terminal
-    #[cfg(feature = "view")]
-    #[command(after_help = pocketnerf_view::window::input::HELP)]
+    #[cfg_attr(feature = "view", command(after_help = pocketnerf_view::window::input::HELP))]
+    #[cfg_attr(not(feature = "view"), command(hide = true))]
     View(Box<view::View>),
     /// Export the surface of a model: a mesh or a point cloud
     ///
@@ -206,7 +209,6 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Eval(action) => action.run(common),
         Action::Convert(action) => action.run(common),
         Action::Render(action) => action.run(common),
-        #[cfg(feature = "view")]
         Action::View(action) => action.run(common),
         Action::Export(action) => action.run(common),
         Action::Repack(action) => action.run(common),
@@ -281,7 +283,9 @@ mod tests {
         ] {
             for sub in command.get_subcommands() {
                 let name = sub.get_name();
-                assert_eq!(has(name, option), commands.contains(&name), "{name} --{option}");
+                let is_there = name != "view" || cfg!(feature = "view");
+                let expected = commands.contains(&name) && is_there;
+                assert_eq!(has(name, option), expected, "{name} --{option}");
             }
         }
     }

@@ -5,20 +5,26 @@ use std::path::Path;
 use pocketnerf_train::trainer::{Run, Trainer};
 
 use super::{Bar, Origin};
-use crate::commands::Failure;
+use crate::commands::{Failure, view};
 
 #[derive(Clone, Debug, clap::Args)]
-pub(in crate::commands) struct WatchOptions {}
+pub(in crate::commands) struct WatchOptions {
+    /// Where the scene would be watched.
+    #[arg(long, hide = true, num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    view: Option<String>,
+}
 
 impl WatchOptions {
-    /// Trains.
-    #[allow(clippy::unused_self, reason = "with the feature it has options")]
+    /// Trains, unless a window is asked for.
     pub(super) fn attend(
         &self,
         _: &Path,
         train: impl FnOnce(Audience) -> Result<(), Failure> + Send,
     ) -> Result<(), Failure> {
-        train(Audience)
+        match self.view {
+            Some(_) => Err(view::refusal("--view").into()),
+            None => train(Audience),
+        }
     }
 }
 
