@@ -7,11 +7,16 @@
 //!   that [`show::pace`] chooses, and the complete one at rest.
 //! * [`window`]: passes events to `show`, and pictures to the screen. The only part that knows
 //!   a window system.
+//! * [`live`]: a model that is still learnt.
 //! * [`output`]: pictures without a window.
+//! * [`options`], [`program`]: the command line.
 #![forbid(unsafe_code)]
 
+pub mod live;
+pub mod options;
 pub mod output;
 pub mod paint;
+pub mod program;
 pub mod show;
 pub mod view;
 pub mod window;

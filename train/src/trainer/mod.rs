@@ -15,6 +15,7 @@ pub(crate) mod pixels;
 pub(crate) mod poses;
 pub mod prepass;
 mod run;
+mod snapshot;
 pub(crate) mod step;
 
 use pocketnerf_core::{ColorSpace, Display, Error, Model, Sampling, SimdLevel, Space};

@@ -6,7 +6,7 @@ pub mod modes;
 mod on_gpu;
 pub mod picture;
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use pocketnerf_core::query::Depth;
 use pocketnerf_core::render::{RenderStats, Tiles};
@@ -32,6 +32,23 @@ pub struct Shot {
     pub quality: f32,
 }
 
+impl Shot {
+    /// The same view in a picture of another size.
+    #[must_use]
+    pub fn sized(self, [width, height]: [u32; 2]) -> Self {
+        let own = self.camera;
+        let [across, down] = [width as f32 / own.width as f32, height as f32 / own.height as f32];
+        let camera = Camera {
+            width,
+            height,
+            focal: [own.focal[0] * across, own.focal[1] * down],
+            center: [own.center[0] * across, own.center[1] * down],
+            ..own
+        };
+        Self { camera, ..self }
+    }
+}
+
 /// Paints pictures of a model.
 #[derive(Debug)]
 pub struct Painter<'m> {
@@ -41,7 +58,7 @@ pub struct Painter<'m> {
     probe: Option<Probe<'m>>,
     cells: Cells<'m>,
     occupied: [[f32; 3]; 2],
-    pool: ThreadPool,
+    pool: Arc<ThreadPool>,
     /// Memory of idle threads.
     idle: Mutex<Vec<Worker>>,
     #[cfg(feature = "gpu")]
@@ -64,8 +81,14 @@ impl<'m> Painter<'m> {
     pub fn new(model: &'m Model<'m>, threads: usize) -> Result<Self, String> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|e| format!("{threads} threads: {e}; give --threads 1"))?;
+        Ok(Self::in_pool(model, Arc::new(pool)))
+    }
+
+    /// Paints `model` on the threads of a pool.
+    #[must_use]
+    pub fn in_pool(model: &'m Model<'m>, pool: Arc<ThreadPool>) -> Self {
         let (simd, cells) = (SimdLevel::detect(), Cells::new(model));
-        Ok(Self {
+        Self {
             model,
             simd,
             probe: Probe::new(model, simd, Tuning::FAST).ok(),
@@ -75,7 +98,7 @@ impl<'m> Painter<'m> {
             idle: Mutex::default(),
             #[cfg(feature = "gpu")]
             gpu: None,
-        })
+        }
     }
 
     /// Paints colours and depths on `gpu`; on the CPU where it fails.

@@ -24,7 +24,7 @@ const SETTLES: Duration = Duration::from_millis(60);
 const BATCH: Duration = Duration::from_millis(15);
 /// Quality of moving pictures: in the same time, more pixels of lower quality are closer to
 /// the complete picture (docs/window.md).
-const MOVING_QUALITY: f32 = 0.0;
+pub(crate) const MOVING_QUALITY: f32 = 0.0;
 
 /// The next thing to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -192,11 +192,7 @@ impl<'m> Show<'m> {
         let mut shot = self.shot();
         shot.quality = shot.quality.min(MOVING_QUALITY);
         let is_whole = [width, height] == window && shot.quality == self.quality;
-        let [across, down] = [width as f32 / window[0] as f32, height as f32 / window[1] as f32];
-        let camera = &mut shot.camera;
-        (camera.width, camera.height) = (width, height);
-        camera.focal = [camera.focal[0] * across, camera.focal[1] * down];
-        camera.center = [camera.center[0] * across, camera.center[1] * down];
+        let shot = shot.sized([width, height]);
         if [self.small.width, self.small.height] != [width, height] {
             self.small = Picture::new(width, height);
         }

@@ -26,6 +26,12 @@ impl Pace {
         Self { fps, pixel: None, rest: 0.0, scale: 0.25 }
     }
 
+    /// The same, with the smallest picture, where a pixel may take long.
+    #[must_use]
+    pub const fn careful(fps: f64) -> Self {
+        Self { scale: STEP, ..Self::new(fps) }
+    }
+
     /// Fraction of the window's width and height to render, at most 1.
     #[must_use]
     pub const fn scale(&self) -> f64 {
@@ -47,8 +53,20 @@ impl Pace {
         let now = seconds / pixels;
         // Twice the cost is a different place, not noise.
         let known = self.pixel.filter(|known| now < 2.0 * known);
-        let pixel = known.map_or(now, |known| known + NEWEST * (now - known));
-        self.pixel = Some(pixel);
+        self.pixel = Some(known.map_or(now, |known| known + NEWEST * (now - known)));
+        self.choose(window);
+    }
+
+    /// Another frame rate, for a window with `window` pixels.
+    pub fn aim(&mut self, fps: f64, window: f64) {
+        if fps != self.fps {
+            self.fps = fps;
+            self.choose(window);
+        }
+    }
+
+    fn choose(&mut self, window: f64) {
+        let Some(pixel) = self.pixel else { return };
         let budget = (PLANNED / self.fps - self.rest).max(0.1 / self.fps);
         let wanted = (budget / (pixel.max(1e-12) * window)).sqrt();
         let stepped = (wanted / STEP).floor() * STEP;
@@ -111,6 +129,20 @@ mod tests {
         run(&mut pace, 100e-9, 30);
         let frames = run(&mut pace, 1000e-9, 4);
         assert!(frames[0] > 1.0 / 30.0 && frames[1] < 1.0 / 30.0, "{frames:?}");
+    }
+
+    #[test]
+    fn another_rate_is_another_size_at_once() {
+        let mut pace = Pace::careful(60.0);
+        assert_eq!(pace.size([800, 800]), [25, 25]);
+        run(&mut pace, 150e-9, 20);
+        let small = pace.scale();
+        pace.aim(15.0, WINDOW);
+        assert!(pace.scale() > 1.5 * small, "{small}");
+        let frame = run(&mut pace, 150e-9, 1)[0];
+        assert!((0.5 / 15.0..1.0 / 15.0).contains(&frame), "{frame}");
+        pace.aim(60.0, WINDOW);
+        assert_eq!(pace.scale(), small);
     }
 
     #[test]

@@ -18,6 +18,8 @@ pub enum Input {
     Approach(f32),
     /// A key, by the letter or the name that [`key`] gives it, and whether shift was held.
     Key(String, bool),
+    /// Another thread has painted a picture.
+    Painted,
     /// Notify when the picture is complete.
     NotifyAtRest(Sender<()>),
     /// Close the window.

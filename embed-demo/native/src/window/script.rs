@@ -1,5 +1,6 @@
 //! Input with its times from a file, for tests and benchmarks of the window.
 
+use std::path::Path;
 use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
@@ -40,6 +41,16 @@ pub enum Line {
     Rest,
 }
 
+/// Reads a script's file.
+///
+/// # Errors
+/// One line: why it cannot be read, or what [`parse`] says.
+pub fn read(path: &Path) -> Result<Vec<Line>, String> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| format!("{}: cannot be read: {e}; give a text file", path.display()))?;
+    parse(&text).map_err(|e| format!("{}: {e}", path.display()))
+}
+
 /// Reads a script.
 ///
 /// # Errors
@@ -49,12 +60,13 @@ pub fn parse(text: &str) -> Result<Vec<Line>, String> {
     let lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
     let read = |(number, line): (usize, &str)| {
         let expected = "expected wait, drag, wheel, key or rest as in --help";
-        read(line).ok_or_else(|| format!("line {number}: \"{}\", {expected}", line.escape_debug()))
+        read_line(line)
+            .ok_or_else(|| format!("line {number}: \"{}\", {expected}", line.escape_debug()))
     };
     lines.map(read).collect()
 }
 
-fn read(line: &str) -> Option<Line> {
+fn read_line(line: &str) -> Option<Line> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let number = |word: &str| word.parse().ok().filter(|v: &f32| v.abs() < 1e6);
     let time = |word: &str| word.parse().ok().filter(|ms| *ms < 600_000).map(Duration::from_millis);

@@ -22,6 +22,11 @@ mod stop;
 mod stress;
 mod tool;
 mod train;
+#[cfg(feature = "view")]
+mod view;
+#[cfg(not(feature = "view"))]
+#[path = "view/without.rs"]
+mod view;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -34,7 +39,7 @@ use reading::Reading;
 use serde_json::Value;
 
 /// Why a command stopped: its text is one line.
-type Failure = Box<dyn std::error::Error>;
+type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// The heading of options that most commands have.
 const COMMON: &str = "Common options";
@@ -82,6 +87,10 @@ enum Action {
     Convert(Box<convert::Convert>),
     /// Render a model
     Render(render::Render),
+    /// Show a model in a window, or as text in a terminal
+    #[cfg_attr(feature = "view", command(after_help = pocketnerf_view::window::input::HELP))]
+    #[cfg_attr(not(feature = "view"), command(hide = true))]
+    View(Box<view::View>),
     /// Export the surface of a model: a mesh or a point cloud
     ///
     /// The surface is where the light of a pixel begins to be held back, seen from many cameras:
@@ -200,6 +209,7 @@ fn execute(command: &Command) -> Result<(), Failure> {
         Action::Eval(action) => action.run(common),
         Action::Convert(action) => action.run(common),
         Action::Render(action) => action.run(common),
+        Action::View(action) => action.run(common),
         Action::Export(action) => action.run(common),
         Action::Repack(action) => action.run(common),
         Action::Unpack(action) => action.run(common),
@@ -224,13 +234,15 @@ mod tests {
     use super::*;
 
     /// Headings of options, in the order of every command.
-    const HEADINGS: [&str; 8] = [
+    const HEADINGS: [&str; 10] = [
         "Options",
         "Dataset",
         "Scene",
         "Model",
         "With --method nerf",
         "Distillation",
+        "Window",
+        "Without a window",
         "Rendering",
         COMMON,
     ];
@@ -265,13 +277,15 @@ mod tests {
                     "stress", "bench",
                 ][..],
             ),
-            ("quality", &["demo", "eval", "convert", "render", "bench"]),
+            ("quality", &["demo", "eval", "convert", "render", "view", "bench"]),
             ("no-skip", &["demo", "eval", "convert", "render", "bench"]),
             ("sampling", &["train", "eval", "render", "chart"]),
         ] {
             for sub in command.get_subcommands() {
                 let name = sub.get_name();
-                assert_eq!(has(name, option), commands.contains(&name), "{name} --{option}");
+                let is_there = name != "view" || cfg!(feature = "view");
+                let expected = commands.contains(&name) && is_there;
+                assert_eq!(has(name, option), expected, "{name} --{option}");
             }
         }
     }

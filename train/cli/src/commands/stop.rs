@@ -26,6 +26,8 @@ struct State {
     asked: AtomicBool,
     /// Whether the command looks at `asked`. Until then the first signal ends the program.
     deferred: AtomicBool,
+    /// Whether the work is done, so that a signal ends a program that goes on.
+    done: AtomicBool,
     /// A program that is to stop as well; 0: none.
     child: AtomicU32,
 }
@@ -60,7 +62,10 @@ impl Stop {
         let heard = stop.clone();
         let mut first = None;
         ctrlc::set_handler(move || {
-            let State { asked, deferred, .. } = &*heard.0;
+            let State { asked, deferred, done, .. } = &*heard.0;
+            if done.load(Ordering::SeqCst) {
+                std::process::exit(0);
+            }
             asked.store(true, Ordering::SeqCst);
             heard.pass_on();
             if !deferred.load(Ordering::SeqCst) {
@@ -78,6 +83,11 @@ impl Stop {
     /// signal still ends the program.
     pub(super) fn defer(&self) {
         self.0.deferred.store(true, Ordering::SeqCst);
+    }
+
+    /// From now on a signal ends the program, and that is success.
+    pub(super) fn done(&self) {
+        self.0.done.store(true, Ordering::SeqCst);
     }
 
     /// Whether there was a signal.

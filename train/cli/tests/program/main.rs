@@ -18,3 +18,5 @@ mod render;
 mod resume;
 mod stress;
 mod surfaces;
+#[cfg(feature = "view")]
+mod view;

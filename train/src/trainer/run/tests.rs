@@ -272,3 +272,33 @@ fn a_run_whose_held_out_views_fall_ends_early_and_says_so() {
     // Still held out.
     assert_eq!(trainer.held_out.len(), n);
 }
+
+#[test]
+fn snapshots_show_the_model_and_leave_the_run_alone() {
+    let (mut alone, mut seen) = (trainer(), trainer());
+    assert!(finish((&mut alone, &mut steps(40)), |_| ()).is_empty());
+    let about = pocketnerf_formats::About::default();
+    let mut files = Vec::new();
+    let troubles = finish((&mut seen, &mut steps(40)), |trainer| {
+        files.push(trainer.snapshot(&about).unwrap());
+        let file = pocketnerf_formats::open_verified(files.last().unwrap()).unwrap();
+        let camera = trainer.cameras()[0];
+        let settings = crate::picture::Settings::default();
+        let picture = |model| crate::picture::render(model, &camera, &settings).unwrap().rgba;
+        if trainer.steps().is_multiple_of(20) {
+            assert!(picture(&file.model) == picture(&trainer.model()));
+        }
+    });
+    assert!(troubles.is_empty() && parameters(&seen) == parameters(&alone));
+    files.dedup();
+    assert_eq!(files.len(), 41);
+}
+
+#[test]
+fn there_is_no_snapshot_of_what_is_not_finite() {
+    let mut trainer = trainer();
+    let mut state = trainer.backend.download().clone();
+    state.field_mut().parameters[0] = f32::NAN;
+    trainer.backend.upload(state);
+    assert!(trainer.snapshot(&pocketnerf_formats::About::default()).is_err());
+}

@@ -10,12 +10,15 @@ mod refined;
 mod saving;
 mod scene;
 mod sized;
+#[cfg(feature = "view")]
+mod watch;
+#[cfg(not(feature = "view"))]
+#[path = "unwatched.rs"]
+mod watch;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use pocketnerf_core::Camera;
-use pocketnerf_formats::DefaultCamera;
 use pocketnerf_train::cameras::{GAP, WIDE, spacing, widest_gap};
 use pocketnerf_train::compact::CompactError;
 use pocketnerf_train::dataset::{Dataset, Split};
@@ -30,12 +33,14 @@ use super::{Common, Failure, device, memory, print_line};
 pub(super) use bar::Bar;
 pub(super) use model::Method;
 pub(super) use options::{SECONDS, Train};
-pub(super) use origin::Origin;
+use origin::method;
+pub(super) use origin::{Origin, default_camera};
 use refined::Refined;
 pub(super) use saving::Interrupted;
 use saving::{Resume, Saving, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
 use sized::{Sized, sized};
+use watch::Audience;
 
 /// Share of surface points whose colours jump between the training views from which on the user
 /// is told: sound models of lego have up to three quarters of it, one of which a view is too
@@ -48,12 +53,16 @@ const COMPRESSED: f32 = 60.0;
 impl Train {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         self.check()?;
+        self.watch.attend(&self.out, |audience| self.train(common, audience))
+    }
+
+    fn train(&self, common: &Common, mut audience: Audience) -> Result<(), Failure> {
         let stop = Stop::listen("interrupted before the first step; there is nothing to save")?;
         let saved = checkpoint_path(&self.out);
         output::check_output(&self.out)?;
         output::check_output(&saved)?;
         let checkpoint = self.resume.as_deref().map(Checkpoint::read).transpose()?;
-        let mut bar = Bar::new(common.quiet);
+        let mut bar = audience.bar(common.quiet);
         let mut level = self.vectors.level();
         let device = self.device.begin_to_open();
         if let Some(checkpoint) = &checkpoint {
@@ -115,7 +124,7 @@ impl Train {
         // Not before: a refusal is one line.
         doubts.into_iter().for_each(|doubt| bar.warn(doubt));
         let every = self.save_every.map(Duration::from_secs_f64);
-        let mut saving = Saving::begin(saved, every, stop);
+        let mut saving = Saving::begin(saved, every, stop.clone());
         let resume = |checkpoint: PathBuf| Resume {
             checkpoint,
             data: self.data.clone(),
@@ -126,6 +135,7 @@ impl Train {
             views: self.views,
         };
         train(&mut trainer, &mut run, &mut bar, |trainer, run, bar| {
+            audience.after_step(trainer, run, &origin, bar);
             match saving.after_step(trainer, run, &origin, bar)? {
                 Some(saved) => {
                     Err(Interrupted { step: trainer.steps(), resume: resume(saved) }.into())
@@ -160,6 +170,7 @@ impl Train {
         }
         saving.at_end(&trainer, &run, &origin, &mut bar);
         drop(bar);
+        audience.finish(&self.out);
         if common.json {
             print_line(result);
         } else {
@@ -172,6 +183,9 @@ impl Train {
                 result["seconds"].as_f64().unwrap_or(f64::NAN),
                 if result["replaced"] == true { "; an older file was replaced" } else { "" },
             ));
+        }
+        if audience.stays() {
+            stop.done();
         }
         Ok(())
     }
@@ -319,19 +333,4 @@ pub(super) fn finish(
         "warnings": bar.warnings(),
         "out": out.display().to_string(),
     })))
-}
-
-/// The first training camera: where a viewer may start.
-pub(super) fn default_camera(camera: &Camera) -> DefaultCamera {
-    DefaultCamera {
-        camera_to_world: camera.camera_to_world,
-        fov_x: 2.0 * (0.5 * camera.width as f32 / camera.focal[0]).atan(),
-        width: camera.width,
-        height: camera.height,
-    }
-}
-
-/// The kind of field that was trained.
-fn method(trainer: &Trainer) -> &'static str {
-    trainer.model().field.kind()
 }

@@ -10,6 +10,7 @@ use pocketnerf_train::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_R
 
 use super::model::ModelOptions;
 use super::scene::{Exposure, SceneOptions, SpaceKind};
+use super::watch::WatchOptions;
 use crate::commands::device::TrainingDevice;
 use crate::commands::parse::{parse_precision, parse_seconds};
 use crate::commands::rendering::Vectors;
@@ -51,6 +52,8 @@ pub(in crate::commands) struct Train {
     /// at the end [default: never]
     #[arg(long, value_name = "TIME", value_parser = parse_seconds)]
     pub(super) save_every: Option<f64>,
+    #[command(flatten)]
+    pub(super) watch: WatchOptions,
     /// Random seed [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,

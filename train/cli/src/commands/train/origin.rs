@@ -6,8 +6,6 @@ use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer::checkpoint::TrainedOn;
 use pocketnerf_train::trainer::{Run, Trainer};
 
-use super::{default_camera, method};
-
 /// Where a model comes from.
 pub(in crate::commands) struct Origin {
     name: String,
@@ -58,4 +56,19 @@ impl Origin {
             ..About::default()
         }
     }
+}
+
+/// The first training camera: where a viewer may start.
+pub(in crate::commands) fn default_camera(camera: &Camera) -> DefaultCamera {
+    DefaultCamera {
+        camera_to_world: camera.camera_to_world,
+        fov_x: 2.0 * (0.5 * camera.width as f32 / camera.focal[0]).atan(),
+        width: camera.width,
+        height: camera.height,
+    }
+}
+
+/// The kind of field that was trained.
+pub(super) fn method(trainer: &Trainer) -> &'static str {
+    trainer.model().field.kind()
 }

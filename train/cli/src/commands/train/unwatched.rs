@@ -1,0 +1,46 @@
+//! Training without the cargo feature `view`: nobody watches.
+
+use std::path::Path;
+
+use pocketnerf_train::trainer::{Run, Trainer};
+
+use super::{Bar, Origin};
+use crate::commands::{Failure, view};
+
+#[derive(Clone, Debug, clap::Args)]
+pub(in crate::commands) struct WatchOptions {
+    /// Where the scene would be watched.
+    #[arg(long, hide = true, num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    view: Option<String>,
+}
+
+impl WatchOptions {
+    /// Trains, unless a window is asked for.
+    pub(super) fn attend(
+        &self,
+        _: &Path,
+        train: impl FnOnce(Audience) -> Result<(), Failure> + Send,
+    ) -> Result<(), Failure> {
+        match self.view {
+            Some(_) => Err(view::refusal("--view").into()),
+            None => train(Audience),
+        }
+    }
+}
+
+/// Nobody.
+pub(super) struct Audience;
+
+impl Audience {
+    pub(super) fn bar(&self, quiet: bool) -> Bar {
+        Bar::new(quiet)
+    }
+
+    pub(super) fn after_step(&mut self, _: &Trainer, _: &Run, _: &Origin, _: &Bar) {}
+
+    pub(super) fn finish(&self, _: &Path) {}
+
+    pub(super) fn stays(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,93 @@
+//! A window on a run, with events of the X server.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Stdio};
+
+use super::{STEPS, alone};
+use crate::place::{Place, TRAIN};
+
+#[path = "../../../../../embed-demo/native/tests/common/x11.rs"]
+mod x11;
+
+use x11::{Display, Program, wait_for};
+
+const ESCAPE: u32 = 0xff1b;
+const H: u32 = 0x68;
+
+fn start(place: &Place, display: &Display, options: &str) -> Program {
+    let mut command = place.command(options);
+    command.env_remove("WAYLAND_DISPLAY").env("DISPLAY", &display.name);
+    command.env("WINIT_X11_SCALE_FACTOR", "1");
+    Program(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
+}
+
+fn read(stream: &mut Option<impl Read>) -> String {
+    let mut said = String::new();
+    stream.take().unwrap().read_to_string(&mut said).unwrap();
+    said
+}
+
+/// Different colours of a picture.
+fn colors(rgb: &[u8]) -> usize {
+    let mut colors = rgb.as_chunks::<3>().0.to_vec();
+    colors.sort_unstable();
+    colors.dedup();
+    colors.len()
+}
+
+#[test]
+fn a_scene_appears_turns_and_is_learnt_without_its_window() {
+    let Some(display) = Display::open() else { return };
+    let place = Place::new();
+    let train = TRAIN.replace("--quiet ", "");
+    let mut program =
+        start(&place, &display, &format!("{train} --steps {STEPS} --out seen.pnerf --view"));
+    // As large as the photographs.
+    let window = display.window([25, 25]);
+    display.key(H);
+    let first =
+        wait_for("a picture", || Some(display.seen(window)).filter(|picture| colors(picture) > 8));
+    let later = wait_for("another model", || {
+        Some(display.seen(window)).filter(|picture| *picture != first)
+    });
+    display.point([5, 12]);
+    display.press(1);
+    display.point([20, 12]);
+    display.release(1);
+    wait_for("a turn", || (display.seen(window) != later).then_some(()));
+    display.key(ESCAPE);
+    let status = wait_for("the end", || program.0.try_wait().unwrap());
+    let said = read(&mut program.0.stderr);
+    assert!(status.success(), "{said}");
+    assert_eq!(said.matches("the window is closed; training goes on\n").count(), 1, "{said}");
+    let result: serde_json::Value = serde_json::from_str(&read(&mut program.0.stdout)).unwrap();
+    assert_eq!(result["steps"], STEPS);
+    assert!(place.bytes("seen.pnerf") == alone());
+}
+
+/// What is printed when training is done, while the window is still open.
+fn first_line(program: &mut Child) -> String {
+    let mut line = String::new();
+    BufReader::new(program.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+    line
+}
+
+#[test]
+fn the_finished_model_stays_until_the_window_is_closed() {
+    let Some(display) = Display::open() else { return };
+    let place = Place::new();
+    let mut program =
+        start(&place, &display, &format!("{TRAIN} --steps 100 --out seen.pnerf --view"));
+    let window = display.window([25, 25]);
+    display.key(H);
+    let line = first_line(&mut program.0);
+    assert!(line.starts_with('{') && line.contains("\"steps\":100"), "{line}");
+    let path = place.path("whole.png");
+    let shown = place.run("view seen.pnerf --headless --quality 0.5 --out whole.png");
+    assert!(shown.status.success());
+    let whole = image::open(path).unwrap().to_rgb8().into_raw();
+    wait_for("the finished model", || (display.seen(window) == whole).then_some(()));
+    assert!(program.0.try_wait().unwrap().is_none());
+    display.key(ESCAPE);
+    assert!(wait_for("the end", || program.0.try_wait().unwrap()).success());
+}
