@@ -20,6 +20,9 @@ const MOVING: f64 = 8.0;
 /// ... and at rest, if there are so many models: larger pictures, after which a movement need not
 /// wait for long.
 const RESTING: f64 = 2.0;
+/// Time between two pictures at least: small ones in quick succession would use up what larger
+/// ones need, and a pause would follow.
+const APART: Duration = Duration::from_millis(66);
 /// Rest after which a movement is over.
 const SETTLES: Duration = Duration::from_millis(300);
 /// Time between two models at least.
@@ -37,6 +40,8 @@ pub(super) struct Painting<'f> {
     /// What was wished for last, and when that changed.
     seen: Option<Wish>,
     moved: Option<Instant>,
+    /// When the next picture may begin at the earliest.
+    apart: Instant,
     /// Tells the viewer that there is something to see.
     wake: &'f dyn Fn(),
 }
@@ -49,9 +54,10 @@ impl<'f> Painting<'f> {
     pub(super) fn new(feed: &'f Feed, cores: usize, wake: &'f dyn Fn()) -> Result<Self, String> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let pool = Arc::new(pool.map_err(|e| format!("a thread that paints: {e}"))?);
-        let governor = Governor::new(cores, Instant::now());
+        let apart = Instant::now();
+        let governor = Governor::new(cores, apart);
         let pace = Pace::careful(MOVING / governor.rate());
-        Ok(Self { feed, pool, cores, governor, pace, seen: None, moved: None, wake })
+        Ok(Self { feed, pool, cores, governor, pace, seen: None, moved: None, apart, wake })
     }
 
     /// Paints until nobody looks any more, or there is nothing more to see.
@@ -105,13 +111,15 @@ impl<'f> Painting<'f> {
                     before != *wish || small[0] < size[0]
                 })
             });
-            if let Some((wish, size)) = due.filter(|_| free <= now) {
+            let paints = free.max(self.apart);
+            if let Some((wish, size)) = due.filter(|_| paints <= now) {
+                self.apart = now + APART;
                 self.paint(&painter, &wish, size)?;
                 painted = due;
                 continue;
             }
             let asks = (!asked && painted.is_some()).then_some(asks);
-            let next = [due.map(|_| free), settles, asks].into_iter().flatten().min();
+            let next = [due.map(|_| paints), settles, asks].into_iter().flatten().min();
             let (seen, feed) = (self.seen, self.feed);
             let is_over = |state: &State| state.given.is_some() || state.over || feed.is_left();
             let state = feed.wait(next, |state| {

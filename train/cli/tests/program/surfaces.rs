@@ -22,7 +22,7 @@ fn surfaces_are_smooth_where_that_is_asked_for() {
     place.ok(&format!("{resume} --threads 1 --json"));
     assert!(place.bytes("again.pnerf") == place.bytes("smooth.pnerf"));
     let line = place.line(&format!("{resume} --smooth-surfaces=0.5"));
-    assert!(line.contains("--smooth-surfaces 0.01, but --smooth-surfaces 0.5"), "{line}");
+    assert!(line.contains("--smooth-surfaces 0.005, but --smooth-surfaces 0.5"), "{line}");
 }
 
 #[test]

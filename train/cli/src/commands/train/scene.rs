@@ -90,11 +90,11 @@ pub(super) struct SceneOptions {
     /// Hold surfaces to be smooth, for meshes: walls and bodies of one colour, which photographs
     /// leave rough
     ///
-    /// WEIGHT is that of a bend beside the error of a colour [default: 0.01]. Fine relief that
+    /// WEIGHT is that of a bend beside the error of a colour [default: 0.005]. Fine relief that
     /// photographs hardly show is smoothed too. GPUs do not train it.
     #[arg(
         long, value_name = "WEIGHT", num_args = 0..=1, require_equals = true,
-        default_missing_value = "0.01"
+        default_missing_value = "0.005"
     )]
     pub(super) smooth_surfaces: Option<f32>,
 }
