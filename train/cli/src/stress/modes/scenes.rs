@@ -64,7 +64,7 @@ pub(super) const MODES: &[Mode] = &[
         unit: "on",
         strengths: &[1.0],
         quick: 1.0,
-        bar: Bar::Psnr(38.0),
+        bar: Bar::Psnr(46.0),
         cause: "What has the background's colour may as well be a hole.",
         published: "ngp_pl #32: the chair's white parts became background",
         case: |_, context| built_in("white", context),
