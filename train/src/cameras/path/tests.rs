@@ -105,8 +105,7 @@ fn what_is_wrong_is_said() {
         (r#"{"camera_path": []}"#, ": no cameras in it"),
         (r#"{"keyframes": []}"#, ": no cameras in it"),
         (r#"{"path": []}"#, ": no cameras in it"),
-        (r#"{"path": [{"R": [0, 0, 0, 1]}]}"#, ":1:30: missing field `T`"),
-        (r#"{"keyframes": [{"matrix": 3, "fov": 50}]}"#, ":1:27: 16 numbers"),
+        (r#"{"path": [{"R": [0, 0, 0, 1]}]}"#, ":1:29: missing field `T`"),
         (r#"{"keyframes": [{"matrix": "[1]", "fov": 50}]}"#, ": camera 0: the pose has 1"),
         (r#"{"camera_path": 3}"#, ":1:17: invalid type: integer"),
         (r#"{"camera_path": [], "camera_type": "fisheye"}"#, ": camera type \"fisheye\""),
@@ -116,6 +115,8 @@ fn what_is_wrong_is_said() {
         let error = read(text, size).unwrap_err();
         assert!(error.starts_with(message), "{error}");
     }
+    let error = read(r#"{"keyframes": [{"matrix": 3, "fov": 50}]}"#, size).unwrap_err();
+    assert!(error.starts_with(":1:") && error.contains(": 16 numbers; expected"), "{error}");
     let path = format!(
         r#""keyframes": [{{"matrix": {FLAT}, "fov": 50}}, {{"matrix": {FLAT}, "fov": 50}}]"#
     );
