@@ -121,8 +121,10 @@ fn inexact_poses_and_focal_lengths_are_said() {
         }
     });
     assert!(found.len() == 1 && found[0].starts_with("photographs are shifted by"), "{found:?}");
-    let found = said_of(520, |photos| {
-        each(photos, 1, 0, |view| view.camera.focal = view.camera.focal.map(|f| 1.1 * f));
-    });
-    assert!(found.len() == 1 && found[0].contains("length may be too long"), "{found:?}");
+    for (times, expected) in [(1.1, "too long"), (0.9, "too short")] {
+        let found = said_of(520, |photos| {
+            each(photos, 1, 0, |view| view.camera.focal = view.camera.focal.map(|f| times * f));
+        });
+        assert!(found.len() == 1 && found[0].contains(expected), "{times}: {found:?}");
+    }
 }

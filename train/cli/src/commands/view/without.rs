@@ -12,7 +12,6 @@ pub(super) struct View {
 }
 
 impl View {
-    #[allow(clippy::unused_self, reason = "with the feature it has options")]
     pub(super) fn run(&self, _: &Common) -> Result<(), Failure> {
         Err(refusal("view").into())
     }
