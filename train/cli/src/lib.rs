@@ -1,7 +1,8 @@
 //! The program `pocketnerf`: its commands, and what they need beside the library
 //! `pocketnerf-train`.
 //!
-//! Nothing here is meant for other programs.
+//! [`run_for`] runs a command for another program, such as the Python package; nothing else here
+//! is meant for others.
 
 #[doc(hidden)]
 pub mod bench;
@@ -10,9 +11,11 @@ pub mod chart;
 mod commands;
 #[doc(hidden)]
 pub mod convert;
+mod host;
 #[doc(hidden)]
 pub mod machine;
 #[doc(hidden)]
 pub mod stress;
 
-pub use commands::run;
+pub use commands::{HeldDataset, hold, options, run, run_arguments, run_for};
+pub use host::{Arguments, Host, Refusal, set_program};

@@ -2,6 +2,7 @@
 
 use pocketnerf_core::Camera;
 use pocketnerf_core::render::Tiles;
+use pocketnerf_formats::About;
 
 /// Rays a pixel. A field has learnt what pixels of photographs see; a ray through the centre of
 /// a larger one sees a part of it, and edges become jagged. As many rays as it holds pixels of
@@ -19,6 +20,17 @@ pub enum Antialias {
 }
 
 impl Antialias {
+    /// As a model's pixels are those of its photographs: [`Like`](Self::Like) these; one ray for
+    /// models of other programs, which do not say what they were trained on.
+    #[must_use]
+    pub fn of(about: &About<'_>) -> Self {
+        let is_trained = about.provenance.is_some_and(|origin| origin.trained_on != 0);
+        match about.camera.filter(|_| is_trained) {
+            Some(own) => Self::Like(own.camera().focal[0]),
+            None => Self::Off,
+        }
+    }
+
     /// Rays along each side of a pixel of `camera`, 1 to [`Tiles::MOST_RAYS`].
     #[must_use]
     pub fn rays(self, camera: &Camera) -> u32 {

@@ -105,6 +105,17 @@ pub fn encode_rgb(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, ImageE
     encode(width, height, rgb, ExtendedColorType::Rgb8)
 }
 
+/// 8-bit RGBA with straight alpha as a PNG file's bytes.
+///
+/// # Errors
+/// What the encoder reports.
+///
+/// # Panics
+/// If `rgba` has another length than `width * height * 4`.
+pub fn encode_rgba(width: u32, height: u32, rgba: &[u8]) -> Result<Vec<u8>, ImageError> {
+    encode(width, height, rgba, ExtendedColorType::Rgba8)
+}
+
 fn encode(
     width: u32,
     height: u32,

@@ -85,7 +85,6 @@ impl<'m> Renderer<'m> {
     /// Whatever [`render_tile`](pocketnerf_core::render_tile) reports.
     pub fn render_through(&mut self, camera: &Camera, lens: &Lens) -> Result<&Picture, Error> {
         let (width, height) = (camera.width, camera.height);
-        let n = self.antialias.rays(camera);
         let pixels = width as usize * height as usize;
         let picture = &mut self.picture;
         picture.rgba.resize(pixels * 4, 0.0);
@@ -93,25 +92,58 @@ impl<'m> Renderer<'m> {
         (picture.width, picture.height) = (width, height);
         #[cfg(feature = "gpu")]
         if let Some(gpu) = &mut self.gpu {
-            match gpu.render(camera, lens, n, picture) {
+            match gpu.render(camera, lens, self.antialias.rays(camera), picture) {
                 Ok(()) => return Ok(&self.picture),
                 Err(pocketnerf_gpu::Error::Model(error)) => return Err(error),
                 Err(why) => (self.gpu, self.fallback) = (None, Some(why.to_string())),
             }
         }
-        self.picture.stats = self.render_tiles(camera, lens, n)?;
+        let Picture { mut rgba, mut depth, .. } = std::mem::take(&mut self.picture);
+        let copy = |pixel: &[f32; 4], to: &mut [f32]| to.copy_from_slice(pixel);
+        let stats = self.render_tiles((camera, lens), (&mut rgba, 4, &mut depth), copy);
+        self.picture = Picture { width, height, rgba, depth, stats: RenderStats::default() };
+        self.picture.stats = stats?;
         Ok(&self.picture)
     }
 
+    /// Renders the picture that `camera` takes on the CPU, to the caller's memory: `pixels` has
+    /// `channels` values for each of its pixels, row after row, which `convert` makes of
+    /// premultiplied RGBA in the model's colour space. `depth` is empty, or has a value a pixel, and
+    /// then depth is rendered if the settings say so.
+    ///
+    /// # Errors
+    /// Whatever [`render_tile`](pocketnerf_core::render_tile) reports, and [`Error::OutputLength`].
+    pub fn render_to<T: Send>(
+        &mut self,
+        camera: &Camera,
+        (pixels, channels, depth): (&mut [T], usize, &mut [f32]),
+        convert: impl Fn(&[f32; 4], &mut [T]) + Sync,
+    ) -> Result<RenderStats, Error> {
+        let n = camera.width as usize * camera.height as usize;
+        let lengths = [(n * channels, pixels.len()), (if self.depth { n } else { 0 }, depth.len())];
+        for (needed, given) in lengths {
+            if needed != given {
+                return Err(Error::OutputLength { needed, given });
+            }
+        }
+        self.render_tiles((camera, &Lens::Pinhole), (pixels, channels, depth), convert)
+    }
+
     /// The picture in tiles, on the CPU.
-    fn render_tiles(&mut self, camera: &Camera, lens: &Lens, n: u32) -> Result<RenderStats, Error> {
-        let Self { model, options, depth, workers, picture, .. } = self;
+    fn render_tiles<T: Send>(
+        &mut self,
+        (camera, lens): (&Camera, &Lens),
+        (pixels, channels, depth): (&mut [T], usize, &mut [f32]),
+        convert: impl Fn(&[f32; 4], &mut [T]) + Sync,
+    ) -> Result<RenderStats, Error> {
+        let n = self.antialias.rays(camera);
+        let Self { model, options, depth: has_depth, workers, .. } = self;
         let (fine, width, height) = (camera.finer(n), camera.width, camera.height);
         let tiles = Tiles::supersampled(width, height, n);
-        let parts = parts(tiles, camera, &mut picture.rgba, &mut picture.depth);
-        let worker = || Worker::new(options, *depth);
+        let parts = parts(tiles, camera, (pixels, channels), depth);
+        let worker = || Worker::new(options, *has_depth);
         let stats = workers.map(parts, worker, |worker, part| {
-            worker.render(model, (&fine, lens), n, options, part)
+            worker.render(model, (&fine, lens), n, options, (part, channels, &convert))
         })?;
         Ok(stats.into_iter().fold(RenderStats::default(), |mut a, b| {
             a += b;
@@ -126,28 +158,28 @@ impl<'m> Renderer<'m> {
 }
 
 /// A tile of a picture, and the pieces of the picture's rows that it covers.
-struct Part<'p> {
+struct Part<'p, T> {
     tile: Tile,
-    rgba: Vec<&'p mut [f32]>,
+    pixels: Vec<&'p mut [T]>,
     /// Empty if depth is not rendered.
     depth: Vec<&'p mut [f32]>,
 }
 
 /// Cuts a picture that `camera` takes into tiles.
-fn parts<'p>(
+fn parts<'p, T>(
     tiles: Tiles,
     camera: &Camera,
-    rgba: &'p mut [f32],
+    (pixels, channels): (&'p mut [T], usize),
     depth: &'p mut [f32],
-) -> Vec<Part<'p>> {
-    let part = |tile| Part { tile, rgba: Vec::new(), depth: Vec::new() };
+) -> Vec<Part<'p, T>> {
+    let part = |tile| Part { tile, pixels: Vec::new(), depth: Vec::new() };
     let [w, h] = tiles.size().map(|side| side as usize);
-    let mut parts: Vec<Part<'p>> = tiles.map(part).collect();
+    let mut parts: Vec<Part<'p, T>> = tiles.map(part).collect();
     let row = camera.width.max(1) as usize;
     let first = |y: usize| y / h * row.div_ceil(w);
-    for (y, row) in rgba.chunks_mut(4 * row).enumerate() {
-        let pieces = row.chunks_mut(4 * w).zip(&mut parts[first(y)..]);
-        pieces.for_each(|(piece, part)| part.rgba.push(piece));
+    for (y, row) in pixels.chunks_mut(channels * row).enumerate() {
+        let pieces = row.chunks_mut(channels * w).zip(&mut parts[first(y)..]);
+        pieces.for_each(|(piece, part)| part.pixels.push(piece));
     }
     for (y, row) in depth.chunks_mut(row).enumerate() {
         let pieces = row.chunks_mut(w).zip(&mut parts[first(y)..]);
@@ -172,13 +204,13 @@ impl Worker {
     }
 
     /// Renders a tile of which the camera, the finer one, sees `n` × `n` pixels for each.
-    fn render(
+    fn render<T>(
         &mut self,
         model: &Model<'_>,
         through: (&Camera, &Lens),
         n: u32,
         options: &RenderOptions,
-        part: Part<'_>,
+        (part, channels, convert): (Part<'_, T>, usize, &impl Fn(&[f32; 4], &mut [T])),
     ) -> Result<RenderStats, Error> {
         let (fine, width) = (part.tile.finer(n), part.tile.width as usize);
         let rgba = &mut self.rgba[..4 * fine.pixels()];
@@ -186,8 +218,10 @@ impl Worker {
         let (scratch, to) = (&mut self.scratch, depth.as_deref_mut());
         let stats = render_through(model, through, fine, options, scratch, rgba, to)?;
         average_tile(part.tile, n, rgba, depth)?;
-        let rows = self.rgba.chunks_exact(4 * width).zip(part.rgba);
-        rows.for_each(|(from, to)| to.copy_from_slice(from));
+        for (from, to) in self.rgba.chunks_exact(4 * width).zip(part.pixels) {
+            let pixels = from.as_chunks::<4>().0.iter().zip(to.chunks_exact_mut(channels));
+            pixels.for_each(|(from, to)| convert(from, to));
+        }
         let rows = self.depth.chunks_exact(width).zip(part.depth);
         rows.for_each(|(from, to)| to.copy_from_slice(from));
         Ok(stats)

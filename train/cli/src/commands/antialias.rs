@@ -45,11 +45,9 @@ fn parse_rays(text: &str) -> Result<Asked, String> {
 impl Antialiasing {
     /// For pictures of the model that this is said of.
     pub(super) fn of(self, about: &About<'_>) -> Antialias {
-        let is_trained = about.provenance.is_some_and(|origin| origin.trained_on != 0);
-        match (self.antialias, about.camera) {
-            (Asked::Side(n), _) => Antialias::Rays(n),
-            (Asked::Auto, Some(own)) if is_trained => Antialias::Like(own.camera().focal[0]),
-            (Asked::Auto, _) => Antialias::Off,
+        match self.antialias {
+            Asked::Side(n) => Antialias::Rays(n),
+            Asked::Auto => Antialias::of(about),
         }
     }
 }

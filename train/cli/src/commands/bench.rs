@@ -11,7 +11,7 @@ use pocketnerf_train::dataset::{Dataset, LoadOptions, Split};
 use pocketnerf_train::trainer::{TrainConfig, ndc_of};
 
 use super::rendering::Rendering;
-use super::{Common, Failure, open, open_to_render, print_json, print_line, read_model, reading};
+use super::{Common, Failure, open, open_to_render, print_line, read_model, reading};
 use crate::bench::{Report, networks, rendering, training};
 use crate::machine::{self, Machine};
 
@@ -95,7 +95,7 @@ impl Bench {
         let clock = machine::clock_now(self.quick);
         let report = Report::new(&machine, networks, (name, training), (model, rendering), clock);
         if common.json {
-            print_json(serde_json::to_value(&report)?, &[]);
+            common.print_json(serde_json::to_value(&report)?, &[]);
         } else {
             print_line(report.to_string().trim_end());
         }
@@ -115,7 +115,7 @@ impl Bench {
         say(common, &format!("training on {}", dataset.source));
         let report = crate::bench::on_gpu::measure(dataset, config, steps, simd, device)?;
         if common.json {
-            print_json(serde_json::to_value(&report)?, &[]);
+            common.print_json(serde_json::to_value(&report)?, &[]);
         } else {
             print_line(report.to_string().trim_end());
         }

@@ -43,7 +43,7 @@ impl Demo {
             grid.base_resolution = 10;
             grid.per_level_scale = 1.85;
         }
-        let mut bar = train::Bar::new(common.quiet);
+        let mut bar = train::Bar::new(common);
         bar.phase("finding the scene");
         let path = folder.join("scene.pnerf");
         let origin = train::Origin::new(&dataset, 1, Precision::I8);
@@ -76,7 +76,7 @@ impl Demo {
             if let (Some(all), Some(scores)) = (value.as_object_mut(), scores.as_object()) {
                 all.extend(scores.clone());
             }
-            print_line(value);
+            common.result(value);
         } else {
             print_line(format_args!(
                 "{}: {} bytes, held-out PSNR {:.2} dB on white{}, {:.3} s per frame, {:.1} s in \

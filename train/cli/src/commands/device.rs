@@ -120,7 +120,7 @@ pub(super) fn trained_on_cpu(why: &str) -> String {
 pub(super) fn list(common: &super::Common) {
     let gpus = pocketnerf_gpu::adapters();
     if common.json {
-        super::print_json(serde_json::json!({ "gpus": gpus }), &[]);
+        common.print_json(serde_json::json!({ "gpus": gpus }), &[]);
     } else if gpus.is_empty() {
         super::print_line("no GPU was found");
     } else {

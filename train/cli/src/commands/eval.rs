@@ -85,7 +85,7 @@ impl Eval {
             self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
         let mut warnings = dataset.notes.clone();
         if let Some(warning) = self.other_scene(&file, &dataset) {
-            eprintln!("warning: {warning}");
+            common.warn(&warning);
             warnings.push(warning);
         }
         let antialias = self.antialiasing.of(&file.about);
@@ -93,7 +93,7 @@ impl Eval {
         let first = first.map(|view| file.about.scene.camera_to_model(&view.camera));
         let size = first.and_then(|camera| size_doubt(&file, &camera, antialias));
         if let Some(warning) = size {
-            eprintln!("warning: {warning}");
+            common.warn(&warning);
             warnings.push(warning);
         }
         let origin = self.pixel_origin.unwrap_or(file.about.pixel_origin);
@@ -128,7 +128,7 @@ impl Eval {
         }
         let fallback = result.fallback.as_deref();
         if let Some(warning) = no_device.or(fallback.map(device::on_cpu)) {
-            eprintln!("warning: {warning}");
+            common.warn(&warning);
             warnings.push(warning);
         }
         if let Some(folder) = &folder {
@@ -149,7 +149,7 @@ impl Eval {
             value["device"] = device::name(&on, fallback).into();
             value["warnings"] = warnings.into();
             value["lpips_network"] = metrics.lpips.as_ref().map(Lpips::network).into();
-            print_line(value);
+            common.result(value);
         } else {
             for view in &result.per_view {
                 print_line(format_args!("{}: {:.2} dB", view.name, view.scores.psnr));

@@ -15,7 +15,7 @@ use super::eval::shift;
 use super::parse::parse_box;
 use super::progress::Progress;
 use super::rendering::Vectors;
-use super::{Common, Failure, Reading, memory, open_to_render, print_json, read_model};
+use super::{Common, Failure, Reading, memory, open_to_render, read_model};
 
 /// More cameras tell little more.
 const CAMERAS: usize = 100;
@@ -94,7 +94,7 @@ impl Export {
             format!("{}: {error}", self.model.display()).into()
         };
         let mut progress =
-            Progress::new("pictures", surface::pictures(&file.model, &cameras), common.quiet);
+            Progress::new("pictures", surface::pictures(&file.model, &cameras), common);
         let mut mesh = surface(&file.model, &cameras, &settings, |done| progress.done(done))
             .map_err(|error| refused(&error))?;
         drop(progress);
@@ -138,7 +138,7 @@ impl Export {
                 "surface_error": error.map_or(Value::Null, |error| json!(error)),
                 "seconds": common.started.elapsed().as_secs_f64(),
             });
-            print_json(object, &[]);
+            common.print_json(object, &[]);
         } else if !common.quiet {
             for (path, bytes) in &written {
                 let megabytes = bytes.len() as f64 / 1e6;

@@ -31,12 +31,18 @@ mod view;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
-use clap::{Args, Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{ArgAction, Args, CommandFactory, Parser, Subcommand};
 use model_file::{open, open_to_render, read_model};
 use reading::Reading;
+use pocketnerf_train::dataset::DatasetError;
 use serde_json::Value;
+
+use crate::host::{Arguments, Host, Hosted, Refusal};
+pub use reading::{HeldDataset, hold};
 
 /// Why a command stopped: its text is one line.
 type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -155,6 +161,9 @@ struct Common {
     /// When the program started.
     #[arg(skip = Instant::now())]
     started: Instant,
+    /// The program that runs the command, where that is another one.
+    #[arg(skip)]
+    host: Option<Hosted>,
 }
 
 impl Common {
@@ -166,6 +175,28 @@ impl Common {
             print_line(text);
         }
     }
+
+    /// Something that may spoil the result: it is said in spite of `--quiet`.
+    fn warn(&self, warning: &str) {
+        match &self.host {
+            Some(Hosted(host)) => host.warning(warning),
+            None => eprintln!("warning: {warning}"),
+        }
+    }
+
+    /// What `--json` prints, with what the user should know.
+    fn print_json(&self, mut object: Value, warnings: &[String]) {
+        object["warnings"] = warnings.into();
+        self.result(object);
+    }
+
+    /// The same of what has its `warnings` already.
+    fn result(&self, object: Value) {
+        match &self.host {
+            Some(Hosted(host)) => host.result(object),
+            None => print_line(object),
+        }
+    }
 }
 
 /// A line on standard output. It is no error if nobody reads it.
@@ -173,33 +204,101 @@ fn print_line(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
-/// The object that `--json` prints, with what the user should know.
-fn print_json(mut object: Value, warnings: &[String]) {
-    object["warnings"] = warnings.into();
-    print_line(object);
-}
-
 /// Runs the command of this process; `started` is when the program started.
 #[must_use]
 pub fn run(started: Instant) -> ExitCode {
-    let mut command = Command::parse();
-    command.common.started = started;
-    match execute(&command) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("pocketnerf: {failure}");
-            if failure.is::<train::Interrupted>() || failure.is::<stop::Interrupted>() {
-                ExitCode::from(stop::INTERRUPTED)
-            } else {
-                ExitCode::FAILURE
-            }
+    ExitCode::from(perform(Command::parse(), started))
+}
+
+/// Runs a command as [`run`] does, with these arguments instead of the process's own, and returns
+/// the exit status.
+#[must_use]
+pub fn run_arguments(arguments: Arguments, started: Instant) -> u8 {
+    match Command::try_parse_from(named(arguments)) {
+        Ok(command) => perform(command, started),
+        Err(error) => {
+            // It is no error if nobody reads it.
+            let _ = error.print();
+            u8::try_from(error.exit_code()).unwrap_or(2)
         }
     }
 }
 
+fn perform(mut command: Command, started: Instant) -> u8 {
+    command.common.started = started;
+    match execute(&command) {
+        Ok(()) => 0,
+        Err(failure) => {
+            eprintln!("pocketnerf: {failure}");
+            if is_interruption(&failure) { stop::INTERRUPTED } else { 1 }
+        }
+    }
+}
+
+fn is_interruption(failure: &Failure) -> bool {
+    failure.is::<train::Interrupted>() || failure.is::<stop::Interrupted>()
+}
+
+/// Runs a command for `host`, on the threads of the current pool, and prints nothing but help.
+///
+/// # Errors
+/// Why there is no result.
+pub fn run_for(host: Arc<dyn Host>, arguments: Arguments) -> Result<(), Refusal> {
+    let quietly = arguments.into_iter().chain(["--json".into(), "--quiet".into()]);
+    let mut command = Command::try_parse_from(named(quietly.collect())).map_err(usage)?;
+    command.common.host = Some(Hosted(host));
+    execute(&command).map_err(|failure| {
+        let line = failure.to_string();
+        if is_interruption(&failure) {
+            let checkpoint = failure.downcast_ref().map(train::Interrupted::checkpoint);
+            return Refusal::Interrupted { line, checkpoint };
+        }
+        if failure.is::<DatasetError>() {
+            return Refusal::Dataset(line);
+        }
+        let checkpoint = failure.downcast_ref().map(train::Unfinished::checkpoint);
+        Refusal::Failed { line, checkpoint }
+    })
+}
+
+/// The arguments behind the program's name.
+fn named(arguments: Arguments) -> impl Iterator<Item = std::ffi::OsString> {
+    std::iter::once("pocketnerf".into()).chain(arguments)
+}
+
+/// What is wrong with arguments, in one line; or the whole help that was asked for.
+fn usage(error: clap::Error) -> Refusal {
+    let text = error.to_string();
+    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        return Refusal::Usage(text);
+    }
+    let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty());
+    let line = lines.collect::<Vec<_>>().join(" ");
+    Refusal::Usage(line.strip_prefix("error: ").unwrap_or(&line).to_owned())
+}
+
+/// The long options of a command, each with `flag`, `value` or `values`: whether it takes no value,
+/// one, or several; `None` if there is no such command.
+#[must_use]
+pub fn options(command: &str) -> Option<Vec<(String, &'static str)>> {
+    let mut program = Command::command();
+    program.build();
+    let arguments = program.find_subcommand(command)?.get_arguments();
+    let options = arguments.filter(|argument| !argument.is_hide_set()).filter_map(|argument| {
+        let kind = match argument.get_action() {
+            ArgAction::Append => "values",
+            action if action.takes_values() => "value",
+            _ => "flag",
+        };
+        Some((argument.get_long()?.to_owned(), kind))
+    });
+    Some(options.collect())
+}
+
 fn execute(command: &Command) -> Result<(), Failure> {
     let common = &command.common;
-    if let Some(n) = common.threads {
+    // A host has a pool of its own.
+    if let (Some(n), None) = (common.threads, &common.host) {
         rayon::ThreadPoolBuilder::new().num_threads(n.into()).build_global()?;
     }
     match &command.action {

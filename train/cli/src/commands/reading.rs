@@ -1,6 +1,8 @@
 //! Options of commands that read datasets.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use pocketnerf_train::builtin::Scene;
@@ -101,10 +103,60 @@ pub(super) fn read(
     split: Split,
     options: &LoadOptions,
 ) -> Result<Dataset, DatasetError> {
+    if let Some(found) = held(folder, split, options.downscale_factor) {
+        return found;
+    }
     match built_in(folder)? {
         Some(scene) => Ok(scene.dataset(split, options.downscale_factor)),
         None => dataset::load_with(folder, split, options),
     }
+}
+
+/// Datasets in memory, by number; each has some splits.
+static HELD: Mutex<Vec<(u64, Vec<Dataset>)>> = Mutex::new(Vec::new());
+
+/// A dataset in memory, which commands read in place of a folder as long as this lives.
+#[derive(Debug)]
+pub struct HeldDataset(u64);
+
+/// Holds a dataset in memory: its splits, of which training needs one.
+#[must_use]
+pub fn hold(splits: Vec<Dataset>) -> HeldDataset {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    let number = LAST.fetch_add(1, Ordering::Relaxed);
+    HELD.lock().unwrap_or_else(|held| held.into_inner()).push((number, splits));
+    HeldDataset(number)
+}
+
+/// Names a dataset in memory, behind this and a colon by its number.
+const MEMORY: &str = "memory";
+
+impl HeldDataset {
+    /// What stands for a folder in the arguments of a command.
+    #[must_use]
+    pub fn path(&self) -> PathBuf {
+        format!("{MEMORY}:{}", self.0).into()
+    }
+}
+
+impl Drop for HeldDataset {
+    fn drop(&mut self) {
+        HELD.lock().unwrap_or_else(|held| held.into_inner()).retain(|(number, _)| *number != self.0);
+    }
+}
+
+/// The split of a dataset in memory; `None` if the folder is not the name of one.
+fn held(folder: &Path, split: Split, factor: u32) -> Option<Result<Dataset, DatasetError>> {
+    let number: u64 = folder.to_str()?.strip_prefix(MEMORY)?.strip_prefix(':')?.parse().ok()?;
+    let held = HELD.lock().unwrap_or_else(|held| held.into_inner());
+    let (_, splits) = held.iter().find(|(held, _)| *held == number)?;
+    let found = splits.iter().find(|dataset| dataset.split == split).cloned();
+    let missing = || DatasetError::NoSplit {
+        file: folder.to_owned(),
+        split: split.name(),
+        has: splits.iter().map(|dataset| dataset.split.name()).collect::<Vec<_>>().join(", "),
+    };
+    Some(found.ok_or_else(missing).and_then(|dataset| dataset.downscaled(factor)))
 }
 
 /// The built-in scene of this name, unless it names a folder.

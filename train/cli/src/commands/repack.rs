@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use super::model_file::ModelBytes;
 use super::parse::parse_psnr;
 use super::rendering::Vectors;
-use super::{Common, Failure, Reading, print_json, print_line, read_model};
+use super::{Common, Failure, Reading, print_line, read_model};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Repack {
@@ -126,7 +126,7 @@ impl Files {
             facts["bytes"] = after.into();
             facts["bytes_before"] = before.into();
             facts["out"] = self.out.display().to_string().into();
-            print_json(facts, &[]);
+            common.print_json(facts, &[]);
         } else {
             print_line(format_args!(
                 "{}: {after} bytes, {before} before{said}",

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use super::Failure;
+use super::{Common, Failure};
+use crate::host::Hosted;
 
 /// Exit status of a program that Ctrl-C ended, by the convention of shells: 128 plus the
 /// number of the signal.
@@ -19,7 +20,11 @@ const SAME_KEY: Duration = Duration::from_millis(500);
 
 /// Whether the command is to stop.
 #[derive(Clone, Default)]
-pub(super) struct Stop(Arc<State>);
+pub(super) struct Stop {
+    state: Arc<State>,
+    /// Who says so in place of signals.
+    host: Option<Hosted>,
+}
 
 #[derive(Default)]
 struct State {
@@ -56,13 +61,16 @@ pub(super) fn was_interrupted(status: ExitStatus) -> bool {
 
 impl Stop {
     /// From now on the first signal ends the program with [`INTERRUPTED`], after a line that
-    /// says what came of it.
-    pub(super) fn listen(outcome: &'static str) -> Result<Self, Failure> {
-        let stop = Self::default();
+    /// says what came of it; or a host says when the command is to stop.
+    pub(super) fn listen(common: &Common, outcome: &'static str) -> Result<Self, Failure> {
+        let stop = Self { host: common.host.clone(), ..Self::default() };
+        if stop.host.is_some() {
+            return Ok(stop);
+        }
         let heard = stop.clone();
         let mut first = None;
         ctrlc::set_handler(move || {
-            let State { asked, deferred, done, .. } = &*heard.0;
+            let State { asked, deferred, done, .. } = &*heard.state;
             if done.load(Ordering::SeqCst) {
                 std::process::exit(0);
             }
@@ -82,17 +90,21 @@ impl Stop {
     /// From now on the command stops by itself, where it [is asked](Self::is_asked) to; a second
     /// signal still ends the program.
     pub(super) fn defer(&self) {
-        self.0.deferred.store(true, Ordering::SeqCst);
+        self.state.deferred.store(true, Ordering::SeqCst);
     }
 
     /// From now on a signal ends the program, and that is success.
     pub(super) fn done(&self) {
-        self.0.done.store(true, Ordering::SeqCst);
+        self.state.done.store(true, Ordering::SeqCst);
     }
 
-    /// Whether there was a signal.
+    /// Whether there was a signal, or the host wants the command to end.
     pub(super) fn is_asked(&self) -> bool {
-        self.0.asked.load(Ordering::SeqCst)
+        let Hosted(host) = match &self.host {
+            None => return self.state.asked.load(Ordering::SeqCst),
+            Some(host) => host,
+        };
+        host.is_asked_to_stop()
     }
 
     /// Ends long work between two of its parts, where there was a signal.
@@ -102,7 +114,7 @@ impl Stop {
 
     /// Passes signals on to a child that the program waits for; `None`: no longer.
     pub(super) fn child(&self, child: Option<&Child>) {
-        self.0.child.store(child.map_or(0, Child::id), Ordering::SeqCst);
+        self.state.child.store(child.map_or(0, Child::id), Ordering::SeqCst);
         // The signal may have come before there was a child.
         if self.is_asked() {
             self.pass_on();
@@ -112,7 +124,7 @@ impl Stop {
     /// Asks the child to stop. A terminal signals it too, which counts as the same key.
     fn pass_on(&self) {
         #[cfg(unix)]
-        if let Ok(id @ 1..) = i32::try_from(self.0.child.load(Ordering::SeqCst)) {
+        if let Ok(id @ 1..) = i32::try_from(self.state.child.load(Ordering::SeqCst)) {
             use nix::sys::signal::{Signal, kill};
             // It may have ended just now.
             let _ = kill(nix::unistd::Pid::from_raw(id), Signal::SIGINT);

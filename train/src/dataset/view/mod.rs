@@ -3,6 +3,7 @@
 mod compression;
 mod duplicates;
 mod plain;
+mod smaller;
 
 use pocketnerf_core::{Camera, Ray};
 

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::Chart;
 use crate::chart::{Point, Wish, groups};
-use crate::commands::{Common, Failure, open, print_json, print_line, read_model};
+use crate::commands::{Common, Failure, open, print_line, read_model};
 
 impl Chart {
     /// Answers every wish for every scene and picture size, and stores the choice with
@@ -39,7 +39,7 @@ impl Chart {
             let object = json!({
                 "out": self.out.display().to_string(), "points": points, "recommended": answers,
             });
-            print_json(object, &unsteady(points));
+            common.print_json(object, &unsteady(points));
         }
         Ok(())
     }

@@ -62,7 +62,7 @@ pub(super) fn measure(
         .map(|(model, table)| open_to_render(&model.path, &model.bytes, table))
         .collect::<Result<_, _>>()?;
     let n_ways = chart.ways().len() * chart.factors().len();
-    let mut progress = Progress::new("scoring", n_ways * files.len(), common.quiet);
+    let mut progress = Progress::new("scoring", n_ways * files.len(), common);
     let (mut points, mut pictures, mut timed) = (Vec::new(), Vec::new(), Vec::new());
     for (i, scene) in scenes.iter().enumerate() {
         for &factor in chart.factors() {
@@ -121,7 +121,7 @@ fn time(
         let n = contestants.len();
         eprintln!("timing {n} points in {n_rounds} rounds: about {}", duration(expected));
     }
-    let mut progress = Progress::new("timing", n_rounds * contestants.len(), common.quiet);
+    let mut progress = Progress::new("timing", n_rounds * contestants.len(), common);
     let mut interrupted = Ok(());
     let pace = Pace::new(simd)?;
     let turns = rounds(contestants, n_rounds, &pace, |turns| {

@@ -131,7 +131,7 @@ impl Chart {
         let scenes = self.scenes(common)?;
         // Everything given is checked before anything is written.
         let taken = models::take(&self.models, &scenes)?;
-        let stop = Stop::listen("interrupted")?;
+        let stop = Stop::listen(common, "interrupted")?;
         stop.defer();
         make_folder(&self.out)?;
         let mut models = Models::new(&self.out, taken)?;

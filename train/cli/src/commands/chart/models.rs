@@ -1,7 +1,7 @@
 //! The models of a chart: trained by running this program, or given.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_formats::Precision;
@@ -216,7 +216,7 @@ impl<'a> Job<'a> {
             std::fs::remove_file(&checkpoint)?;
         }
         self.write_record(None)?;
-        let mut command = Command::new(std::env::current_exe()?);
+        let mut command = crate::host::program()?;
         command.arg("train").arg(&self.record.data).arg("--out").arg(&self.path);
         command.args(["--precision", "f32", "--json"]);
         if resumes {

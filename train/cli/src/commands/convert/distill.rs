@@ -50,7 +50,7 @@ impl Convert {
         })?;
         let mut trainer = Trainer::with_prepass(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(length, Instant::now());
-        let mut bar = Bar::new(common.quiet);
+        let mut bar = Bar::new(common);
         bar.phase("training");
         while let Some(progress) = run.step(&mut trainer)? {
             bar.show(&progress);

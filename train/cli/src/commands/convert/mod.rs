@@ -23,7 +23,7 @@ use super::parse::{
 };
 use super::rendering::Rendering;
 use super::train::default_camera;
-use super::{Common, Failure, Reading, eval, print_json, print_line, read_model};
+use super::{Common, Failure, Reading, eval, print_line, read_model};
 use crate::convert::{compare, refuse_others};
 
 /// Views of an orbit that are compared if no dataset is given.
@@ -134,7 +134,7 @@ impl Convert {
             self.other(&bytes, common)?
         };
         if common.json {
-            print_json(result, &[]);
+            common.print_json(result, &[]);
         } else {
             print_line(format_args!(
                 "{}: {} bytes, {}, occupied cells {:.1} %",

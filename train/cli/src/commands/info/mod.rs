@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 #[cfg(feature = "gpu")]
 use super::device;
-use super::{Common, Failure, Reading, open, print_json, print_line, read_model};
+use super::{Common, Failure, Reading, open, print_line, read_model};
 use cost::Cost;
 use table::table;
 
@@ -64,7 +64,7 @@ impl Info {
             object["cost"] = serde_json::to_value(cost)?;
             object["picture"] = json!(self.picture);
             let warnings: Vec<String> = report.warnings().into_iter().chain(doubt).collect();
-            print_json(object, &warnings);
+            common.print_json(object, &warnings);
         } else {
             print_line(report);
             cost.iter().for_each(|cost| print_line(cost.row()));
@@ -139,7 +139,7 @@ impl Info {
             "metrics": provenance.and_then(|p| p.train_psnr).map(|p| json!({"train_psnr": p})),
         });
         if common.json {
-            print_json(value, &[]);
+            common.print_json(value, &[]);
         } else {
             print_line(table(&path.display().to_string(), &value).trim_end());
         }

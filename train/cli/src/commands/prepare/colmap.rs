@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::commands::Failure;
+use crate::commands::{Common, Failure};
 use crate::commands::progress::Progress;
 use crate::commands::tool::{COLMAP, Runner};
 
@@ -29,7 +29,7 @@ pub(super) struct Colmap<'a> {
     /// The most of a photograph.
     pub(super) features: u32,
     pub(super) threads: Option<u16>,
-    pub(super) quiet: bool,
+    pub(super) common: &'a Common,
     pub(super) runner: &'a Runner<'a>,
 }
 
@@ -115,7 +115,7 @@ impl Colmap<'_> {
             Some(threads) => options.with_any("num_threads", threads),
             None => options,
         };
-        let mut progress = Progress::new(what, all, self.quiet);
+        let mut progress = Progress::new(what, all, self.common);
         self.runner.run(COLMAP, &options.given, |line| {
             if let Some(n) = done_of(line) {
                 progress.done(n.min(all));

@@ -15,7 +15,7 @@ use super::progress::duration;
 use super::stop::Stop;
 use super::tool::{COLMAP, FFMPEG, FFPROBE, Runner, Tool};
 use super::train::quoted;
-use super::{Common, Failure, print_json, print_line};
+use super::{Common, Failure, print_line};
 use colmap::{Colmap, Matcher};
 use source::Source;
 use state::State;
@@ -63,7 +63,7 @@ struct Stage {
 
 impl Prepare {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
-        let stop = Stop::listen("interrupted before anything was done")?;
+        let stop = Stop::listen(common, "interrupted before anything was done")?;
         let source = Source::at(&self.source)?;
         // Before any work: what is missing.
         for tool in self.tools(&source) {
@@ -117,10 +117,10 @@ impl Prepare {
         };
         stage("images", &|| match source {
             Source::Photos { folder, names } => {
-                photos::bring((folder, names), &images, self.link, common.quiet, runner.stop)
+                photos::bring((folder, names), &images, self.link, common, runner.stop)
             }
             Source::Video(file) => photos::fill(&images, |part| {
-                video::frames(file, self.frames as usize, part, runner, common.quiet)
+                video::frames(file, self.frames as usize, part, runner, common)
             }),
         })?;
         let names = dataset::photographs(&images)?;
@@ -130,7 +130,7 @@ impl Prepare {
             n_images: names.len(),
             features: self.features,
             threads: common.threads,
-            quiet: common.quiet,
+            common,
             runner,
         };
         let is_long = matches!(source, Source::Video(_)) && names.len() >= MANY;
@@ -196,7 +196,7 @@ impl Prepare {
                 "stages": stages,
                 "seconds": common.started.elapsed().as_secs_f64(),
             });
-            print_json(object, &warnings);
+            common.print_json(object, &warnings);
         } else {
             warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
             let brought = brought.map_or_else(String::new, |how| format!(" {how}"));

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use pocketnerf_train::json::escape;
 
-use crate::commands::Failure;
+use crate::commands::{Common, Failure};
 use crate::commands::progress::Progress;
 use crate::commands::stop::Stop;
 
@@ -14,12 +14,12 @@ pub(super) fn bring(
     (from, names): (&Path, &[String]),
     to: &Path,
     links: bool,
-    quiet: bool,
+    common: &Common,
     stop: &Stop,
 ) -> Result<(), Failure> {
     fill(to, |part| {
         let what = if links { "linking photographs" } else { "copying photographs" };
-        let mut progress = Progress::new(what, names.len(), quiet);
+        let mut progress = Progress::new(what, names.len(), common);
         for (i, name) in names.iter().enumerate() {
             stop.check()?;
             let (from, to) = (from.join(name), part.join(name));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::commands::Failure;
+use crate::commands::{Common, Failure};
 use crate::commands::progress::Progress;
 use crate::commands::tool::{FFMPEG, FFPROBE, Runner};
 
@@ -18,11 +18,11 @@ pub(super) fn frames(
     n: usize,
     to: &Path,
     runner: &Runner<'_>,
-    quiet: bool,
+    common: &Common,
 ) -> Result<(), Failure> {
     let seconds = seconds(video)?;
     let rate = (n * OF) as f64 / seconds;
-    let mut progress = Progress::new("taking frames", n * OF, quiet);
+    let mut progress = Progress::new("taking frames", n * OF, common);
     let video = video.display().to_string();
     let pattern = to.join("candidate-%06d.jpg").display().to_string();
     // A rate above the video's own would give frames several times: `mpdecimate` is not needed,

@@ -20,7 +20,7 @@ use super::parse::parse_color;
 use super::progress::Progress;
 use super::rendering::{Rendering, Sampling};
 use super::stop::Stop;
-use super::{Common, Failure, memory, open_to_render, print_json, read_model};
+use super::{Common, Failure, memory, open_to_render, read_model};
 use outputs::Outputs;
 use target::Kind;
 
@@ -68,7 +68,7 @@ pub(super) struct Render {
 
 impl Render {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
-        let stop = Stop::listen("interrupted before the first picture")?;
+        let stop = Stop::listen(common, "interrupted before the first picture")?;
         let bytes = read_model(&self.model)?;
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
@@ -92,7 +92,7 @@ impl Render {
         let mut warnings = Vec::new();
         let mut warn = |warning: Option<String>| {
             if let (Some(warning), false) = (&warning, common.quiet) {
-                eprintln!("warning: {warning}");
+                common.warn(&warning);
             }
             warnings.extend(warning);
         };
@@ -107,8 +107,8 @@ impl Render {
         if begun > 0 {
             common.say(&format!("{begun} of {} pictures are there already", cameras.len()));
         }
-        let quiet = common.quiet || cameras.len() == 1;
-        let mut progress = Progress::new("pictures", cameras.len(), quiet);
+        let quiet = Common { quiet: common.quiet || cameras.len() == 1, ..common.clone() };
+        let mut progress = Progress::new("pictures", cameras.len(), &quiet);
         let mut renderer = picture::Renderer::on(&on, &file.model, &settings);
         let mut refined;
         let mut seconds = 0.0;
@@ -160,7 +160,7 @@ impl Render {
                 "out": self.out().map(|out| out.display().to_string()),
                 "video": self.video.as_ref().map(|video| video.display().to_string()),
             });
-            print_json(object, &warnings);
+            common.print_json(object, &warnings);
         } else if !common.quiet {
             let pictures = if cameras.len() == 1 { "picture" } else { "pictures" };
             for out in self.out().iter().chain(&self.video) {

@@ -10,7 +10,7 @@ use super::progress::Progress;
 use super::rendering::Vectors;
 use super::stop::Stop;
 use super::train::Method;
-use super::{Common, Failure, Reading, make_folder, print_json, print_line};
+use super::{Common, Failure, Reading, make_folder, print_line};
 use crate::stress::{self, Case, Mode, Row, Verdict};
 use runs::{Runs, Seen};
 use scene::SpoiltScene;
@@ -75,7 +75,7 @@ impl Stress {
             None => Vec::new(),
         };
         let scenes = self.scenes()?;
-        let stop = Stop::listen("interrupted")?;
+        let stop = Stop::listen(common, "interrupted")?;
         stop.defer();
         make_folder(self.out())?;
         let mut rows = Vec::new();
@@ -91,7 +91,7 @@ impl Stress {
         rows.extend(peers);
         self.write(&modes, &rows, &pictures)?;
         if common.json {
-            print_json(
+            common.print_json(
                 serde_json::json!({ "out": self.out().display().to_string(), "rows": rows }),
                 &silent(&rows),
             );
@@ -121,7 +121,7 @@ impl Stress {
         });
         let cases: Vec<(&Mode, f64, Case)> = cases.collect();
         let all = cases.len() * self.seeds() as usize;
-        let mut progress = Progress::new("stress", all, common.quiet);
+        let mut progress = Progress::new("stress", all, common);
         if !common.quiet {
             let (scene, method) = (&scene.name, method.name());
             eprintln!("{scene}, {method}: {all} cases{}", runs.expected(all));

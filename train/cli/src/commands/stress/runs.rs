@@ -265,7 +265,7 @@ impl<'a> Runs<'a> {
 
     /// This program, with the options that all runs have.
     fn program(&self, action: &str) -> Result<Command, Failure> {
-        let mut command = Command::new(std::env::current_exe()?);
+        let mut command = crate::host::program()?;
         command.arg(action).args(["--json", "--quiet"]);
         if let Some(threads) = self.common.threads {
             command.args(["--threads", &threads.to_string()]);

@@ -6,6 +6,9 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use pocketnerf_train::trainer::{MAX_RESTARTS, Progress};
 
+use crate::commands::Common;
+use crate::host::Hosted;
+
 /// Seconds between two lines in a pipe.
 const LINE_EVERY: u64 = 10;
 /// Between two words to whoever watches.
@@ -27,6 +30,8 @@ pub(super) struct Screen {
 /// Shows the progress of a run.
 pub(in crate::commands) struct Bar {
     bar: Option<ProgressBar>,
+    /// Who is told instead.
+    host: Option<Hosted>,
     quiet: bool,
     last: Instant,
     /// Whether the bar shows how much is left.
@@ -41,17 +46,19 @@ pub(in crate::commands) struct Bar {
 }
 
 impl Bar {
-    pub(in crate::commands) fn new(quiet: bool) -> Self {
-        let terminal = !quiet && std::io::stderr().is_terminal();
-        Self::on(terminal.then(ProgressBar::new_spinner), quiet)
+    pub(in crate::commands) fn new(common: &Common) -> Self {
+        let terminal = !common.quiet && std::io::stderr().is_terminal();
+        let mut bar = Self::on(terminal.then(ProgressBar::new_spinner), common.quiet);
+        bar.host = common.host.clone();
+        bar
     }
 
     /// The same, where somebody watches.
     #[cfg(feature = "view")]
-    pub(super) fn beside(quiet: bool, screen: Screen) -> Self {
+    pub(super) fn beside(common: &Common, screen: Screen) -> Self {
         let mut bar = match screen.line {
-            Some(_) => Self::on(None, quiet),
-            None => Self::new(quiet),
+            Some(_) => Self::on(None, common.quiet),
+            None => Self::new(common),
         };
         bar.screen = Some(screen);
         bar
@@ -61,6 +68,7 @@ impl Bar {
         let last = Instant::now();
         Self {
             bar,
+            host: None,
             quiet,
             last,
             measured: false,
@@ -75,6 +83,9 @@ impl Bar {
     pub(in crate::commands) fn phase(&mut self, what: &'static str) {
         if let Some(screen) = &self.screen {
             (screen.status)(what);
+        }
+        if let Some(Hosted(host)) = &self.host {
+            host.phase(what);
         }
         match &self.bar {
             Some(bar) => {
@@ -93,6 +104,9 @@ impl Bar {
             self.begun = None;
             let n = progress.restarts;
             self.say(&format!("{trouble}: restarting ({n} of at most {MAX_RESTARTS} times)"));
+        }
+        if let Some(Hosted(host)) = &self.host {
+            host.progress(progress);
         }
         self.tell(progress);
         let held_out = progress.held_out_psnr.map(|psnr| format!(", held-out {psnr:.2} dB"));
@@ -121,13 +135,19 @@ impl Bar {
 
     /// Something that the user should know of the data.
     pub(in crate::commands) fn note(&mut self, note: &str) {
+        if let Some(Hosted(host)) = &self.host {
+            host.warning(note);
+        }
         self.say(&format!("note: {note}"));
         self.warnings.push(note.to_owned());
     }
 
     /// Something that may spoil the result: it is said in spite of `--quiet`.
     pub(in crate::commands) fn warn(&mut self, warning: String) {
-        self.print(&format!("warning: {warning}"));
+        match &self.host {
+            Some(Hosted(host)) => host.warning(&warning),
+            None => self.print(&format!("warning: {warning}")),
+        }
         self.warnings.push(warning);
     }
 
@@ -237,7 +257,14 @@ mod tests {
             let list = Rc::clone(list);
             Box::new(move |line| list.borrow_mut().push(line.to_owned()))
         };
-        let mut bar = Bar::beside(false, Screen { status: to(&told), line: Some(to(&said)) });
+        let common = Common {
+            threads: None,
+            json: false,
+            quiet: false,
+            started: Instant::now(),
+            host: None,
+        };
+        let mut bar = Bar::beside(&common, Screen { status: to(&told), line: Some(to(&said)) });
         bar.phase("finding the scene");
         let mut progress = Progress {
             step: 10,

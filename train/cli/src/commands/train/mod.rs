@@ -36,8 +36,8 @@ pub(super) use options::{SECONDS, Train};
 use origin::method;
 pub(super) use origin::{Origin, default_camera};
 use refined::Refined;
-pub(super) use saving::Interrupted;
-use saving::{Resume, Saving, Unfinished};
+use saving::{Resume, Saving};
+pub(super) use saving::{Interrupted, Unfinished};
 pub(super) use saving::{checkpoint_path, quoted};
 use sized::{Sized, sized};
 use watch::Audience;
@@ -57,12 +57,13 @@ impl Train {
     }
 
     fn train(&self, common: &Common, mut audience: Audience) -> Result<(), Failure> {
-        let stop = Stop::listen("interrupted before the first step; there is nothing to save")?;
+        let outcome = "interrupted before the first step; there is nothing to save";
+        let stop = Stop::listen(common, outcome)?;
         let saved = checkpoint_path(&self.out);
         output::check_output(&self.out)?;
         output::check_output(&saved)?;
         let checkpoint = self.resume.as_deref().map(Checkpoint::read).transpose()?;
-        let mut bar = audience.bar(common.quiet);
+        let mut bar = audience.bar(common);
         let mut level = self.vectors.level();
         let device = self.device.begin_to_open();
         if let Some(checkpoint) = &checkpoint {
@@ -172,7 +173,7 @@ impl Train {
         drop(bar);
         audience.finish(&self.out);
         if common.json {
-            print_line(result);
+            common.result(result);
         } else {
             print_line(format_args!(
                 "{}: {} bytes, {} steps, training PSNR {:.2} dB, {:.1} s{}",

@@ -120,9 +120,16 @@ impl fmt::Display for Interrupted {
 
 impl std::error::Error for Interrupted {}
 
+impl Interrupted {
+    /// Where the run is saved.
+    pub(in crate::commands) fn checkpoint(&self) -> PathBuf {
+        self.resume.checkpoint.clone()
+    }
+}
+
 /// Training is done and saved, but there is no model.
 #[derive(Debug)]
-pub(super) struct Unfinished {
+pub(in crate::commands) struct Unfinished {
     pub(super) reason: Failure,
     pub(super) resume: Resume,
 }
@@ -134,6 +141,13 @@ impl fmt::Display for Unfinished {
 }
 
 impl std::error::Error for Unfinished {}
+
+impl Unfinished {
+    /// Where the run is saved.
+    pub(in crate::commands) fn checkpoint(&self) -> PathBuf {
+        self.resume.checkpoint.clone()
+    }
+}
 
 /// The command that goes on from a checkpoint.
 #[derive(Debug)]

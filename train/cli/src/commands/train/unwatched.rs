@@ -5,7 +5,7 @@ use std::path::Path;
 use pocketnerf_train::trainer::{Run, Trainer};
 
 use super::{Bar, Origin};
-use crate::commands::{Failure, view};
+use crate::commands::{Common, Failure, view};
 
 #[derive(Clone, Debug, clap::Args)]
 pub(in crate::commands) struct WatchOptions {
@@ -32,8 +32,8 @@ impl WatchOptions {
 pub(super) struct Audience;
 
 impl Audience {
-    pub(super) fn bar(&self, quiet: bool) -> Bar {
-        Bar::new(quiet)
+    pub(super) fn bar(&self, common: &Common) -> Bar {
+        Bar::new(common)
     }
 
     pub(super) fn after_step(&mut self, _: &Trainer, _: &Run, _: &Origin, _: &Bar) {}

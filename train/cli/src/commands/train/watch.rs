@@ -10,7 +10,7 @@ use pocketnerf_view::window::{Desktop, NoDisplay, Settings, script};
 
 use super::bar::{Line, Screen};
 use super::{Bar, Origin};
-use crate::commands::Failure;
+use crate::commands::{Common, Failure};
 
 /// As much as main threads have.
 const STACK: usize = 8 << 20;
@@ -122,15 +122,15 @@ struct Watched {
 
 impl Audience {
     /// The progress of the run, which the audience sees too.
-    pub(super) fn bar(&self, quiet: bool) -> Bar {
-        let Some(Watched { feed, in_terminal, .. }) = &self.0 else { return Bar::new(quiet) };
+    pub(super) fn bar(&self, common: &Common) -> Bar {
+        let Some(Watched { feed, in_terminal, .. }) = &self.0 else { return Bar::new(common) };
         let (told, said) = (feed.clone(), feed.clone());
         let line = move |line: &str| match said.is_left() {
             true => eprintln!("{line}"),
             false => said.say(line),
         };
         Bar::beside(
-            quiet,
+            common,
             Screen {
                 status: Box::new(move |status| told.tell(status)),
                 line: in_terminal.then(|| Box::new(line) as Line),
