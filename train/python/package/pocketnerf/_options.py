@@ -1,0 +1,71 @@
+"""Types of the program's options, as keywords."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, TypedDict, Union
+
+if TYPE_CHECKING:
+    import os
+
+Color = Union[Literal["white", "black"], str, Sequence[float]]
+
+
+class TrainOptions(TypedDict, total=False):
+    """Further options of ``train``; ``pocketnerf train --help`` describes them."""
+
+    aabb: Sequence[float]
+    auto: bool
+    background: Color
+    batch_rays: int
+    crop_steps: int
+    density: Literal["relu", "softplus", "exp"]
+    density_noise: float
+    depth: int
+    device: Literal["cpu", "gpu"]
+    downscale_factor: int
+    exposure: Literal["auto", "off"]
+    far: float
+    gaussian: Sequence[float]
+    hidden_width: int
+    hold_every: int
+    learning_rate: float
+    log2_hashmap_size: int
+    max_bytes: int
+    method: Literal["hash-grid", "nerf"]
+    n_levels: int
+    near: float
+    no_hierarchy: bool
+    no_positional_encoding: bool
+    no_view_dependence: bool
+    octaves: Sequence[int]
+    precision: Literal["i8", "f16", "f32"]
+    profile: Literal["fine", "fast"]
+    refine_poses: bool
+    samples: Sequence[int]
+    sampling: Literal["occupancy", "hierarchical"]
+    simd: str
+    smooth_surfaces: Union[bool, float]
+    space: Literal["box", "ndc", "contracted"]
+    spherify: bool
+    target_psnr: float
+    views: int
+    width: int
+
+
+class EvaluateOptions(TypedDict, total=False):
+    """Further options of ``evaluate``; ``pocketnerf eval --help`` describes them."""
+
+    antialias: Union[bool, int, str]
+    device: Literal["cpu", "gpu"]
+    downscale_factor: int
+    fit_exposure: bool
+    hold_every: int
+    lpips_weights: Union[str, os.PathLike[str]]
+    no_skip: bool
+    out: Union[str, os.PathLike[str]]
+    pixel_origin: Literal["center", "corner"]
+    quality: float
+    sampling: Literal["occupancy", "hierarchical"]
+    simd: str
+    spherify: bool
