@@ -11,11 +11,13 @@ pub mod chart;
 mod commands;
 #[doc(hidden)]
 pub mod convert;
+mod entry;
 mod host;
 #[doc(hidden)]
 pub mod machine;
 #[doc(hidden)]
 pub mod stress;
 
-pub use commands::{HeldDataset, hold, options, run, run_arguments, run_for};
+pub use commands::{HeldDataset, hold};
+pub use entry::{options, run, run_arguments, run_for};
 pub use host::{Arguments, Host, Refusal, set_program};

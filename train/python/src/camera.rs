@@ -177,7 +177,10 @@ impl Camera {
     fn __repr__(&self) -> String {
         let CoreCamera { width, height, .. } = self.0;
         let [x, y, z] = self.0.position();
-        format!("Camera({width}x{height}, fov_x={:.4}, position=[{x:.4}, {y:.4}, {z:.4}])", self.fov_x())
+        format!(
+            "Camera({width}x{height}, fov_x={:.4}, position=[{x:.4}, {y:.4}, {z:.4}])",
+            self.fov_x()
+        )
     }
 
     /// Pickled as what the camera is made of.

@@ -202,7 +202,11 @@ pub(crate) fn run<'py>(
         (Err(Refusal::Interrupted { line, checkpoint }), why) => {
             let error = match why {
                 // What a callback raised is what its caller wants to see.
-                Some(error) if !error.is_instance_of::<pyo3::exceptions::PyKeyboardInterrupt>(py) => error,
+                Some(error)
+                    if !error.is_instance_of::<pyo3::exceptions::PyKeyboardInterrupt>(py) =>
+                {
+                    error
+                }
                 _ => Interrupted::new_err(interrupted(&line, checkpoint.as_deref())),
             };
             Err(with_checkpoint(py, error, checkpoint.as_deref()))
@@ -220,7 +224,9 @@ pub(crate) fn run<'py>(
 fn interrupted(line: &str, checkpoint: Option<&Path>) -> String {
     let what = line.split(';').next().unwrap_or(line);
     match checkpoint {
-        Some(path) => format!("{what}; resume with train(..., resume={:?})", path.display().to_string()),
+        Some(path) => {
+            format!("{what}; resume with train(..., resume={:?})", path.display().to_string())
+        }
         None => line.to_owned(),
     }
 }

@@ -80,7 +80,9 @@ impl Dataset {
         ];
         for (what, found) in counts {
             if let Some(found) = found.filter(|found| *found != n) {
-                return Err(PyValueError::new_err(format!("{found} {what}, expected one for each of {n} images")));
+                return Err(PyValueError::new_err(format!(
+                    "{found} {what}, expected one for each of {n} images"
+                )));
             }
         }
         let aabb = aabb.map(corners).transpose()?;
@@ -94,7 +96,8 @@ impl Dataset {
             if let Some(masks) = masks {
                 view.mask = Some(mask(&masks.get_item(i)?, &view_name, &view.camera)?);
             }
-            let is_in = |list: &Option<Vec<usize>>| list.as_ref().is_some_and(|list| list.contains(&i));
+            let is_in =
+                |list: &Option<Vec<usize>>| list.as_ref().is_some_and(|list| list.contains(&i));
             if is_in(&val) {
                 views[1].push(view.clone());
             }
@@ -106,7 +109,10 @@ impl Dataset {
         }
         let beyond = [&val, &test].into_iter().flatten().flatten().find(|i| **i >= n);
         if let Some(i) = beyond {
-            return Err(PyValueError::new_err(format!("view {i}, expected 0 to {}", n.saturating_sub(1))));
+            return Err(PyValueError::new_err(format!(
+                "view {i}, expected 0 to {}",
+                n.saturating_sub(1)
+            )));
         }
         if views[0].is_empty() {
             return Err(PyValueError::new_err("no images to train on, expected at least one"));
@@ -114,8 +120,9 @@ impl Dataset {
         let kinds = Split::ALL.into_iter().zip(views).filter(|(_, views)| !views.is_empty());
         let kinds: Vec<_> = kinds.collect();
         let splits = without_python(py, || {
-            let dataset = |(split, views)| {
-                train::Dataset { aabb, ..train::Dataset::new(name, "memory", split, views) }
+            let dataset = |(split, views)| train::Dataset {
+                aabb,
+                ..train::Dataset::new(name, "memory", split, views)
             };
             kinds.into_iter().map(dataset).collect()
         })?;
@@ -132,7 +139,12 @@ impl Dataset {
     /// Dataset("photographs": 48 train, 3 test views)
     #[staticmethod]
     #[pyo3(signature = (path, *, downscale_factor=1, hold_every=8))]
-    fn load(py: Python<'_>, path: PathBuf, downscale_factor: u32, hold_every: u32) -> PyResult<Self> {
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        downscale_factor: u32,
+        hold_every: u32,
+    ) -> PyResult<Self> {
         let options = LoadOptions { downscale_factor, hold_every, ..LoadOptions::default() };
         let read = |split| match built_in(&path) {
             Some(scene) => Ok(scene.dataset(split, downscale_factor)),
@@ -141,7 +153,8 @@ impl Dataset {
         let splits = without_python(py, || {
             let mut splits = vec![read(Split::Train)?];
             // Many datasets have no others.
-            splits.extend([Split::Val, Split::Test].into_iter().filter_map(|split| read(split).ok()));
+            splits
+                .extend([Split::Val, Split::Test].into_iter().filter_map(|split| read(split).ok()));
             Ok::<_, Refused>(splits)
         })?;
         let splits = splits.map_err(|error| DatasetError::new_err(error.to_string()))?;
@@ -163,7 +176,11 @@ impl Dataset {
 
     /// The images of a split: arrays of ``uint8`` of shape (height, width, 4), straight alpha.
     #[pyo3(signature = (split="train"))]
-    fn images<'py>(&self, py: Python<'py>, split: &str) -> PyResult<Vec<Bound<'py, PyArrayDyn<u8>>>> {
+    fn images<'py>(
+        &self,
+        py: Python<'py>,
+        split: &str,
+    ) -> PyResult<Vec<Bound<'py, PyArrayDyn<u8>>>> {
         let image = |view: &View| {
             let CoreCamera { width, height, .. } = view.camera;
             array(py, view.rgba.clone(), &[height as usize, width as usize, 4])
@@ -237,13 +254,21 @@ impl Dataset {
 
     /// From [`__reduce__`](Self::__reduce__).
     #[staticmethod]
-    fn _from_parts<'py>(py: Python<'py>, arguments: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>> {
+    fn _from_parts<'py>(
+        py: Python<'py>,
+        arguments: &Bound<'py, PyDict>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         py.get_type::<Self>().call((), Some(arguments))
     }
 
     /// From [`__reduce__`](Self::__reduce__).
     #[staticmethod]
-    fn _load(py: Python<'_>, path: PathBuf, downscale_factor: u32, hold_every: u32) -> PyResult<Self> {
+    fn _load(
+        py: Python<'_>,
+        path: PathBuf,
+        downscale_factor: u32,
+        hold_every: u32,
+    ) -> PyResult<Self> {
         Self::load(py, path, downscale_factor, hold_every)
     }
 }
@@ -297,7 +322,8 @@ fn mask(mask: &Bound<'_, PyAny>, name: &str, camera: &CoreCamera) -> PyResult<Ve
     if array.shape() != [camera.height as usize, camera.width as usize] {
         return Err(wrong());
     }
-    let mask: Vec<u8> = array.as_array().iter().map(|counts| if *counts { 255 } else { 0 }).collect();
+    let mask: Vec<u8> =
+        array.as_array().iter().map(|counts| if *counts { 255 } else { 0 }).collect();
     if mask.iter().all(|counts| *counts == 0) {
         return Err(PyValueError::new_err(format!("mask {name:?}: no pixel counts")));
     }
@@ -308,11 +334,17 @@ fn mask(mask: &Bound<'_, PyAny>, name: &str, camera: &CoreCamera) -> PyResult<Ve
 fn corners(given: &Bound<'_, PyAny>) -> PyResult<[[f32; 3]; 2]> {
     let array = numbers(given, "aabb")?;
     let &[a, b, c, d, e, f] = array.as_slice()? else {
-        return Err(PyValueError::new_err(format!("aabb: shape {}, expected (2, 3)", tuple(array.shape()))));
+        return Err(PyValueError::new_err(format!(
+            "aabb: shape {}, expected (2, 3)",
+            tuple(array.shape())
+        )));
     };
     let (low, high) = ([a, b, c], [d, e, f]);
-    if !(0..3).all(|axis| low[axis] < high[axis] && low[axis].is_finite() && high[axis].is_finite()) {
-        return Err(PyValueError::new_err("aabb: expected the smallest corner, then the largest one"));
+    if !(0..3).all(|axis| low[axis] < high[axis] && low[axis].is_finite() && high[axis].is_finite())
+    {
+        return Err(PyValueError::new_err(
+            "aabb: expected the smallest corner, then the largest one",
+        ));
     }
     Ok([low, high])
 }

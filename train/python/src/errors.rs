@@ -25,7 +25,10 @@ pub(crate) fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
         (&error, "What failed, in one line: what was found, what was expected, what to do."),
         (&py.get_type::<DatasetError>(), "A dataset cannot be read."),
         (&py.get_type::<ModelError>(), "A model file cannot be opened."),
-        (&interrupted, "Ctrl-C stopped long work. `checkpoint` is where training is saved, or None."),
+        (
+            &interrupted,
+            "Ctrl-C stopped long work. `checkpoint` is where training is saved, or None.",
+        ),
     ];
     for (kind, doc) in docs {
         kind.setattr("__doc__", doc)?;

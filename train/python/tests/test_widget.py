@@ -86,7 +86,7 @@ class Notebook:
     def agrees(self) -> bool:
         """Whether it is what the model renders for the view's camera, but for last bits."""
         view = self.view
-        return psnr(self.picture(), view.model.render(view.camera, quality=view.quality)) > 40
+        return psnr(self.picture(), view.model.render(view.camera, quality=view.quality, antialias=1)) > 40
 
     def distance(self) -> float:
         """Of the view's camera from the middle of the scene."""

@@ -18,7 +18,7 @@ mod reading;
 mod render;
 mod rendering;
 mod repack;
-mod stop;
+pub(crate) mod stop;
 mod stress;
 mod tool;
 mod train;
@@ -30,22 +30,18 @@ mod view;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Instant;
 
-use clap::error::ErrorKind;
-use clap::{ArgAction, Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 use model_file::{open, open_to_render, read_model};
 use reading::Reading;
-use pocketnerf_train::dataset::DatasetError;
 use serde_json::Value;
 
-use crate::host::{Arguments, Host, Hosted, Refusal};
+use crate::host::Hosted;
 pub use reading::{HeldDataset, hold};
 
 /// Why a command stopped: its text is one line.
-type Failure = Box<dyn std::error::Error + Send + Sync>;
+pub(crate) type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// The heading of options that most commands have.
 const COMMON: &str = "Common options";
@@ -54,7 +50,7 @@ const COMMON: &str = "Common options";
 /// model file out, new views from any side.
 #[derive(Debug, Parser)]
 #[command(version)]
-struct Command {
+pub(crate) struct Command {
     #[command(subcommand)]
     action: Action,
     #[command(flatten)]
@@ -204,98 +200,28 @@ fn print_line(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
-/// Runs the command of this process; `started` is when the program started.
-#[must_use]
-pub fn run(started: Instant) -> ExitCode {
-    ExitCode::from(perform(Command::parse(), started))
-}
-
-/// Runs a command as [`run`] does, with these arguments instead of the process's own, and returns
-/// the exit status.
-#[must_use]
-pub fn run_arguments(arguments: Arguments, started: Instant) -> u8 {
-    match Command::try_parse_from(named(arguments)) {
-        Ok(command) => perform(command, started),
-        Err(error) => {
-            // It is no error if nobody reads it.
-            let _ = error.print();
-            u8::try_from(error.exit_code()).unwrap_or(2)
-        }
+impl Command {
+    /// Says when the program started, and who runs the command where that is another program.
+    pub(crate) fn begun(mut self, started: Instant, host: Option<Hosted>) -> Self {
+        self.common.started = started;
+        self.common.host = host;
+        self
     }
 }
 
-fn perform(mut command: Command, started: Instant) -> u8 {
-    command.common.started = started;
-    match execute(&command) {
-        Ok(()) => 0,
-        Err(failure) => {
-            eprintln!("pocketnerf: {failure}");
-            if is_interruption(&failure) { stop::INTERRUPTED } else { 1 }
-        }
-    }
-}
-
-fn is_interruption(failure: &Failure) -> bool {
+/// Whether a command ended because it was asked to.
+pub(crate) fn is_interruption(failure: &Failure) -> bool {
     failure.is::<train::Interrupted>() || failure.is::<stop::Interrupted>()
 }
 
-/// Runs a command for `host`, on the threads of the current pool, and prints nothing but help.
-///
-/// # Errors
-/// Why there is no result.
-pub fn run_for(host: Arc<dyn Host>, arguments: Arguments) -> Result<(), Refusal> {
-    let quietly = arguments.into_iter().chain(["--json".into(), "--quiet".into()]);
-    let mut command = Command::try_parse_from(named(quietly.collect())).map_err(usage)?;
-    command.common.host = Some(Hosted(host));
-    execute(&command).map_err(|failure| {
-        let line = failure.to_string();
-        if is_interruption(&failure) {
-            let checkpoint = failure.downcast_ref().map(train::Interrupted::checkpoint);
-            return Refusal::Interrupted { line, checkpoint };
-        }
-        if failure.is::<DatasetError>() {
-            return Refusal::Dataset(line);
-        }
-        let checkpoint = failure.downcast_ref().map(train::Unfinished::checkpoint);
-        Refusal::Failed { line, checkpoint }
-    })
+/// Where the run of training is saved that ended with this failure.
+pub(crate) fn saved(failure: &Failure) -> Option<PathBuf> {
+    let interrupted = failure.downcast_ref().map(train::Interrupted::checkpoint);
+    interrupted.or_else(|| failure.downcast_ref().map(train::Unfinished::checkpoint))
 }
 
-/// The arguments behind the program's name.
-fn named(arguments: Arguments) -> impl Iterator<Item = std::ffi::OsString> {
-    std::iter::once("pocketnerf".into()).chain(arguments)
-}
-
-/// What is wrong with arguments, in one line; or the whole help that was asked for.
-fn usage(error: clap::Error) -> Refusal {
-    let text = error.to_string();
-    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
-        return Refusal::Usage(text);
-    }
-    let lines = text.lines().map(str::trim).take_while(|line| !line.is_empty());
-    let line = lines.collect::<Vec<_>>().join(" ");
-    Refusal::Usage(line.strip_prefix("error: ").unwrap_or(&line).to_owned())
-}
-
-/// The long options of a command, each with `flag`, `value` or `values`: whether it takes no value,
-/// one, or several; `None` if there is no such command.
-#[must_use]
-pub fn options(command: &str) -> Option<Vec<(String, &'static str)>> {
-    let mut program = Command::command();
-    program.build();
-    let arguments = program.find_subcommand(command)?.get_arguments();
-    let options = arguments.filter(|argument| !argument.is_hide_set()).filter_map(|argument| {
-        let kind = match argument.get_action() {
-            ArgAction::Append => "values",
-            action if action.takes_values() => "value",
-            _ => "flag",
-        };
-        Some((argument.get_long()?.to_owned(), kind))
-    });
-    Some(options.collect())
-}
-
-fn execute(command: &Command) -> Result<(), Failure> {
+/// Runs a command.
+pub(crate) fn execute(command: &Command) -> Result<(), Failure> {
     let common = &command.common;
     // A host has a pool of its own.
     if let (Some(n), None) = (common.threads, &common.host) {

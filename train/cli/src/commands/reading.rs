@@ -141,7 +141,9 @@ impl HeldDataset {
 
 impl Drop for HeldDataset {
     fn drop(&mut self) {
-        HELD.lock().unwrap_or_else(|held| held.into_inner()).retain(|(number, _)| *number != self.0);
+        HELD.lock()
+            .unwrap_or_else(|held| held.into_inner())
+            .retain(|(number, _)| *number != self.0);
     }
 }
 

@@ -12,7 +12,7 @@ use crate::host::Hosted;
 
 /// Exit status of a program that Ctrl-C ended, by the convention of shells: 128 plus the
 /// number of the signal.
-pub(super) const INTERRUPTED: u8 = 130;
+pub(crate) const INTERRUPTED: u8 = 130;
 
 /// Signals this close together count as one: supervisors signal a program and then its
 /// process group.

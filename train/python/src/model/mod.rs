@@ -74,8 +74,7 @@ impl Model {
     /// Writes the model as a file. An older one is replaced by a whole one.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let opened = self.get()?;
-        let written =
-            py.detach(|| pocketnerf_train::output::write_atomic(&path, opened.stored()));
+        let written = py.detach(|| pocketnerf_train::output::write_atomic(&path, opened.stored()));
         written.map_err(|error| pyo3::exceptions::PyOSError::new_err(error.to_string()))
     }
 
@@ -165,7 +164,9 @@ impl Model {
         let (target, usual) = opened.center()?;
         let radius = distance.unwrap_or(usual);
         if ![azimuth, elevation, radius].iter().all(|v| v.is_finite()) || radius <= 0.0 {
-            return Err(PyValueError::new_err("angles and distance: expected numbers, a distance above 0"));
+            return Err(PyValueError::new_err(
+                "angles and distance: expected numbers, a distance above 0",
+            ));
         }
         let axis = [0.0, 0.0, 1.0];
         let pose = Orbit { target, radius, azimuth, elevation, axis, up: axis }.pose();
@@ -174,7 +175,11 @@ impl Model {
 
     fn __repr__(&self) -> String {
         match self.get() {
-            Ok(opened) => format!("Model({}, {} bytes)", opened.file().model.field.kind(), opened.stored().len()),
+            Ok(opened) => format!(
+                "Model({}, {} bytes)",
+                opened.file().model.field.kind(),
+                opened.stored().len()
+            ),
             Err(_) => "Model(closed)".to_owned(),
         }
     }

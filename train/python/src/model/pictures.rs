@@ -2,8 +2,8 @@
 
 use pyo3::prelude::*;
 
-use super::render::{Depth, Pixels, depth, normals};
 use super::Model;
+use super::render::{Depth, Pixels, depth, normals};
 use crate::arrays::encode_png;
 use crate::camera::Camera;
 
@@ -24,7 +24,8 @@ impl Model {
     /// :param antialias: rays along each side of a pixel, 1 to 8; by default as many as a pixel
     ///     holds pixels of the photographs.
     /// :param out: the array to write to, of the picture's shape and type; nothing is copied.
-    /// :param depth_out: an array of ``float32`` of shape (height, width) that takes the depth too.
+    /// :param depth_out: an array of ``float32`` of shape (height, width) that takes the depth too,
+    ///     of all rays of a pixel together.
     /// :returns: ``out``, or a new array of shape (height, width, 3), or 4 with ``alpha``.
     ///
     /// >>> model.render(width=32, height=24, dtype="float32").shape
@@ -51,8 +52,9 @@ impl Model {
         pixels.render(py, &opened, (background, dtype), (out, depth_out))
     }
 
-    /// The expected distance along each pixel's ray, dataset units: an array of ``float32`` of shape
-    /// (height, width), infinite where nothing is. Distances are Euclidean, from the camera.
+    /// The expected distance along the ray through each pixel's centre, dataset units: an array of
+    /// ``float32`` of shape (height, width), infinite where nothing is. Distances are Euclidean, from
+    /// the camera.
     ///
     /// >>> model.depth(width=32, height=24).shape
     /// (24, 32)
@@ -94,9 +96,20 @@ impl Model {
         let py = slf.py();
         let own = slf.get().get()?.camera();
         let width = own.width.min(NOTEBOOK);
-        let height = (u64::from(own.height) * u64::from(width) / u64::from(own.width)).max(1) as u32;
+        let height =
+            (u64::from(own.height) * u64::from(width) / u64::from(own.width)).max(1) as u32;
         let pixels = slf.get().render(
-            py, None, Some(width), Some(height), None, None, None, false, None, None, None,
+            py,
+            None,
+            Some(width),
+            Some(height),
+            None,
+            None,
+            None,
+            false,
+            None,
+            None,
+            None,
         )?;
         Ok(encode_png(py, &pixels)?.into_any())
     }

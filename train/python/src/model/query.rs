@@ -26,10 +26,12 @@ pub(super) fn each<Q: Sync, A: Send>(
 ) -> Result<(), Error> {
     let probe = opened.file().probe(SimdLevel::detect(), Tuning::FAST)?;
     let scratch = || vec![0.0; probe.scratch_len()];
-    questions.par_chunks(CHUNK).zip(answers.par_chunks_mut(CHUNK)).try_for_each_init(
-        scratch,
-        |scratch, (questions, answers)| ask(&probe, questions, scratch, answers),
-    )
+    questions
+        .par_chunks(CHUNK)
+        .zip(answers.par_chunks_mut(CHUNK))
+        .try_for_each_init(scratch, |scratch, (questions, answers)| {
+            ask(&probe, questions, scratch, answers)
+        })
 }
 
 /// The same without Python, to new memory.
@@ -46,7 +48,11 @@ fn answers<Q: Sync, A: Clone + Default + Send>(
     answers?.map_err(refused)
 }
 
-pub(super) fn density<'py>(py: Python<'py>, opened: &Opened, points: &Vectors<'py>) -> Answers<'py, f32> {
+pub(super) fn density<'py>(
+    py: Python<'py>,
+    opened: &Opened,
+    points: &Vectors<'py>,
+) -> Answers<'py, f32> {
     let found = answers(py, opened, points.get()?, |probe, points, scratch, out: &mut [f32]| {
         probe.density(points, scratch, out)
     });
@@ -58,9 +64,10 @@ pub(super) fn density_gradient<'py>(
     opened: &Opened,
     points: &Vectors<'py>,
 ) -> Answers<'py, f32> {
-    let found = answers(py, opened, points.get()?, |probe, points, scratch, out: &mut [[f32; 3]]| {
-        probe.density_gradient(points, scratch, out)
-    });
+    let found =
+        answers(py, opened, points.get()?, |probe, points, scratch, out: &mut [[f32; 3]]| {
+            probe.density_gradient(points, scratch, out)
+        });
     array(py, found?.into_flattened(), &[points.shape(), &[3]].concat())
 }
 
@@ -119,14 +126,19 @@ pub(super) fn ray_depths<'py>(
         }
     };
     let rays = pairs(origins, directions)?;
-    let rays: Vec<Ray> = rays.into_iter().map(|[origin, direction]| Ray { origin, direction }).collect();
+    let rays: Vec<Ray> =
+        rays.into_iter().map(|[origin, direction]| Ray { origin, direction }).collect();
     let found = answers(py, opened, &rays, |probe, rays, scratch, out: &mut [f32]| {
         probe.depths(rays, depth, None, scratch, out)
     });
     array(py, found?, origins.shape())
 }
 
-pub(super) fn occupied<'py>(py: Python<'py>, opened: &Opened, points: &Vectors<'py>) -> Answers<'py, bool> {
+pub(super) fn occupied<'py>(
+    py: Python<'py>,
+    opened: &Opened,
+    points: &Vectors<'py>,
+) -> Answers<'py, bool> {
     let found = answers(py, opened, points.get()?, |probe, points, _, out: &mut [bool]| {
         out.iter_mut().zip(points).for_each(|(out, point)| *out = probe.occupied(*point));
         Ok(())

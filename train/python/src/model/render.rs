@@ -67,7 +67,10 @@ impl Pixels {
                 let mut pixels = output::<u8>(py, given, &shape, ("out", "uint8"))?;
                 let to = (pixels.as_slice_mut()?, channels, depth);
                 self.run(py, opened, to, |rgba, to| match alpha {
-                    true => to.copy_from_slice(&pixel::rgba8(pixel::straight(*rgba), display.color_space)),
+                    true => to.copy_from_slice(&pixel::rgba8(
+                        pixel::straight(*rgba),
+                        display.color_space,
+                    )),
                     false => to.copy_from_slice(&display.rgb8(*rgba)),
                 })?;
                 Ok(out.unwrap_or_else(|| owned(pixels)))
@@ -102,7 +105,9 @@ impl Pixels {
             Ok("white") => [1.0; 3],
             Ok("black") => [0.0; 3],
             Ok(other) => {
-                let line = format!("background: {other:?}, expected \"white\", \"black\" or three numbers");
+                let line = format!(
+                    "background: {other:?}, expected \"white\", \"black\" or three numbers"
+                );
                 return Err(PyValueError::new_err(line));
             }
             Err(_) => fixed(given, "background")?,
@@ -153,7 +158,9 @@ fn kind(dtype: Out<'_, '_>, out: Out<'_, '_>) -> PyResult<DType> {
     };
     let found = match (dtype, out) {
         (Some(dtype), _) => name(dtype)?,
-        (None, Some(out)) => out.getattr("dtype").and_then(|d| d.getattr("name")?.extract()).unwrap_or_default(),
+        (None, Some(out)) => {
+            out.getattr("dtype").and_then(|d| d.getattr("name")?.extract()).unwrap_or_default()
+        }
         (None, None) => "uint8".to_owned(),
     };
     match found.as_str() {
@@ -189,7 +196,8 @@ pub(super) fn depth<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let shape = [how.camera.height as usize, how.camera.width as usize];
     let mut depth = output::<f32>(py, out.as_ref(), &shape, ("out", "float32"))?;
-    let pixels = Pixels { quality: how.quality, alpha: true, antialias: None, camera: how.camera };
+    let pixels =
+        Pixels { quality: how.quality, alpha: true, antialias: Some(1), camera: how.camera };
     // Pixels without size need no memory.
     let mut nothing = vec![(); shape[0] * shape[1]];
     pixels.run(py, opened, (&mut nothing, 1, depth.as_slice_mut()?), |_, _| ())?;

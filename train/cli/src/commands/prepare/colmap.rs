@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use crate::commands::{Common, Failure};
 use crate::commands::progress::Progress;
 use crate::commands::tool::{COLMAP, Runner};
+use crate::commands::{Common, Failure};
 
 /// Photographs are made this small for finding features: what is finer takes longer, and gives
 /// hardly better cameras.

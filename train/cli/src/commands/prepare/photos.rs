@@ -5,9 +5,9 @@ use std::path::Path;
 
 use pocketnerf_train::json::escape;
 
-use crate::commands::{Common, Failure};
 use crate::commands::progress::Progress;
 use crate::commands::stop::Stop;
+use crate::commands::{Common, Failure};
 
 /// Copies photographs to a folder, or links them.
 pub(super) fn bring(

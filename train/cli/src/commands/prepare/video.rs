@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::commands::{Common, Failure};
 use crate::commands::progress::Progress;
 use crate::commands::tool::{FFMPEG, FFPROBE, Runner};
+use crate::commands::{Common, Failure};
 
 /// Of so many frames that follow each other, the sharpest is taken.
 const OF: usize = 3;

@@ -67,7 +67,7 @@ class View(anywidget.AnyWidget):
     has the shape of the model's own picture. ``quality`` is that of the picture at rest, from 0,
     the fastest, to 1, the finest; None is the model's default.
 
-    ``camera`` follows the hand, and ``model.render(view.camera)`` is the picture that is seen. A
+    ``camera`` follows the hand, and ``model.render(view.camera, antialias=1)`` is the picture that is seen. A
     camera that is set is shown, as wide a view, and dragging goes on from there. All four are
     traits: ``view.observe(f, "camera")`` tells of changes.
     """
