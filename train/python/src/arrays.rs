@@ -9,6 +9,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
+/// An array of numbers for Python.
+pub(crate) type Floats<'py> = Bound<'py, PyArrayDyn<f32>>;
+
 /// A shape as Python writes it.
 pub(crate) fn tuple(shape: &[usize]) -> String {
     match shape {

@@ -1,12 +1,11 @@
 //! Cameras, in the dataset's coordinates and units.
 
-use numpy::PyArrayDyn;
 use pocketnerf_core::Camera as CoreCamera;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::arrays::{array, fixed, numbers, tuple};
+use crate::arrays::{Floats, array, fixed, numbers, tuple};
 use crate::errors::refused;
 
 /// A pinhole camera in the dataset's coordinates and units.
@@ -140,13 +139,13 @@ impl Camera {
 
     /// A new array of shape (4, 4): columns right, up, back and the position.
     #[getter]
-    fn camera_to_world<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn camera_to_world<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(py, self.0.camera_to_world.to_vec(), &[4, 4])
     }
 
     /// Where the camera is, an array of shape (3,), dataset units.
     #[getter]
-    fn position<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn position<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
         array(py, self.0.position().to_vec(), &[3])
     }
 
@@ -161,10 +160,7 @@ impl Camera {
     /// >>> origins, directions = Camera(4, 2, numpy.eye(4), fov_x=1.0).rays()
     /// >>> directions.shape
     /// (2, 4, 3)
-    fn rays<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>)> {
+    fn rays<'py>(&self, py: Python<'py>) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let shape = [self.0.height as usize, self.0.width as usize, 3];
         let rays: Vec<_> = py.detach(|| rays(&self.0).collect());
         let [origins, directions] = [

@@ -60,6 +60,7 @@ impl Dataset {
 #[pymethods]
 impl Dataset {
     #[new]
+    #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     #[pyo3(signature = (images, cameras, *, name="memory", names=None, masks=None, aabb=None, val=None, test=None))]
     fn new(
         py: Python<'_>,

@@ -32,7 +32,7 @@ pub(crate) fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
     ];
     for (kind, doc) in docs {
         kind.setattr("__doc__", doc)?;
-        module.add(&kind.name()?.to_string(), kind)?;
+        module.add(kind.name()?.to_string(), kind)?;
     }
     Ok(())
 }

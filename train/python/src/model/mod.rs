@@ -9,14 +9,13 @@ mod render;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use numpy::PyArrayDyn;
 use pocketnerf_core::Camera as CoreCamera;
 use pocketnerf_core::camera::Orbit;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 
-use crate::arrays::array;
+use crate::arrays::{Floats, array};
 use crate::camera::{Camera, resized};
 use crate::errors::of_file;
 use crate::threads::without_python;
@@ -119,7 +118,7 @@ impl Model {
     /// The box around the scene, an array of shape (2, 3), dataset units: smallest and largest
     /// corner; ``None`` for scenes without an end.
     #[getter]
-    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f32>>>> {
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Option<Floats<'py>>> {
         let bounds = self.get()?.bounds();
         bounds.map(|bounds| array(py, bounds.as_flattened().to_vec(), &[2, 3])).transpose()
     }

@@ -32,6 +32,7 @@ impl Model {
     /// (24, 32, 3)
     #[pyo3(signature = (camera=None, *, width=None, height=None, quality=None, background=None,
         dtype=None, alpha=false, antialias=None, out=None, depth_out=None))]
+    #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     fn render<'py>(
         &self,
         py: Python<'py>,

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use super::opened::Opened;
-use crate::arrays::{Vectors, array};
+use crate::arrays::{Floats, Vectors, array};
 use crate::errors::refused;
 use crate::threads::without_python;
 
@@ -77,7 +77,7 @@ pub(super) fn radiance<'py>(
     opened: &Opened,
     points: &Vectors<'py>,
     directions: &Vectors<'py>,
-) -> PyResult<(Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>)> {
+) -> PyResult<(Floats<'py>, Floats<'py>)> {
     let pairs = pairs(points, directions)?;
     let found = answers(py, opened, &pairs, |probe, pairs, scratch, out: &mut [[f32; 4]]| {
         let (points, directions): (Vec<_>, Vec<_>) = pairs.iter().map(|[p, d]| (*p, *d)).unzip();

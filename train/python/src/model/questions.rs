@@ -4,7 +4,7 @@ use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 use super::{Model, query};
-use crate::arrays::{Vectors, numbers};
+use crate::arrays::{Floats, Vectors, numbers};
 
 #[pymethods]
 impl Model {
@@ -13,11 +13,7 @@ impl Model {
     ///
     /// >>> model.density([[0, 0, 0], [100, 0, 0]]).shape
     /// (2,)
-    fn density<'py>(
-        &self,
-        py: Python<'py>,
-        points: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    fn density<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
         query::density(py, &*self.get()?, &Vectors::new(points, "points")?)
     }
 
@@ -30,7 +26,7 @@ impl Model {
         &self,
         py: Python<'py>,
         points: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    ) -> PyResult<Floats<'py>> {
         query::density_gradient(py, &*self.get()?, &Vectors::new(points, "points")?)
     }
 
@@ -45,7 +41,7 @@ impl Model {
         py: Python<'py>,
         points: &Bound<'py, PyAny>,
         directions: &Bound<'py, PyAny>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>)> {
+    ) -> PyResult<(Floats<'py>, Floats<'py>)> {
         let (points, directions) =
             (Vectors::new(points, "points")?, Vectors::new(directions, "directions")?);
         query::radiance(py, &*self.get()?, &points, &directions)
@@ -61,7 +57,7 @@ impl Model {
         py: Python<'py>,
         starts: &Bound<'py, PyAny>,
         ends: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    ) -> PyResult<Floats<'py>> {
         let (starts, ends) = (Vectors::new(starts, "starts")?, Vectors::new(ends, "ends")?);
         query::transmittance(py, &*self.get()?, &starts, &ends)
     }
@@ -84,7 +80,7 @@ impl Model {
         directions: &Bound<'py, PyAny>,
         kind: &str,
         threshold: Option<f32>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    ) -> PyResult<Floats<'py>> {
         let rays = (Vectors::new(origins, "origins")?, Vectors::new(directions, "directions")?);
         query::ray_depths(py, &*self.get()?, (&rays.0, &rays.1), (kind, threshold))
     }

@@ -92,7 +92,7 @@ impl Render {
         let mut warnings = Vec::new();
         let mut warn = |warning: Option<String>| {
             if let (Some(warning), false) = (&warning, common.quiet) {
-                common.warn(&warning);
+                common.warn(warning);
             }
             warnings.extend(warning);
         };
