@@ -76,6 +76,15 @@ def main() -> None:
         ratios.append(python / rust)
         print(f"{size}: Rust {1000 * rust:.2f} ms, Python {1000 * python:.2f} ms, ratio {ratios[-1]:.3f}")
     print(f"median ratio {statistics.median(ratios):.3f}")
+    # All that a call costs beside its pixels; of a shared machine's times, the least.
+    tiny, out = cameras[0].resized(1, 1), np.empty((1, 1, 3), np.uint8)
+    times = []
+    for _ in range(300):
+        begun = time.perf_counter()
+        model.render(tiny, out=out, antialias=1)
+        times.append(time.perf_counter() - begun)
+    median = statistics.median(times)
+    print(f"1x1: median {1e6 * median:.0f} us, {100 * median / rust:.2f} % of a picture of {size}")
     cores = max(1, (os.cpu_count() or 2) - 1)
     pocketnerf.set_num_threads(cores)
 

@@ -3,17 +3,18 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::PyArrayDyn;
 use pocketnerf_core::Camera as CoreCamera;
 use pocketnerf_train::builtin::Scene;
 use pocketnerf_train::dataset::{self as train, DatasetError as Refused, LoadOptions, Split, View};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::arrays::{array, numbers, tuple};
+use crate::arrays::array;
 use crate::camera::Camera;
 use crate::errors::DatasetError;
+use crate::photographs::{corners, mask, view};
 use crate::threads::without_python;
 
 /// Photographs with cameras, in memory: for `train` and `evaluate` in place of a folder.
@@ -278,74 +279,4 @@ impl Dataset {
 fn built_in(path: &std::path::Path) -> Option<Scene> {
     let name = path.to_str().filter(|_| !path.exists())?.strip_prefix("builtin")?;
     if name.is_empty() { Some(Scene::StillLife) } else { Scene::named(name.strip_prefix(':')?) }
-}
-
-/// A photograph of which all counts.
-fn view(image: &Bound<'_, PyAny>, name: &str, camera: CoreCamera) -> PyResult<View> {
-    let expected = [camera.height as usize, camera.width as usize];
-    let wrong = |found: &str| {
-        PyValueError::new_err(format!(
-            "image {name:?}: {found}, expected uint8 of shape ({}, {}, 3 or 4), as its camera has it",
-            expected[0], expected[1]
-        ))
-    };
-    let array: PyReadonlyArrayDyn<'_, u8> = image.extract().map_err(|_| {
-        let dtype = image.getattr("dtype").map(|dtype| dtype.to_string());
-        PyTypeError::new_err(wrong(&dtype.unwrap_or_else(|_| "no array".to_owned())).to_string())
-    })?;
-    let (shape, values) = (array.shape(), array.as_array());
-    let rgba: Vec<u8> = match shape {
-        [height, width, 4] if [*height, *width] == expected => values.iter().copied().collect(),
-        [height, width, 3] if [*height, *width] == expected => {
-            let mut rgba = Vec::with_capacity(4 * height * width);
-            for (i, value) in values.iter().enumerate() {
-                rgba.push(*value);
-                if i % 3 == 2 {
-                    rgba.push(255);
-                }
-            }
-            rgba
-        }
-        _ => return Err(wrong(&format!("shape {}", tuple(shape)))),
-    };
-    Ok(View::new(name, camera, rgba))
-}
-
-/// Which pixels of a photograph count.
-fn mask(mask: &Bound<'_, PyAny>, name: &str, camera: &CoreCamera) -> PyResult<Vec<u8>> {
-    let wrong = || {
-        PyValueError::new_err(format!(
-            "mask {name:?}: expected bool of shape ({}, {})",
-            camera.height, camera.width
-        ))
-    };
-    let array: PyReadonlyArrayDyn<'_, bool> = mask.extract().map_err(|_| wrong())?;
-    if array.shape() != [camera.height as usize, camera.width as usize] {
-        return Err(wrong());
-    }
-    let mask: Vec<u8> =
-        array.as_array().iter().map(|counts| if *counts { 255 } else { 0 }).collect();
-    if mask.iter().all(|counts| *counts == 0) {
-        return Err(PyValueError::new_err(format!("mask {name:?}: no pixel counts")));
-    }
-    Ok(mask)
-}
-
-/// Smallest and largest corner.
-fn corners(given: &Bound<'_, PyAny>) -> PyResult<[[f32; 3]; 2]> {
-    let array = numbers(given, "aabb")?;
-    let &[a, b, c, d, e, f] = array.as_slice()? else {
-        return Err(PyValueError::new_err(format!(
-            "aabb: shape {}, expected (2, 3)",
-            tuple(array.shape())
-        )));
-    };
-    let (low, high) = ([a, b, c], [d, e, f]);
-    if !(0..3).all(|axis| low[axis] < high[axis] && low[axis].is_finite() && high[axis].is_finite())
-    {
-        return Err(PyValueError::new_err(
-            "aabb: expected the smallest corner, then the largest one",
-        ));
-    }
-    Ok([low, high])
 }

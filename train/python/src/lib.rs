@@ -9,6 +9,7 @@ mod command;
 mod dataset;
 mod errors;
 mod model;
+mod photographs;
 mod threads;
 
 use pyo3::prelude::*;
