@@ -75,7 +75,10 @@ fn usage(error: clap::Error) -> Refusal {
     Refusal::Usage(line.strip_prefix("error: ").unwrap_or(&line).to_owned())
 }
 
-/// The long options of a command, each with `flag`, `value` or `values`: whether it takes no value,
+/// Options that [`run_for`] gives itself, or that end in a text for people.
+const NOT_FOR_HOSTS: [&str; 4] = ["help", "json", "quiet", "version"];
+
+/// The long options of a command for [`run_for`], each with `flag`, `value` or `values`: whether it takes no value,
 /// one, or several; `None` if there is no such command.
 #[must_use]
 pub fn options(command: &str) -> Option<Vec<(String, &'static str)>> {
@@ -88,7 +91,8 @@ pub fn options(command: &str) -> Option<Vec<(String, &'static str)>> {
             action if action.takes_values() => "value",
             _ => "flag",
         };
-        Some((argument.get_long()?.to_owned(), kind))
+        let name = argument.get_long().filter(|name| !NOT_FOR_HOSTS.contains(name))?;
+        Some((name.to_owned(), kind))
     });
     Some(options.collect())
 }

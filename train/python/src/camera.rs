@@ -3,10 +3,11 @@
 use pocketnerf_core::Camera as CoreCamera;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::{Floats, array, fixed, numbers, tuple};
 use crate::errors::refused;
+use crate::pickling::made_again;
 
 /// A pinhole camera in the dataset's coordinates and units.
 ///
@@ -182,22 +183,14 @@ impl Camera {
     /// Pickled as what the camera is made of.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
-        let rebuild = py.get_type::<Self>().getattr("_from_parts")?;
-        let CoreCamera { width, height, focal, center, camera_to_world } = slf.get().0;
-        let parts = (width, height, focal, center, camera_to_world.to_vec());
-        (rebuild, parts).into_pyobject(py)
-    }
-
-    /// From [`__reduce__`](Self::__reduce__).
-    #[staticmethod]
-    fn _from_parts(
-        width: u32,
-        height: u32,
-        focal: [f32; 2],
-        center: [f32; 2],
-        pose: [f32; 16],
-    ) -> PyResult<Self> {
-        Self::checked(CoreCamera { width, height, focal, center, camera_to_world: pose })
+        let (kind, this) = (py.get_type::<Self>(), slf.get());
+        let arguments = PyDict::new(py);
+        arguments.set_item("width", this.0.width)?;
+        arguments.set_item("height", this.0.height)?;
+        arguments.set_item("camera_to_world", this.camera_to_world(py)?)?;
+        arguments.set_item("focal", this.focal())?;
+        arguments.set_item("center", this.center())?;
+        made_again(&kind, &arguments)
     }
 }
 

@@ -165,7 +165,7 @@ pub(crate) fn run<'py>(
     on_event: Option<&Bound<'py, PyAny>>,
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let held = dataset.map(|dataset| pocketnerf_cli::hold(dataset.get().splits().to_vec()));
+    let held = dataset.map(|dataset| pocketnerf_cli::hold(dataset.get().splits()));
     let place = held.as_ref().map(pocketnerf_cli::HeldDataset::path);
     let replaced = |argument: String| match &place {
         Some(place) if argument == DATASET => place.clone().into_os_string(),

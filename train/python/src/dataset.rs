@@ -15,6 +15,7 @@ use crate::arrays::array;
 use crate::camera::Camera;
 use crate::errors::DatasetError;
 use crate::photographs::{corners, mask, view};
+use crate::pickling::made_again;
 use crate::threads::without_python;
 
 /// Photographs with cameras, in memory: for `train` and `evaluate` in place of a folder.
@@ -42,8 +43,8 @@ pub(crate) struct Dataset {
 }
 
 impl Dataset {
-    pub(crate) fn splits(&self) -> &[train::Dataset] {
-        &self.splits
+    pub(crate) fn splits(&self) -> Arc<Vec<train::Dataset>> {
+        Arc::clone(&self.splits)
     }
 
     fn split(&self, name: &str) -> PyResult<&train::Dataset> {
@@ -216,16 +217,18 @@ impl Dataset {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, this) = (slf.py(), slf.get());
         let kind = py.get_type::<Self>();
+        let arguments = PyDict::new(py);
         if let Some((path, downscale_factor, hold_every)) = &this.origin {
-            let load = kind.getattr("_load")?;
-            return (load, (path, downscale_factor, hold_every)).into_pyobject(py);
+            arguments.set_item("path", path)?;
+            arguments.set_item("downscale_factor", downscale_factor)?;
+            arguments.set_item("hold_every", hold_every)?;
+            return made_again(&kind.getattr("load")?, &arguments);
         }
         let views: Vec<(&View, Split)> = this
             .splits
             .iter()
             .flat_map(|dataset| dataset.views.iter().map(|view| (view, dataset.split)))
             .collect();
-        let arguments = PyDict::new(py);
         let shape = |view: &View| [view.camera.height as usize, view.camera.width as usize];
         let images = views.iter().map(|(view, _)| {
             let [height, width] = shape(view);
@@ -251,27 +254,7 @@ impl Dataset {
             let numbers: Vec<usize> = numbers.map(|(i, _)| i).collect();
             arguments.set_item(split.name(), (!numbers.is_empty()).then_some(numbers))?;
         }
-        (kind.getattr("_from_parts")?, (arguments,)).into_pyobject(py)
-    }
-
-    /// From [`__reduce__`](Self::__reduce__).
-    #[staticmethod]
-    fn _from_parts<'py>(
-        py: Python<'py>,
-        arguments: &Bound<'py, PyDict>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        py.get_type::<Self>().call((), Some(arguments))
-    }
-
-    /// From [`__reduce__`](Self::__reduce__).
-    #[staticmethod]
-    fn _load(
-        py: Python<'_>,
-        path: PathBuf,
-        downscale_factor: u32,
-        hold_every: u32,
-    ) -> PyResult<Self> {
-        Self::load(py, path, downscale_factor, hold_every)
+        made_again(&kind, &arguments)
     }
 }
 

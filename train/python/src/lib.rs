@@ -8,8 +8,10 @@ mod camera;
 mod command;
 mod dataset;
 mod errors;
+mod files;
 mod model;
 mod photographs;
+mod pickling;
 mod threads;
 
 use pyo3::prelude::*;
@@ -26,6 +28,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(command::main, module)?)?;
     module.add_function(wrap_pyfunction!(command::options, module)?)?;
     module.add_function(wrap_pyfunction!(arrays::encode_png, module)?)?;
+    module.add_function(wrap_pyfunction!(files::write_file, module)?)?;
     module.add_function(wrap_pyfunction!(threads::num_threads, module)?)?;
     module.add_function(wrap_pyfunction!(threads::set_num_threads, module)?)?;
     Ok(())

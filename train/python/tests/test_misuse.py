@@ -92,6 +92,10 @@ MISUSES: list[tuple[type[BaseException], str, Callable[[pocketnerf.Model], objec
     (ValueError, "1 to 1024", lambda m: pocketnerf.train("builtin", steps=1, threads=0)),
     (ValueError, "1 to 1024", lambda m: pocketnerf.set_num_threads(0)),
     (pocketnerf.Error, "nowhere", lambda m: pocketnerf.evaluate("nowhere.pnerf", "builtin")),
+    (pocketnerf.DatasetError, "memory: no test images: it has train", lambda m: pocketnerf.evaluate(m, pocketnerf.Dataset([image(6, 8, 3)], [camera()]))),
+    (TypeError, "there is no option 'json'", lambda m: pocketnerf.train("builtin", steps=1, json=True)),
+    (OSError, "/nowhere does not exist", lambda m: m.save("/nowhere/model.pnerf")),
+    (OSError, "this is a folder", lambda m: pocketnerf.write_png(".", image(3, 3, 3))),
     (ValueError, "height, width", lambda m: pocketnerf.write_png("x.png", image(3, 3))),
 ]
 

@@ -1,8 +1,8 @@
 //! Options of commands that read datasets.
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use pocketnerf_train::builtin::Scene;
@@ -113,7 +113,7 @@ pub(super) fn read(
 }
 
 /// Datasets in memory, by number; each has some splits.
-static HELD: Mutex<Vec<(u64, Vec<Dataset>)>> = Mutex::new(Vec::new());
+static HELD: Mutex<Vec<(u64, Arc<Vec<Dataset>>)>> = Mutex::new(Vec::new());
 
 /// A dataset in memory, which commands read in place of a folder as long as this lives.
 #[derive(Debug)]
@@ -121,10 +121,10 @@ pub struct HeldDataset(u64);
 
 /// Holds a dataset in memory: its splits, of which training needs one.
 #[must_use]
-pub fn hold(splits: Vec<Dataset>) -> HeldDataset {
+pub fn hold(splits: Arc<Vec<Dataset>>) -> HeldDataset {
     static LAST: AtomicU64 = AtomicU64::new(0);
     let number = LAST.fetch_add(1, Ordering::Relaxed);
-    HELD.lock().unwrap_or_else(|held| held.into_inner()).push((number, splits));
+    HELD.lock().unwrap_or_else(PoisonError::into_inner).push((number, splits));
     HeldDataset(number)
 }
 
@@ -141,22 +141,24 @@ impl HeldDataset {
 
 impl Drop for HeldDataset {
     fn drop(&mut self) {
-        HELD.lock()
-            .unwrap_or_else(|held| held.into_inner())
-            .retain(|(number, _)| *number != self.0);
+        let mut held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+        held.retain(|(number, _)| *number != self.0);
     }
 }
 
 /// The split of a dataset in memory; `None` if the folder is not the name of one.
 fn held(folder: &Path, split: Split, factor: u32) -> Option<Result<Dataset, DatasetError>> {
     let number: u64 = folder.to_str()?.strip_prefix(MEMORY)?.strip_prefix(':')?.parse().ok()?;
-    let held = HELD.lock().unwrap_or_else(|held| held.into_inner());
-    let (_, splits) = held.iter().find(|(held, _)| *held == number)?;
+    let splits = {
+        let held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
+        Arc::clone(&held.iter().find(|(held, _)| *held == number)?.1)
+    };
     let found = splits.iter().find(|dataset| dataset.split == split).cloned();
-    let missing = || DatasetError::NoSplit {
-        file: folder.to_owned(),
-        split: split.name(),
-        has: splits.iter().map(|dataset| dataset.split.name()).collect::<Vec<_>>().join(", "),
+    let missing = || {
+        let has: Vec<&str> = splits.iter().map(|dataset| dataset.split.name()).collect();
+        let file = splits.first().map_or(folder.into(), |dataset| dataset.source.clone().into());
+        let why = format!("it has {}; say which images are for {split}", has.join(", "));
+        DatasetError::EmptySplit { file, split: split.name(), why }
     };
     Some(found.ok_or_else(missing).and_then(|dataset| dataset.downscaled(factor)))
 }

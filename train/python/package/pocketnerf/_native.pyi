@@ -223,6 +223,9 @@ def options(command: str) -> dict[str, Literal["flag", "value", "values"]]:
 def encode_png(pixels: NDArray[np.uint8]) -> bytes:
     """A picture of shape (height, width, 3) or (height, width, 4) as a PNG file."""
 
+def write_file(path: _Path, data: bytes) -> None:
+    """Writes a file that is there as a whole or not at all."""
+
 def num_threads() -> int:
     """The number of threads that work in this process."""
 

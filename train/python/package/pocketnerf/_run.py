@@ -116,16 +116,21 @@ class _Listener:
             report(at)
 
 
+def bars(wanted: Optional[bool]) -> Any:
+    """The bars of tqdm, or ``None``; without a wish, where there is tqdm and somebody sees them."""
+    if wanted is False or (wanted is None and not (sys.stderr and sys.stderr.isatty())):
+        return None
+    try:
+        return importlib.import_module("tqdm.auto").tqdm
+    except ImportError:
+        if wanted:
+            raise ImportError("progress=True: no tqdm, expected it; pip install tqdm") from None
+        return None
+
+
 @contextmanager
 def _bar(wanted: Optional[bool]) -> Iterator[Optional[OnProgress]]:
-    """A bar of tqdm, where there is tqdm; without a wish, where somebody sees it."""
-    tqdm: Any = None
-    if wanted or (wanted is None and sys.stderr is not None and sys.stderr.isatty()):
-        try:
-            tqdm = importlib.import_module("tqdm.auto").tqdm
-        except ImportError:
-            if wanted:
-                raise ImportError("progress=True: no tqdm, expected it; pip install tqdm") from None
+    tqdm = bars(wanted)
     if tqdm is None:
         yield None
         return

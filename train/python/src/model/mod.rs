@@ -72,9 +72,7 @@ impl Model {
 
     /// Writes the model as a file. An older one is replaced by a whole one.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let opened = self.get()?;
-        let written = py.detach(|| pocketnerf_train::output::write_atomic(&path, opened.stored()));
-        written.map_err(|error| pyo3::exceptions::PyOSError::new_err(error.to_string()))
+        crate::files::write(py, &path, self.get()?.stored())
     }
 
     /// The bytes of the model's file.

@@ -101,6 +101,34 @@ def run(
             watch.news(ray.get(kept.news.remote()))
 
 
+def run_all(
+    jobs: Sequence[Job],
+    function: Callable[..., Outcome],
+    save: Callable[[str, Dict[str, bytes]], None],
+    folder: str,
+    *,
+    unit: str,
+    **how: Any,
+) -> None:
+    """As ``run``, and saves the files of each job as they come.
+
+    Raises pocketnerf.Error at the end if a job failed; what the others gave is saved.
+    """
+    errors: Dict[str, str] = {}
+
+    def finished(outcomes: Dict[str, Outcome]) -> None:
+        for name, outcome in outcomes.items():
+            if outcome.row.get("error"):
+                errors[name] = outcome.row["error"]
+            save(name, outcome.files)
+
+    if jobs:
+        run(jobs, function, finished, unit=unit, **how)
+    if errors:
+        name, error = next(iter(errors.items()))
+        raise pocketnerf.Error(f"{folder}: {len(errors)} {unit}s failed; the first, {name}: {error}")
+
+
 def _estimated(waiting: Any, block: bool) -> Iterator[Any]:
     """Takes jobs whose memory is known from the front of the queue."""
     while waiting and (block or waiting[0][1].done()):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import re
-import uuid
 from typing import Any, Dict, Iterable, Mapping, Union
 
 from pocketnerf import Error
+from pocketnerf._native import write_file as write
+
+__all__ = ["check_made_of", "check_names", "everywhere", "make_folder", "read", "write"]
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -37,23 +38,6 @@ def check_names(names: Iterable[object]) -> None:
                 "expected different file names; rename one"
             )
         seen[folded] = name
-
-
-def write(path: Path, data: bytes) -> None:
-    """Replaces a file in one step, so that nobody ever sees a part of it."""
-    path = os.fspath(path)
-    folder = os.path.dirname(path) or "."
-    temporary = os.path.join(folder, f".{os.path.basename(path)[:200]}.{uuid.uuid4().hex}.tmp")
-    try:
-        with open(temporary, "xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(temporary)
-        raise
 
 
 def read(path: Path) -> bytes:

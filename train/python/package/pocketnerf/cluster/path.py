@@ -11,6 +11,7 @@ import pocketnerf
 import ray
 from numpy.typing import NDArray
 from pocketnerf import Camera, Error, Model
+from pocketnerf._native import encode_png
 
 from . import driver, files
 from .worker import Outcome, Task
@@ -71,37 +72,31 @@ def render_path(
     files.check_made_of(os.path.join(folder, "path.json"), made_of)
     paths = [os.path.join(folder, f"{index:05}.png") for index in range(len(cameras))]
     left = [index for index, path in enumerate(paths) if not os.path.exists(path)]
-    errors: Dict[str, str] = {}
 
-    def finished(outcomes: Dict[str, Outcome]) -> None:
-        for name, outcome in outcomes.items():
-            if outcome.row.get("error"):
-                errors[name] = outcome.row["error"]
-            for file, data in outcome.files.items():
-                files.write(os.path.join(folder, file), data)
+    def save(_: str, frames: Dict[str, bytes]) -> None:
+        for file, data in frames.items():
+            files.write(os.path.join(folder, file), data)
 
+    jobs = []
     if left:
         driver.connect(address)
         stored = ray.put(content)
-        jobs = []
         for begin in range(0, len(left), frames_per_task):
             some = left[begin : begin + frames_per_task]
             views = {os.path.basename(paths[index]): cameras[index] for index in some}
             arguments = {"model": stored, "views": views, "options": options}
             jobs.append(driver.Job(f"frames {some[0]}-{some[-1]}", arguments, lambda: memory))
-        driver.run(
-            jobs,
-            _render,
-            finished,
-            num_cpus=num_cpus,
-            max_retries=max_retries,
-            unit="task",
-            address=address,
-            progress=progress,
-        )
-    if errors:
-        name, error = next(iter(errors.items()))
-        raise Error(f"{folder}: {len(errors)} tasks failed; the first, {name}: {error}")
+    driver.run_all(
+        jobs,
+        _render,
+        save,
+        folder,
+        num_cpus=num_cpus,
+        max_retries=max_retries,
+        unit="task",
+        address=address,
+        progress=progress,
+    )
     return paths
 
 
@@ -126,8 +121,6 @@ def _render(
     frames = {}
     with pocketnerf.Model.open(model) as opened:
         for name, camera in views.items():
-            path = os.path.join(task.folder, name)
             pixels = cast("NDArray[np.uint8]", opened.render(camera, dtype=np.uint8, **options))
-            pocketnerf.write_png(path, pixels)
-            frames[name] = files.read(path)
+            frames[name] = encode_png(pixels)
     return Outcome({}, frames)

@@ -70,33 +70,26 @@ def stress(
     parts = (chosen[i : i + modes_per_task] for i in range(0, len(chosen), modes_per_task))
     groups = {"+".join(part): part for part in parts}
     left = [name for name in groups if not os.path.exists(_csv(folder, name))]
-    errors: Dict[str, str] = {}
 
-    def finished(outcomes: Dict[str, Outcome]) -> None:
-        for name, outcome in outcomes.items():
-            if outcome.row.get("error"):
-                errors[name] = outcome.row["error"]
-            _save(os.path.join(folder, name), outcome.files, last="stress.csv")
+    def save(name: str, pages: Dict[str, bytes]) -> None:
+        _save(os.path.join(folder, name), pages, last="stress.csv")
 
     jobs = []
     for name in left:
         own = {**options, "modes": ",".join(groups[name])}
         job = driver.Job(name, {"data": files.everywhere(data), "options": own}, lambda: memory)
         jobs.append(job)
-    if jobs:
-        driver.run(
-            jobs,
-            _stress,
-            finished,
-            num_cpus=num_cpus,
-            max_retries=max_retries,
-            unit="group",
-            address=address,
-            progress=progress,
-        )
-    if errors:
-        name, error = next(iter(errors.items()))
-        raise Error(f"{folder}: {len(errors)} groups failed; the first, {name}: {error}")
+    driver.run_all(
+        jobs,
+        _stress,
+        save,
+        folder,
+        num_cpus=num_cpus,
+        max_retries=max_retries,
+        unit="group",
+        address=address,
+        progress=progress,
+    )
     rows: List[Row] = []
     for name in groups:
         text = io.StringIO(files.read(_csv(folder, name)).decode(), newline="")
@@ -169,21 +162,17 @@ def chart(
     stored = ray.put(contents)
     where = files.everywhere(data)
     job = driver.Job("chart", {"data": where, "models": stored, "options": settings})
-    outcomes: Dict[str, Outcome] = {}
     how.pop("memory")
-    driver.run(
+    driver.run_all(
         [job],
         _chart,
-        outcomes.update,
+        lambda _, pages: _save(folder, pages, last="points.csv"),
+        folder,
         # A whole node, so that nothing else disturbs the times.
         num_cpus=max(1.0, driver.largest_node()["CPU"]),
         unit="chart",
         **how,
     )
-    outcome = outcomes["chart"]
-    if outcome.row.get("error"):
-        raise Error(outcome.row["error"])
-    _save(folder, outcome.files, last="points.csv")
     return Table.read_csv(os.path.join(folder, "points.csv"))
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-import sys
 from typing import Any, Callable, Dict, Mapping, Optional
+
+from pocketnerf._run import bars
 
 OnProgress = Callable[[str, Any], object]
 
@@ -20,18 +20,8 @@ class Watch:
         self._failed = 0
         self._shares: Dict[str, float] = {}
         self._bar: Any = None
-        if progress is None:
-            progress = sys.stderr.isatty()
-            needed = False
-        else:
-            needed = progress
-        if not progress:
-            return
-        try:
-            tqdm = importlib.import_module("tqdm.auto").tqdm
-        except ImportError as error:
-            if needed:
-                raise ImportError("progress=True needs tqdm: pip install tqdm") from error
+        tqdm = bars(progress)
+        if tqdm is None:
             return
         self._bar = tqdm(
             total=total,
