@@ -182,7 +182,7 @@ pub(crate) fn run<'py>(
     });
     let work = move || {
         // The listener ends when this thread drops the relay.
-        let outcome = threads::install(threads, || {
+        let outcome = threads::beside(threads, || {
             let refusal = pocketnerf_cli::run_for(Arc::clone(&relay) as Arc<dyn Host>, arguments);
             refusal.map(|()| relay.result.lock().unwrap_or_else(PoisonError::into_inner).take())
         });

@@ -19,7 +19,7 @@ static POOL: AtomicPtr<Pool> = AtomicPtr::new(ptr::null_mut());
 
 /// The threads of this process.
 fn pool() -> PyResult<&'static ThreadPool> {
-    // SAFETY: what is stored there came from a box that was leaked.
+    // SAFETY: what is stored there came from a box that was leaked, and nobody changes it.
     let known = unsafe { POOL.load(Ordering::Acquire).as_ref() };
     match known.filter(|pool| pool.process == std::process::id()) {
         Some(pool) => Ok(&pool.pool),
@@ -29,10 +29,9 @@ fn pool() -> PyResult<&'static ThreadPool> {
 
 fn replace(pool: ThreadPool) -> PyResult<&'static ThreadPool> {
     let process = std::process::id();
-    let pool: &'static mut Pool = Box::leak(Box::new(Pool { process, pool }));
-    POOL.store(pool, Ordering::Release);
-    // SAFETY: it was leaked, and nobody changes it any more.
-    Ok(&unsafe { &*ptr::from_ref(pool) }.pool)
+    let pool: &'static Pool = Box::leak(Box::new(Pool { process, pool }));
+    POOL.store(ptr::from_ref(pool).cast_mut(), Ordering::Release);
+    Ok(&pool.pool)
 }
 
 /// So many threads; 0: as many as the machine has, or the variable `RAYON_NUM_THREADS` says.
@@ -48,15 +47,14 @@ fn checked(n: usize) -> PyResult<usize> {
     }
 }
 
-/// Works on so many threads, or on the usual ones; the caller holds no lock of Python.
-pub(crate) fn install<R: Send>(
+/// Works on so many threads, or as many as usual, of a pool of its own: long work would keep
+/// pictures waiting.
+pub(crate) fn beside<R: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> R + Send,
 ) -> PyResult<R> {
-    match threads {
-        Some(n) => Ok(build(checked(n)?)?.install(work)),
-        None => Ok(pool()?.install(work)),
-    }
+    let n = threads.map_or_else(num_threads, checked)?;
+    Ok(build(n)?.install(work))
 }
 
 /// Works on the usual threads while other threads run Python.
@@ -64,7 +62,7 @@ pub(crate) fn without_python<R: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> R + Send,
 ) -> PyResult<R> {
-    py.detach(|| install(None, work))
+    py.detach(|| Ok(pool()?.install(work)))
 }
 
 /// The number of threads that work in this process.

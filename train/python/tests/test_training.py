@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import shutil
 import signal
 import subprocess
 import sys
@@ -152,6 +153,26 @@ def test_python_goes_on_while_it_trains(photographs: Path) -> None:
         done.set()
         thread.join()
     assert during > 10_000
+
+
+def test_pictures_do_not_wait_for_training(model: pocketnerf.Model, photographs: Path) -> None:
+    usual = pocketnerf.num_threads()
+    pocketnerf.set_num_threads(1)
+
+    def look(at: pocketnerf.Progress) -> None:
+        if at.step > 0:
+            model.render(width=20)
+            raise RuntimeError("seen")
+
+    try:
+        # Training that kept the only thread would end before the picture is there.
+        with pytest.raises(RuntimeError, match="seen") as caught:
+            pocketnerf.train(photographs, on_progress=look, **{**SMALL, "steps": 2000})
+    finally:
+        pocketnerf.set_num_threads(usual)
+    checkpoint = caught.value.checkpoint  # type: ignore[attr-defined]
+    assert pocketnerf.info(checkpoint)["checkpoint"]["step"] < 2000
+    shutil.rmtree(os.path.dirname(checkpoint))
 
 
 def test_models_are_exported_and_packed(demo: Path, tmp_path: Path) -> None:
