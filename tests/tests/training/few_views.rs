@@ -1,4 +1,4 @@
-//! Twelve photographs.
+//! Eight photographs.
 
 use std::time::Instant;
 
@@ -10,13 +10,13 @@ use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::Settings;
 use pocketnerf_train::trainer::{FinishingBudget, Length, Run, TrainConfig, Trainer};
 
-/// Below and behind things, where twelve cameras see nothing, a field makes things up, and other
+/// Below and behind things, where eight cameras see nothing, a field makes things up, and other
 /// cameras see that.
 #[test]
 fn what_few_photographs_do_not_see_is_empty() {
     let config = TrainConfig { samples_per_step: 1 << 14, ..TrainConfig::hash_grid() };
     let mut dataset = builtin::dataset(Split::Train, 4);
-    dataset.thin(12);
+    dataset.thin(8);
     let mut trainer = Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap();
     let mut run = Run::new(Length::Steps(600), Instant::now());
     while run.step(&mut trainer).unwrap().is_some() {}
@@ -28,5 +28,5 @@ fn what_few_photographs_do_not_see_is_empty() {
     let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
     let (before, after) = (score(&trainer.model()), score(&finished.model()));
     println!("{before:.2} dB with what is made up, {after:.2} dB without");
-    assert!(after > before + 0.1, "{after}, {before}");
+    assert!(after > before + 0.3, "{after}, {before}");
 }
