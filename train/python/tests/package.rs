@@ -39,7 +39,9 @@ fn python() {
     let library = std::env::current_exe().unwrap().with_file_name("lib_native.so");
     std::fs::copy(&library, package.join("_native.abi3.so")).unwrap();
     let mut pytest = Command::new(python);
-    pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=10", "--rootdir"]);
+    pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=10"]);
+    // Many tests wait, or keep one core busy.
+    pytest.args(["--numprocesses=auto", "--dist=loadfile", "--rootdir"]);
     let tests = Path::new(ROOT).join("tests");
     let status = pytest
         .args([tests.as_os_str(), tests.as_os_str()])

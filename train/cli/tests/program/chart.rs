@@ -9,12 +9,12 @@ use super::page::page_works;
 
 /// Two models of a few steps, as thumbnails.
 const TINY: [&str; 8] = [
-    "--train=--steps 60 --downscale-factor 8 --log2-hashmap-size 9 --n-levels 4 --hidden-width 16",
+    "--train=--steps 60 --downscale-factor 8 --exposure off --log2-hashmap-size 9 --n-levels 4 --hidden-width 16",
     "--train=--steps 20 --downscale-factor 8 --method nerf --depth 2 --width 16 --batch-rays 64",
     "--downscale-factor=8",
     "--qualities=0,1",
     "--views=3",
-    "--rounds=5",
+    "--rounds=3",
     "--threads=2",
     "--quiet",
 ];
@@ -190,7 +190,8 @@ fn an_interrupted_chart_goes_on_where_it_stopped() {
 
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("chart");
-    let tiny = "--downscale-factor 8 --log2-hashmap-size 8 --n-levels 4 --hidden-width 16";
+    let tiny =
+        "--downscale-factor 8 --exposure off --log2-hashmap-size 8 --n-levels 4 --hidden-width 16";
     let [first, second] = [5, 400].map(|steps| format!("--train=--steps {steps} {tiny}"));
     let arguments = [
         "chart",
@@ -230,7 +231,7 @@ fn an_interrupted_chart_goes_on_where_it_stopped() {
         assert!(!out.join("points.json").exists());
         assert_eq!(has("builtin.steps400", ".f32.pnerf"), None);
     }
-    let whole = models.join("builtin.steps5-downscale-factor8-T8-L4-W16.f32.pnerf");
+    let whole = models.join("builtin.steps5-downscale-factor8-exposureoff-T8-L4-W16.f32.pnerf");
     let trained = std::fs::metadata(&whole).unwrap().modified().unwrap();
 
     done(&pocketnerf(&arguments));
@@ -275,7 +276,13 @@ fn what_is_wrong_is_said_before_anything_is_written() {
 
     // A model of the built-in scene for that dataset.
     let model = at("m.pnerf");
-    let steps = ["--steps=5", "--downscale-factor=16", "--log2-hashmap-size=8", "--quiet"];
+    let steps = [
+        "--steps=5",
+        "--downscale-factor=16",
+        "--exposure=off",
+        "--log2-hashmap-size=8",
+        "--quiet",
+    ];
     done(&pocketnerf(&[&["train", "builtin", "--out", text(&model)], &steps[..]].concat()));
     std::fs::copy(scene.join("transforms_train.json"), scene.join("transforms_test.json")).unwrap();
     let taken = ["chart", text(&scene), "--out", text(&out), "--models", text(&model)];

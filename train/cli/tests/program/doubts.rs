@@ -14,7 +14,7 @@ const BOX: &str = "its box";
 /// What is said before the first step of a run on the still life, which is 1.7 units wide and
 /// reaches from -0.7 to 0.95.
 fn said(options: &str, about: &str) -> Vec<String> {
-    let train = "train builtin --downscale-factor 8 --exposure off --steps 1 --json --quiet";
+    let train = "train builtin --downscale-factor 16 --exposure off --steps 1 --json --quiet";
     let result = Place::new().ok(&format!("{train} --out x.pnerf {options}"));
     let warnings = result["warnings"].as_array().unwrap().iter();
     let all = warnings.map(|line| line.as_str().unwrap().to_owned());
@@ -46,14 +46,14 @@ fn a_box_that_does_not_fit_is_said_before_training() {
 }
 
 /// What is said of the still life's photographs after these are done to.
-fn said_of(steps: u32, spoil: impl FnOnce(&mut Vec<View>)) -> Vec<String> {
+fn said_of(options: &str, spoil: impl FnOnce(&mut Vec<View>)) -> Vec<String> {
     let place = Place::new();
     let mut photos = builtin::dataset(Split::Train, 4).views;
     spoil(&mut photos);
     std::fs::create_dir(place.path("spoilt")).unwrap();
     dataset::write(&place.path("spoilt"), Split::Train, &photos).unwrap();
     let train = "train spoilt --exposure off --profile fast --seed 0 --json --quiet";
-    let result = place.ok(&format!("{train} --steps {steps} --out x.pnerf"));
+    let result = place.ok(&format!("{train} {options} --out x.pnerf"));
     let warnings = result["warnings"].as_array().unwrap().iter();
     warnings.map(|line| line.as_str().unwrap().to_owned()).collect()
 }
@@ -66,7 +66,7 @@ fn each(photos: &mut [View], nth: usize, first: usize, spoil: impl FnMut(&mut Vi
 #[test]
 fn gaps_between_photographs_are_said_before_training() {
     let towards = Vec3::new(0.8, -0.6, 0.6).normalize();
-    let found = said_of(1, |photos| {
+    let found = said_of("--steps 1", |photos| {
         photos.retain(|view| {
             let from = Vec3::from(view.camera.position()).normalize();
             from.angle_between(towards).to_degrees() > 40.0
@@ -78,7 +78,7 @@ fn gaps_between_photographs_are_said_before_training() {
 #[test]
 fn blurred_and_noisy_photographs_are_named() {
     let mut random = Random::new(7, [0; 3]);
-    let found = said_of(520, |photos| {
+    let found = said_of("--steps 520", |photos| {
         each(photos, 8, 1, |view| {
             for pixel in view.rgba.as_chunks_mut::<4>().0.iter_mut().filter(|pixel| pixel[3] > 0) {
                 for value in &mut pixel[..3] {
@@ -107,8 +107,9 @@ fn blurred_and_noisy_photographs_are_named() {
 
 #[test]
 fn inexact_poses_and_focal_lengths_are_said() {
+    const SMALL: &str = "--steps 520 --log2-hashmap-size 14 --n-levels 6 --hidden-width 16";
     let mut random = Random::new(8, [0; 3]);
-    let found = said_of(520, |photos| {
+    let found = said_of(SMALL, |photos| {
         for view in photos {
             // A fifth of a pixel of these along both sides: the principal point moves as poses do.
             let by = [0, 1].map(|_| 0.2 * normal(&mut random));
@@ -122,7 +123,7 @@ fn inexact_poses_and_focal_lengths_are_said() {
     });
     assert!(found.len() == 1 && found[0].starts_with("photographs are shifted by"), "{found:?}");
     for (times, expected) in [(1.1, "too long"), (0.9, "too short")] {
-        let found = said_of(520, |photos| {
+        let found = said_of(SMALL, |photos| {
             each(photos, 1, 0, |view| view.camera.focal = view.camera.focal.map(|f| times * f));
         });
         assert!(found.len() == 1 && found[0].contains(expected), "{times}: {found:?}");

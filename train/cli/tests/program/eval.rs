@@ -76,8 +76,8 @@ fn smaller_pictures_are_not_jagged() {
 fn far_and_near_parts_are_told_apart() {
     let eval = |data: &str, more: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
-        command.args(["eval", MODEL, data, "--downscale-factor", "16"]).args(more);
-        let output = command.output().unwrap();
+        command.args(["eval", MODEL, data, "--downscale-factor", "16", "--antialias", "off"]);
+        let output = command.args(more).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     };

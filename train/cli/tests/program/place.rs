@@ -10,7 +10,7 @@ use serde_json::Value;
 
 /// A small model.
 pub(crate) const TRAIN: &str =
-    "train data --json --quiet --log2-hashmap-size 9 --batch-rays 64 --seed 5";
+    "train data --json --quiet --exposure off --log2-hashmap-size 9 --batch-rays 64 --seed 5";
 
 /// The first views of the built-in scene as a Blender-style dataset.
 fn write_dataset(folder: &Path) {

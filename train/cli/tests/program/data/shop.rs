@@ -28,7 +28,7 @@ while [ $# -gt 0 ]; do
   esac
   shift
 done
-[ -z "$SLOW" ] || { echo started > "$SLOW"; sleep 20; }
+[ -z "$SLOW" ] || { echo started > "$SLOW"; sleep 4; }
 echo x >> "$database"
 if [ -n "$out" ] && [ -z "$NONE" ]; then
   for model in $MODELS; do
