@@ -94,8 +94,13 @@ def test_ctrl_c_saves_a_checkpoint(photographs: Path) -> None:
             asked.set()
             threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGINT)).start()
 
-    with pytest.raises(pocketnerf.Interrupted, match="resume with train") as caught:
-        pocketnerf.train(photographs, on_progress=interrupt, **{**SMALL, "steps": 5000})
+    # Whoever started this process in the background may have had it ignore Ctrl-C.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(pocketnerf.Interrupted, match="resume with train") as caught:
+            pocketnerf.train(photographs, on_progress=interrupt, **{**SMALL, "steps": 5000})
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert isinstance(caught.value, KeyboardInterrupt)
     checkpoint = caught.value.checkpoint
     assert checkpoint is not None and Path(checkpoint).is_file()
