@@ -35,11 +35,11 @@ fn every_kind_of_model_in_contracted_space() {
 
 /// Every kind of model, put into a space, at every level.
 fn every_kind(in_space: impl Fn(Model<'static>) -> Model<'static>) {
-    let camera = camera(33, 17);
+    let camera = camera(17, 19);
     let [mut empty, mut misty, mut opaque] = [0; 3];
     for recipe in Recipe::all() {
         let model = in_space(recipe.build());
-        let mut expected = vec![RayResult::EMPTY; 33 * 17];
+        let mut expected = vec![RayResult::EMPTY; 17 * 19];
         reference::render_picture(&model, &camera, &mut expected).unwrap();
         for level in levels() {
             for tuning in [Tuning::SMALL, Tuning::FAST] {

@@ -140,32 +140,40 @@ mod tests {
         let mut all = trainer.grid.finer();
         trainer.look(&mut all, 8);
         let (model, tiles) = (trainer.model(), trainer.calibration_tiles(TILES));
-        // This scene needs them all, so short a time after the start. Were they so many
-        // times as dense, the highest thresholds would be little above the usual one.
         let pruning = Pruning { model: &model, tiles: &tiles, simd };
-        let same = pruning.needed(&all).unwrap().cells;
-        assert_eq!(same.view().fraction(), all.view().fraction());
         let (density, updates) = all.state();
-        let denser: Vec<f32> = density.iter().map(|density| density * 9.0).collect();
         let (coarse, fine) = (all.view().coarse_bytes(), all.view().fine_bytes());
-        let mut some = all.clone();
-        assert!(some.restore(&denser, updates, coarse, fine));
-        let some = pruning.needed(&some).unwrap().cells;
-        let share = some.view().fraction() / all.view().fraction();
-        assert!((0.8..0.99).contains(&share), "{share}");
-        let n = all.view().resolution();
-        for cell in 0..n * n * n {
-            let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
-            assert!(all.view().cell(x, y, z) || !some.view().cell(x, y, z));
-        }
+        // Those that are needed, were all so many times as dense as the field says.
+        let needed = |times: f32| {
+            let mut grid = all.clone();
+            let density: Vec<f32> = density.iter().map(|density| density * times).collect();
+            assert!(grid.restore(&density, updates, coarse, fine));
+            pruning.needed(&grid).unwrap().cells
+        };
+        let share = |cells: &Packed| cells.view().fraction() / all.view().fraction();
         // Against the photographs, and not only those that were rendered.
-        let [whole, emptied] = [all.occupied(), &some].map(|cells| {
+        let tiles = CalibrationTiles { seed: tiles.seed + 1, ..tiles };
+        let error = |cells: &Packed| {
             let model = Model { occupancy: Some(cells.view()), ..model };
             let options = RenderOptions::new(&model, simd, Tuning::FAST);
-            let tiles = CalibrationTiles { seed: tiles.seed + 1, ..tiles };
             let errors = tiles.render(&model, &options, |t| Ok(t.squared_error(&t.rgba)));
             errors.unwrap().iter().sum::<f64>()
-        });
-        assert!(emptied < whole * 1.02, "{emptied} {whole}");
+        };
+        let whole = error(all.occupied());
+        // Even the lowest threshold would empty what shows.
+        assert_eq!(share(&needed(1.0 / 9.0)), 1.0);
+        // Thresholds of the usual size, so short a time after the start, and such as are little
+        // above that of training.
+        for (times, most) in [(1.0, 1.0), (9.0, 0.99)] {
+            let some = needed(times);
+            assert!((0.8..=most).contains(&share(&some)), "{times}: {}", share(&some));
+            let n = all.view().resolution();
+            for cell in 0..n * n * n {
+                let [x, y, z] = [cell % n, cell / n % n, cell / (n * n)];
+                assert!(all.view().cell(x, y, z) || !some.view().cell(x, y, z));
+            }
+            let emptied = error(&some);
+            assert!(emptied < whole * 1.02, "{times}: {emptied} {whole}");
+        }
     }
 }
