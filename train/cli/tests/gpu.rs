@@ -60,7 +60,7 @@ fn pictures_and_scores_are_those_of_the_cpu() {
     let run = |arguments: &[&str], device: &str| {
         json(folder.path(), &[arguments, &["--device", device]].concat(), &[(SOFTWARE, "1")])
     };
-    let eval = ["eval", "m.pnerf", "builtin", "--downscale-factor", "16"];
+    let eval = ["eval", "m.pnerf", "builtin", "--downscale-factor", "8"];
     for quality in ["1", "0.5"] {
         let eval = [&eval[..], &["--quality", quality, "--antialias", "2"]].concat();
         let [gpu, cpu] = ["gpu", "cpu"].map(|device| run(&eval, device));
@@ -169,7 +169,7 @@ fn training_goes_on_wherever_it_began() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     let small = ["--log2-hashmap-size", "9", "--batch-rays", "64"];
-    let train = ["train", "builtin", "--downscale-factor", "16", "--steps", "16"];
+    let train = ["train", "builtin", "--downscale-factor", "16", "--steps", "48"];
     let train = [&train[..], &small, &SMALL, &["--save-every", "1h"]].concat();
     let on = |device: &str, out: &str| {
         let more = ["--out", out, "--device", device];
@@ -195,7 +195,7 @@ fn training_goes_on_wherever_it_began() {
     let resumed = ["train", "builtin", "--downscale-factor", "16", "--resume", "gpu.ckpt.pnerf"];
     let resumed = [&resumed[..], &["--out", "again.pnerf", "--device", "cpu"]].concat();
     let object = json(folder.path(), &resumed, &[(SOFTWARE, "1")]);
-    assert_eq!((object["steps"].as_u64(), object["device"].as_str()), (Some(16), Some("cpu")));
+    assert_eq!((object["steps"].as_u64(), object["device"].as_str()), (Some(48), Some("cpu")));
     let read = |name: &str| std::fs::read(folder.path().join(name)).expect("a model");
     assert_eq!(read("again.pnerf").len(), read("gpu.pnerf").len());
 }

@@ -67,7 +67,7 @@ fn colmap_itself() {
     let place = Place::new();
     std::fs::create_dir(place.path("photos")).unwrap();
     let truth = Scene::StillLife.dataset(Split::Train, 1);
-    let views: Vec<_> = truth.views.iter().take(24).collect();
+    let views: Vec<_> = truth.views.iter().take(36).collect();
     for (i, view) in views.iter().enumerate() {
         let size = (view.camera.width, view.camera.height);
         let rgb: Vec<u8> = view.rgba.chunks(4).flat_map(over_grey).collect();
@@ -75,7 +75,7 @@ fn colmap_itself() {
         image::save_buffer(file, &rgb, size.0, size.1, image::ColorType::Rgb8).unwrap();
     }
     let result = place.ok("prepare photos --out set --quiet --json");
-    assert!(result["registered"].as_u64().unwrap() >= 20, "{result}");
+    assert!(result["registered"].as_u64().unwrap() >= 30, "{result}");
     let options = LoadOptions { hold_every: 0, ..LoadOptions::default() };
     let found = load_with(&place.path("set"), Split::Train, &options).unwrap();
     let number = |name: &str| name.trim_start_matches("images/")[..2].parse::<usize>().unwrap();
