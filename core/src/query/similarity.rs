@@ -56,6 +56,12 @@ impl Similarity {
         [0, 1, 2].map(|i| r[0][i] * d[0] + r[1][i] * d[1] + r[2][i] * d[2])
     }
 
+    /// A direction in the model's coordinates as one in the dataset's, of the same length.
+    #[must_use]
+    pub fn to_dataset_direction(&self, d: [f32; 3]) -> [f32; 3] {
+        self.rotation.map(|r| r[0] * d[0] + r[1] * d[1] + r[2] * d[2])
+    }
+
     /// A point in dataset coordinates to scene units.
     #[inline]
     #[must_use]

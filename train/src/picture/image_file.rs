@@ -8,7 +8,7 @@ use image::{ExtendedColorType, ImageEncoder, ImageError};
 
 use crate::output::{OutputError, write_atomic};
 
-/// Default scene units per step of a depth file: a thousandth, as programs that read
+/// Default units per step of a depth file: a thousandth, as programs that read
 /// millimetres expect.
 pub const DEPTH_UNITS_PER_STEP: f32 = 1e-3;
 
@@ -46,9 +46,8 @@ pub fn write_rgba(path: &Path, width: u32, height: u32, rgba: &[u8]) -> Result<(
     write(path, width, height, rgba, ExtendedColorType::Rgba8)
 }
 
-/// Writes depth, scene units, as 16-bit grey: `round(depth / units_per_step)`,
-/// from 1 to 65535. 0 means no surface: depth that is infinite, NaN or not
-/// above 0.
+/// Writes depth as 16-bit grey: `round(depth / units_per_step)`, from 1 to 65535. 0 means no
+/// surface: depth that is infinite, NaN or not above 0.
 ///
 /// # Errors
 /// One line that names the file.
@@ -70,6 +69,29 @@ pub fn write_depth(
         })
         .collect();
     write(path, width, height, bytemuck::must_cast_slice(&steps), ExtendedColorType::L16)
+}
+
+/// Writes unit vectors as 8-bit RGB, one a pixel: `round(255 (n + 1) / 2)` of x, y and z. Black,
+/// which is no unit vector, means no surface: zeros.
+///
+/// # Errors
+/// One line that names the file.
+///
+/// # Panics
+/// If `normals` does not hold `width * height` vectors.
+pub fn write_normals(
+    path: &Path,
+    width: u32,
+    height: u32,
+    normals: &[[f32; 3]],
+) -> Result<(), OutputError> {
+    let byte = |v: f32| (127.5 * (v + 1.0)).round() as u8;
+    let color = |normal: &[f32; 3]| match normal {
+        [0.0, 0.0, 0.0] => [0; 3],
+        normal => normal.map(byte),
+    };
+    let rgb: Vec<u8> = normals.iter().flat_map(color).collect();
+    write(path, width, height, &rgb, ExtendedColorType::Rgb8)
 }
 
 /// The absolute difference of two pictures, `gain` times brighter.
@@ -166,6 +188,17 @@ mod tests {
         write_depth(&path, 3, 2, &depth, DEPTH_UNITS_PER_STEP).unwrap();
         let image = image::open(&path).unwrap();
         assert_eq!(image.as_luma16().unwrap().as_raw(), &[2500, 1, 65535, 0, 0, 0]);
+    }
+
+    #[test]
+    fn normals_as_colours() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let normals = [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.28, -0.96, 0.0], [0.0; 3]];
+        write_normals(&path, 2, 2, &normals).unwrap();
+        let image = image::open(&path).unwrap();
+        let expected = [128, 128, 255, 0, 128, 128, 163, 5, 128, 0, 0, 0];
+        assert_eq!(image.as_rgb8().unwrap().as_raw(), &expected);
     }
 
     #[test]

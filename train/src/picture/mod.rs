@@ -1,8 +1,11 @@
 //! Whole pictures of a model, and their files.
 
 mod antialias;
+mod depths;
 mod device;
+pub mod exr_file;
 pub mod image_file;
+mod normals;
 #[cfg(feature = "gpu")]
 mod on_gpu;
 mod progressive;
@@ -12,7 +15,10 @@ use pocketnerf_core::render::{RenderStats, Tiles};
 use pocketnerf_core::{Camera, Display, Error, Model, RenderOptions, SimdLevel, Tuning, pixel};
 
 pub use antialias::Antialias;
+pub(crate) use depths::depths;
+use depths::ray;
 pub use device::Device;
+pub use normals::normals;
 pub use progressive::Progressive;
 pub use renderer::Renderer;
 

@@ -3,11 +3,11 @@
 use glam::Vec3;
 use pocketnerf_core::pixel::{rgb8, straight};
 use pocketnerf_core::query::Depth;
-use pocketnerf_core::{Camera, Error, Model, Probe, SimdLevel, Tuning};
+use pocketnerf_core::{Camera, Error, Model};
 use rayon::prelude::*;
 
 use super::Settings;
-use crate::picture::{self, Renderer};
+use crate::picture::{self, Renderer, depths};
 
 /// The longer side of a picture is at least so many times the voxels along the longest side.
 const PIXELS_A_VOXEL: f32 = 2.0;
@@ -64,7 +64,10 @@ pub(super) fn all(
         let opacity = if is_clear { BEGINS } else { HALF };
         for (i, seen) in seen.iter_mut().enumerate() {
             each(cameras.len() + i);
-            seen.depth = depths(model, &seen.camera, opacity, settings.simd)?;
+            // The mean depth of a pixel at an outline lies between what is before and behind it,
+            // where nothing is.
+            let kind = Depth::FirstOpacity(opacity);
+            seen.depth = depths(model, &seen.camera, kind, settings.simd)?;
         }
     }
     Ok(seen)
@@ -86,29 +89,6 @@ pub(super) fn memory_bytes(cameras: &[Camera], settings: &Settings) -> u64 {
 /// Probes know no bent space; there, the mean depth alone is known.
 pub(super) fn has_box(model: &Model<'_>) -> bool {
     model.space.scene_box().is_some()
-}
-
-/// Where so much of the light has been held back. The mean depth of a pixel at an outline lies
-/// between what is before and behind it, where nothing is.
-fn depths(
-    model: &Model<'_>,
-    camera: &Camera,
-    opacity: f32,
-    simd: SimdLevel,
-) -> Result<Vec<f32>, Error> {
-    let probe = Probe::new(model, simd, Tuning::FAST)?;
-    let width = camera.width as usize;
-    let mut depth = vec![f32::INFINITY; width * camera.height as usize];
-    let memory = || (vec![0.0; probe.scratch_len()], Vec::with_capacity(width));
-    depth.par_chunks_mut(width).enumerate().try_for_each_init(
-        memory,
-        |(scratch, rays), (y, row)| {
-            rays.clear();
-            rays.extend((0..width).map(|x| camera.ray(x as f32 + 0.5, y as f32 + 0.5)));
-            probe.depths(rays, Depth::FirstOpacity(opacity), None, scratch, row)
-        },
-    )?;
-    Ok(depth)
 }
 
 impl Seen {
