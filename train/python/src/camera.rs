@@ -212,7 +212,7 @@ pub(crate) fn resized(camera: &CoreCamera, width: u32, height: u32) -> CoreCamer
 }
 
 /// The rays through the centres of all pixels, row after row.
-pub(crate) fn rays(camera: &CoreCamera) -> impl Iterator<Item = pocketnerf_core::Ray> + '_ {
+fn rays(camera: &CoreCamera) -> impl Iterator<Item = pocketnerf_core::Ray> + '_ {
     let (width, height) = (camera.width, camera.height);
     let row = move |y: u32| (0..width).map(move |x| camera.ray(x as f32 + 0.5, y as f32 + 0.5));
     (0..height).flat_map(row)

@@ -74,8 +74,9 @@ impl Model {
         depth(py, &opened, &Depth { quality, camera }, out)
     }
 
-    /// Where the surface of each pixel faces: unit vectors in the dataset's axes, an array of
-    /// ``float32`` of shape (height, width, 3); zeros where nothing is.
+    /// Where the surface faces that each pixel's centre sees: unit vectors towards the camera in the
+    /// dataset's axes, an array of ``float32`` of shape (height, width, 3); zeros where more than half of
+    /// the light passes. Each is that of a plane through what is seen around the pixel.
     ///
     /// >>> model.normals(width=32, height=24).shape
     /// (24, 32, 3)

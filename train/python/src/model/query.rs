@@ -18,7 +18,7 @@ const CHUNK: usize = 4096;
 type Answers<'py, T> = PyResult<Bound<'py, PyArrayDyn<T>>>;
 
 /// Asks with scratch, on all threads of the current pool.
-pub(super) fn each<Q: Sync, A: Send>(
+fn each<Q: Sync, A: Send>(
     opened: &Opened,
     questions: &[Q],
     answers: &mut [A],

@@ -3,17 +3,14 @@
 use std::borrow::Cow;
 
 use numpy::PyReadwriteArrayDyn;
-use pocketnerf_core::query::Depth as Kind;
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Camera, Display, Error, pixel};
-use pocketnerf_train::picture::{Antialias, Renderer, Settings};
+use pocketnerf_train::picture::{self, Antialias, Renderer, Settings};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::opened::Opened;
-use super::query;
 use crate::arrays::{fixed, output};
-use crate::camera::rays;
 use crate::errors::refused;
 use crate::threads::without_python;
 
@@ -213,13 +210,13 @@ pub(super) fn normals<'py>(
     let shape = [camera.height as usize, camera.width as usize, 3];
     let mut normals = output::<f32>(py, out.as_ref(), &shape, ("out", "float32"))?;
     let to = normals.as_slice_mut()?.as_chunks_mut::<3>().0;
+    let file = opened.file();
     without_python(py, || {
-        let rays: Vec<_> = rays(camera).collect();
-        query::each(opened, &rays, to, |probe, rays, scratch, out| {
-            let mut depths = vec![0.0; rays.len()];
-            probe.depths(rays, Kind::Expected, None, scratch, &mut depths)?;
-            probe.surface_normals(rays, &depths, scratch, out)
-        })
+        let camera = opened.to_model(camera, Antialias::Off);
+        picture::normals(&file.model, &camera, &Settings::default(), to)?;
+        let similarity = file.about.scene.similarity();
+        to.iter_mut().for_each(|normal| *normal = similarity.to_dataset_direction(*normal));
+        Ok(())
     })?
     .map_err(|error: Error| refused(error))?;
     Ok(out.unwrap_or_else(|| owned(normals)))
