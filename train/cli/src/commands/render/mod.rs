@@ -1,5 +1,6 @@
 //! `pocketnerf render`.
 
+mod geometry;
 mod outputs;
 mod path;
 mod target;
@@ -21,6 +22,7 @@ use super::progress::Progress;
 use super::rendering::{Rendering, Sampling};
 use super::stop::Stop;
 use super::{Common, Failure, memory, open_to_render, read_model};
+use geometry::Geometry;
 use outputs::Outputs;
 use target::Kind;
 
@@ -49,9 +51,8 @@ pub(super) struct Render {
     /// Colour behind the scene: white, black or R,G,B [default: as the model file says]
     #[arg(long, value_name = "COLOR", value_parser = parse_color)]
     background: Option<[f32; 3]>,
-    /// Also write depth, as 16-bit PNG in thousandths of a scene unit
-    #[arg(long)]
-    depth: bool,
+    #[command(flatten)]
+    geometry: Geometry,
     /// Render coarse pictures first, and refine them for at most T milliseconds each
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
     deadline_ms: Option<u32>,
@@ -78,13 +79,14 @@ impl Render {
         let own = &file.model.display;
         let background = self.background.map(|color| own.color_space.from_srgb(color));
         let display = Display { background: background.unwrap_or(own.background), ..*own };
-        let (depth, sampling) = (self.depth, self.sampling.into());
+        let (depth, sampling) = (self.geometry.depth.is_some(), self.sampling.into());
         let antialias = self.antialiasing.of(&file.about);
         let usual = self.rendering.settings(file.about.quality);
         let settings = picture::Settings { depth, sampling, antialias, ..usual };
         // With a deadline, all rays are kept until the end.
         let kept = if self.deadline_ms.is_some() { antialias } else { Antialias::Off };
-        memory::check(picture_bytes(&cameras, kept), "render smaller pictures", || {
+        let numbers = self.geometry.bytes_a_pixel();
+        memory::check(picture_bytes(&cameras, kept, numbers), "render smaller pictures", || {
             "a picture".to_owned()
         })?;
         let first = cameras.first();
@@ -99,7 +101,7 @@ impl Render {
         warn(doubt);
         let (on, no_device) = self.device.open();
         warn(no_device);
-        let how = (self.deadline_ms, &self.device, device::name(&on, None));
+        let how = (self.deadline_ms, &self.device, device::name(&on, None), self.geometry);
         let work = format!("{cameras:?} {display:?} {settings:?} {how:?}");
         let work = (bytes.stored(), work, env!("CARGO_PKG_VERSION"));
         let mut outputs = self.outputs((&cameras, fps), &work)?;
@@ -127,12 +129,9 @@ impl Render {
                     &refined
                 }
             };
+            let numbers = self.geometry.of((&file, &settings), camera, rendered)?;
             seconds += begun.elapsed().as_secs_f64();
-            outputs.add(
-                (i, camera),
-                &rendered.rgb8(&display),
-                self.depth.then_some(&rendered.depth[..]),
-            )?;
+            outputs.add((i, camera), &rendered.rgb8(&display), &numbers)?;
             progress.done(i + 1);
         }
         outputs.finish()?;
@@ -186,9 +185,10 @@ impl Render {
         (cameras, fps): (&[Camera], f32),
         work: &impl Hash,
     ) -> Result<Outputs, Failure> {
-        let mut outputs = Outputs::default();
-        if self.depth && self.out().is_none_or(|out| Kind::of(&out).is_some()) {
-            return Err("--depth: a video has none; give a folder with --out too".into());
+        let mut outputs = Outputs::new(self.geometry);
+        let is_video = || self.out().is_none_or(|out| Kind::of(&out).is_some());
+        if let Some(option) = self.geometry.option().filter(|_| is_video()) {
+            return Err(format!("{option}: a video has none; give a folder with --out too").into());
         }
         if let Some(path) = &self.video {
             if Kind::of(path).is_none() {
@@ -213,13 +213,12 @@ fn parse_fps(text: &str) -> Result<f32, String> {
     fps.ok_or_else(|| "expected a number from 0.1 to 240".to_owned())
 }
 
-/// Memory of the largest picture: colours and depths of its rays that are kept, and the bytes
-/// that are written.
-fn picture_bytes(cameras: &[Camera], kept: Antialias) -> u64 {
-    let bytes = |camera: &Camera| {
-        let fine = camera.finer(kept.rays(camera));
-        32 * u64::from(fine.width) * u64::from(fine.height)
-    };
+/// Memory of the largest picture: colours and depths of its rays that are kept, the bytes that
+/// are written, and so many for the numbers of a pixel.
+fn picture_bytes(cameras: &[Camera], kept: Antialias, numbers: u64) -> u64 {
+    let pixels = |camera: &Camera| u64::from(camera.width) * u64::from(camera.height);
+    let bytes =
+        |camera: &Camera| 32 * pixels(&camera.finer(kept.rays(camera))) + numbers * pixels(camera);
     cameras.iter().map(bytes).max().unwrap_or(0)
 }
 

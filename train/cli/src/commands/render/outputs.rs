@@ -1,19 +1,22 @@
 //! All that is written of the pictures.
 
 use std::hash::Hash;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use pocketnerf_core::Camera;
 use pocketnerf_train::picture::image_file;
 
+use super::geometry::{Geometry, Numbers};
 use super::target::Target;
 use super::unfinished::Unfinished;
 use super::video::Video;
 use crate::commands::Failure;
 
-/// A picture, a folder or a video, or several of them.
-#[derive(Default)]
-pub(super) struct Outputs(Vec<Output>);
+/// A picture, a folder or a video, or several of them, and what lies beside each picture.
+pub(super) struct Outputs {
+    all: Vec<Output>,
+    geometry: Geometry,
+}
 
 struct Output {
     target: Target,
@@ -25,6 +28,11 @@ struct Output {
 }
 
 impl Outputs {
+    /// None yet.
+    pub(super) const fn new(geometry: Geometry) -> Self {
+        Self { all: Vec::new(), geometry }
+    }
+
     /// Adds one. `work` is all that decides about the pictures.
     pub(super) fn open(
         &mut self,
@@ -56,43 +64,41 @@ impl Outputs {
         // Somebody may have taken some away.
         let is_there = |i: &usize| match (&video, target.picture(*i)) {
             (Some(video), _) => video.has(*i),
-            (None, picture) => picture.is_some_and(|picture| picture.exists()),
+            (None, picture) => picture.is_some_and(|picture| {
+                picture.exists() && self.geometry.files(&picture).all(|file| file.exists())
+            }),
         };
         let done = (0..noted.unwrap_or(0)).take_while(is_there).count();
         if let (Some(unfinished), 0) = (&mut unfinished, done) {
             // From now on what lies there is not that of an earlier command.
             unfinished.save(0);
         }
-        self.0.push(Output { target, video, unfinished, done });
+        self.all.push(Output { target, video, unfinished, done });
         Ok(())
     }
 
     /// Pictures that all of them have already. No video is begun within a part.
     pub(super) fn done(&self) -> usize {
-        let mut done = self.0.iter().map(|output| output.done).min().unwrap_or(0);
+        let mut done = self.all.iter().map(|output| output.done).min().unwrap_or(0);
         let is_whole =
-            |done| self.0.iter().all(|o| o.video.as_ref().is_none_or(|v| v.is_whole(done)));
+            |done| self.all.iter().all(|o| o.video.as_ref().is_none_or(|v| v.is_whole(done)));
         while !is_whole(done) {
             done -= 1;
         }
         done
     }
 
-    /// Adds the `i`-th picture, RGB, and its depth, where that is asked for.
+    /// Adds the `i`-th picture, RGB, and its numbers.
     pub(super) fn add(
         &mut self,
         (i, camera): (usize, &Camera),
         rgb: &[u8],
-        depth: Option<&[f32]>,
+        numbers: &Numbers,
     ) -> Result<(), Failure> {
-        let (width, height) = (camera.width, camera.height);
-        for output in &mut self.0 {
+        for output in &mut self.all {
             if let Some(path) = output.target.picture(i) {
-                image_file::write_rgb(&path, width, height, rgb)?;
-                if let Some(depth) = depth {
-                    let (path, per_step) = (depth_path(&path), image_file::DEPTH_UNITS_PER_STEP);
-                    image_file::write_depth(&path, width, height, depth, per_step)?;
-                }
+                image_file::write_rgb(&path, camera.width, camera.height, rgb)?;
+                self.geometry.write(&path, camera, numbers)?;
             }
             let is_whole = match &mut output.video {
                 Some(video) => {
@@ -113,14 +119,14 @@ impl Outputs {
 
     /// So many pictures are there, and the rest follows another time.
     pub(super) fn interrupt(&mut self, done: usize) {
-        for output in self.0.iter_mut().filter(|output| output.video.is_none()) {
+        for output in self.all.iter_mut().filter(|output| output.video.is_none()) {
             output.unfinished.iter_mut().for_each(|unfinished| unfinished.save(done));
         }
     }
 
     /// All pictures are there.
     pub(super) fn finish(self) -> Result<(), Failure> {
-        for output in self.0 {
+        for output in self.all {
             output.video.iter().try_for_each(Video::finish)?;
             output.unfinished.into_iter().for_each(Unfinished::end);
             // Unless something else lies there.
@@ -130,7 +136,31 @@ impl Outputs {
     }
 }
 
-/// `view.png` → `view.depth.png`.
-fn depth_path(path: &Path) -> PathBuf {
-    path.with_extension("depth.png")
+#[cfg(test)]
+mod tests {
+    use super::super::geometry::Format;
+    use super::*;
+
+    #[test]
+    fn a_picture_without_its_files_is_rendered_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let camera = Camera::from_fov_x(2, 1, 1.0, [0.0; 16]);
+        let numbers = Numbers { depth: vec![1.0; 2], normals: vec![[0.0; 3]; 2] };
+        let open = |depth, normals| {
+            let mut outputs = Outputs::new(Geometry { depth, normals });
+            outputs.open(folder.path(), &[camera; 3], 30.0, &"work").unwrap();
+            outputs
+        };
+        let both = || open(Some(Format::Exr), Some(Format::Png));
+        let mut outputs = both();
+        for i in 0..2 {
+            outputs.add((i, &camera), &[0; 6], &numbers).unwrap();
+        }
+        outputs.interrupt(2);
+        assert_eq!(both().done(), 2);
+        std::fs::remove_file(folder.path().join("001.normals.png")).unwrap();
+        assert_eq!(both().done(), 1);
+        assert_eq!(open(Some(Format::Exr), None).done(), 2);
+        assert_eq!(open(Some(Format::Png), None).done(), 0);
+    }
 }

@@ -1,5 +1,6 @@
 //! `pocketnerf render`.
 
+mod geometry;
 mod paths;
 mod videos;
 
