@@ -31,10 +31,10 @@ pub(super) struct Geometry {
     pub(super) depth: Option<Format>,
     /// Also write normals in the dataset's axes, as 8-bit PNG or as EXR
     ///
-    /// Normals are unit vectors that say where the surface faces which holds back half of the light
+    /// A normal is a unit vector towards the camera, of the surface that holds back half of the light
     /// through a pixel's centre. `view.normals.png`, beside `view.png`, has 255 (n + 1) / 2 of x, y and
-    /// z as red, green and blue, and black where there is no surface; `view.normals.exr` has n in
-    /// channels R, G and B, and zeros. They are computed on the CPU.
+    /// z as red, green and blue, and black where there is no surface; `view.normals.exr` has n itself
+    /// in channels R, G and B, and zeros. Normals are computed on the CPU.
     #[arg(
         long, value_enum, value_name = "png|exr", num_args = 0..=1, require_equals = true,
         default_missing_value = "png", hide_possible_values = true, conflicts_with = "deadline_ms"
