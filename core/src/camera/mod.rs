@@ -4,11 +4,13 @@
 //! The centre of pixel (0, 0) is at (0.5, 0.5).
 
 mod orbit;
+mod path;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use glam::Vec3;
 
 pub use orbit::Orbit;
+pub use path::{Keyframe, KeyframePath};
 
 use crate::Error;
 use crate::query::is_rotation;

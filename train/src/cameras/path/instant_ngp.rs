@@ -6,8 +6,7 @@ use glam::{Mat3, Quat, Vec3};
 use serde::Deserialize;
 
 use super::super::CameraError;
-use super::keyframes::Keyframe;
-use super::{TRANSITION, checked_fov_y};
+use super::{Keyframe, checked_fov_y};
 use crate::pose;
 
 /// What is expected of a file.
@@ -48,7 +47,7 @@ impl CameraPath {
                 problem,
             })?;
             let fov_y = checked_fov_y(stop.fov, file, camera)?;
-            Ok(Keyframe { pose, fov_y, seconds: TRANSITION })
+            Ok(Keyframe { pose, fov_y, seconds: Keyframe::SECONDS })
         };
         self.path.iter().enumerate().map(keyframe).collect()
     }

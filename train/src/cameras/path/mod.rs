@@ -2,7 +2,6 @@
 //! anything in the manner of `transforms.json`.
 
 mod instant_ngp;
-mod keyframes;
 mod nerfstudio;
 #[cfg(test)]
 mod tests;
@@ -10,17 +9,13 @@ mod tests;
 use std::path::Path;
 
 use pocketnerf_core::Camera;
+use pocketnerf_core::camera::{Keyframe, KeyframePath};
 use serde::Deserialize;
 
 use super::CameraError;
 use crate::json::{self, Keys};
 use crate::pose;
-use keyframes::{Keyframe, between};
 
-/// Seconds from one keyframe to the next where the file does not say it: nerfstudio's default.
-const TRANSITION: f64 = 2.0;
-/// Pictures a second where neither the caller nor the file says it.
-const FPS: f64 = 30.0;
 /// Pictures at most: an hour.
 const MOST_PICTURES: f64 = 108_000.0;
 
@@ -113,23 +108,21 @@ fn interpolated(
         return Err(CameraError::Empty(file.to_owned()));
     }
     let [width, height] = size_or(wanted.size, width, height, file)?;
-    let fps = wanted.fps.or(timing.fps);
-    let last = if timing.is_cycle { 0 } else { 1 };
-    let spans = keyframes.len() - last;
-    let own: f64 = keyframes[..spans].iter().map(|keyframe| keyframe.seconds).sum();
+    let given = wanted.fps.or(timing.fps);
+    let (is_cycle, fps) = (timing.is_cycle, given.unwrap_or(KeyframePath::FPS));
+    let own = KeyframePath { keyframes: &keyframes, is_cycle, fps }.seconds();
     if let Some(seconds) = wanted.seconds.or(timing.seconds).filter(|_| own > 0.0) {
         keyframes.iter_mut().for_each(|keyframe| keyframe.seconds *= seconds / own);
     }
-    let seconds: f64 = keyframes[..spans].iter().map(|keyframe| keyframe.seconds).sum();
-    let pictures = seconds * fps.unwrap_or(FPS);
+    let path = KeyframePath { keyframes: &keyframes, is_cycle, fps };
+    let (seconds, pictures) = (path.seconds(), path.seconds() * fps);
     let sound = keyframes.iter().all(|keyframe| keyframe.seconds > 0.0) && pictures >= 0.0;
     if !sound || pictures > MOST_PICTURES {
-        let found = format!("{seconds} seconds of {} pictures", fps.unwrap_or(FPS));
+        let found = format!("{seconds} seconds of {fps} pictures");
         return Err(CameraError::Timing { file: file.to_owned(), found });
     }
-    let path = between(&keyframes, timing.is_cycle, fps.unwrap_or(FPS)).into_iter();
-    let cameras = path.map(|(pose, fov_y)| from_fov_y([width, height], fov_y, pose)).collect();
-    Ok(CameraPath { cameras, fps })
+    let camera = |(pose, fov_y)| from_fov_y([width, height], fov_y, pose);
+    Ok(CameraPath { cameras: path.pictures().map(camera).collect(), fps: given })
 }
 
 fn from_fov_y([width, height]: [u32; 2], fov_y: f64, pose: [f32; 16]) -> Camera {

@@ -5,10 +5,8 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::super::CameraError;
-use super::keyframes::Keyframe;
 use super::{
-    CameraPath, TRANSITION, Timing, Wanted, checked, checked_fov_y, from_fov_y, interpolated,
-    size_or,
+    CameraPath, Keyframe, Timing, Wanted, checked, checked_fov_y, from_fov_y, interpolated, size_or,
 };
 use crate::{json, pose};
 
@@ -65,7 +63,7 @@ pub(super) fn read(path: File, file: &Path, wanted: Wanted) -> Result<CameraPath
     }
     let own = (path.render_width, path.render_height);
     if path.camera_path.is_empty() && !path.keyframes.is_empty() {
-        let usual = path.default_transition_sec.unwrap_or(TRANSITION);
+        let usual = path.default_transition_sec.unwrap_or(Keyframe::SECONDS);
         let keyframe = |(index, keyframe): (usize, &Stop)| {
             let is_given = keyframe.override_transition_enabled == Some(true);
             let seconds = keyframe.override_transition_sec.filter(|_| is_given);
