@@ -58,6 +58,9 @@ pub struct WindowOptions {
     /// Folder for screenshots (key s)
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub screenshots: PathBuf,
+    /// File for the camera path through keyframes (key w), for `pocketnerf render --camera-path`
+    #[arg(long, value_name = "FILE", default_value = "camera_path.json")]
+    pub save_path: PathBuf,
     /// Input to play.
     #[arg(long, value_name = "FILE", help = script::HELP.0, long_help = script::HELP.1,
         conflicts_with = "headless")]

@@ -63,6 +63,7 @@ pub fn run(options: &Options, threads: usize) -> Result<(), Failure> {
         size: options.size,
         overlay: !window.no_overlay,
         screenshots: window.screenshots.clone(),
+        camera_path: window.save_path.clone(),
         script,
     };
     let show = Show::new(painter, view, options.mode, quality, window.fps);

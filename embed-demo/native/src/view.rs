@@ -7,27 +7,60 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{Quat, Vec3};
 use pocketnerf_core::{Camera, Space};
-use pocketnerf_formats::ModelFile;
+use pocketnerf_formats::{ModelFile, Scene};
 
 /// Largest angle above or below the horizon, radians.
 const STEEPEST: f32 = 1.55;
 /// Smallest and largest distance, as fractions of the first.
 const DISTANCES: [f32; 2] = [1.0 / 64.0, 16.0];
 
-/// A view of a scene. It starts as the model's own camera and keeps the turns since then, so
-/// rounding errors do not add up and an untouched view is exactly that camera.
+/// A view of a scene. It starts at a camera and keeps the turns since then, so rounding errors
+/// do not add up and an untouched view is exactly that camera: the model's own one, or one that
+/// it went to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    start: Camera,
-    /// The point to turn around: on the first camera's axis, as far away as the scene's
-    /// centre.
-    target: Vec3,
-    up: Vec3,
-    is_around: bool,
+    own: Camera,
+    scene: Scene<'static>,
+    around: Around,
+    start: Start,
     yaw: f32,
     rise: f32,
     distance: f32,
     pan: Vec3,
+}
+
+/// What a view needs to know of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Around {
+    center: Vec3,
+    /// How far away the target of a forward-facing capture is, which has no back.
+    far: Option<f32>,
+    /// The nearest that a target may be to the camera that looks at it first.
+    near: f32,
+    up: Vec3,
+}
+
+/// Where turns begin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Start {
+    pose: [f32; 16],
+    /// The point to turn around: on the camera's axis, as far away as the scene's centre.
+    target: Vec3,
+    up: Vec3,
+}
+
+impl Around {
+    /// Turns are about the scene's up direction, or about the camera's own if the camera lies on
+    /// its side.
+    fn start(&self, pose: [f32; 16]) -> Start {
+        let [own_up, back, eye] = [1, 2, 3].map(|c| column(&pose, c));
+        let (own_up, ahead) = (own_up.normalize_or_zero(), -back.normalize_or(Vec3::Z));
+        // A camera that looks away from the scene turns around a point in front of it.
+        let far = self.far.unwrap_or((self.center - eye).dot(ahead)).max(self.near);
+        let is_upright = self.far.is_none() && own_up.dot(self.up) > 0.5;
+        let up = if is_upright { self.up } else { own_up };
+        Start { pose, target: eye + ahead * far, up }
+    }
 }
 
 impl View {
@@ -37,47 +70,56 @@ impl View {
         let (space, scene) = (&file.model.space, &file.about.scene);
         let z = Vec3::from(scene.to_model_direction([0.0, 0.0, 1.0])).normalize_or(Vec3::Z);
         let [width, height] = file.about.camera.map_or([800; 2], |own| [own.width, own.height]);
-        let start = file.camera(width, height);
-        Self::around(start, space, z)
+        let Scene { scale, rotation, translation, .. } = *scene;
+        let scene = Scene { scale, rotation, translation, name: None };
+        Self { scene, ..Self::around(file.camera(width, height), space, z) }
     }
 
-    /// The view of `start`. Turns are about `up`, or about the camera's own up direction if
-    /// the camera lies on its side.
+    /// The view of `own`, in a scene whose coordinates are the dataset's, with this direction
+    /// upwards.
     #[must_use]
-    pub fn around(start: Camera, space: &Space, up: Vec3) -> Self {
-        let [eye, ahead] = [start.position(), start.axis()].map(Vec3::from);
-        let along = (Vec3::from(space.center()) - eye).dot(ahead);
-        let (far, is_around) = match space {
-            Space::Ndc(ndc) => (4.0 * ndc.near, false),
-            _ => (along, true),
+    pub fn around(own: Camera, space: &Space, up: Vec3) -> Self {
+        let far = match space {
+            Space::Ndc(ndc) => Some(4.0 * ndc.near),
+            _ => None,
         };
         let side = match space {
             Space::Contracted(contracted) => 2.0 * contracted.radius,
             _ => 1.0 / space.unit_map().scale,
         };
-        // A camera that looks away from the scene turns around a point in front of it.
-        let target = eye + ahead * far.max(0.1 * side);
-        let own_up = column(&start, 1);
-        let up = if is_around && own_up.dot(up) > 0.5 { up } else { own_up };
-        Self { start, target, up, is_around, yaw: 0.0, rise: 0.0, distance: 1.0, pan: Vec3::ZERO }
+        let around = Around { center: space.center().into(), far, near: 0.1 * side, up };
+        let start = around.start(own.camera_to_world);
+        let scene = Scene::default();
+        Self { own, scene, around, start, yaw: 0.0, rise: 0.0, distance: 1.0, pan: Vec3::ZERO }
     }
 
     /// The picture size of the model's own camera.
     #[must_use]
     pub const fn size(&self) -> [u32; 2] {
-        [self.start.width, self.start.height]
+        [self.own.width, self.own.height]
+    }
+
+    /// The dataset's coordinates.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene<'static> {
+        &self.scene
     }
 
     /// Returns to the first camera.
-    pub const fn reset(&mut self) {
+    pub fn reset(&mut self) {
+        self.go_to(self.own.camera_to_world);
+    }
+
+    /// Goes to a camera-to-world pose, scene units, and turns from there.
+    pub fn go_to(&mut self, pose: [f32; 16]) {
+        self.start = self.around.start(pose);
         (self.yaw, self.rise, self.distance) = (0.0, 0.0, 1.0);
         self.pan = Vec3::ZERO;
     }
 
     /// Turns around the target, radians to the right and up.
     pub fn turn(&mut self, right: f32, up: f32) {
-        let back = column(&self.start, 2);
-        let begun = back.dot(self.up).clamp(-1.0, 1.0).asin();
+        let begun = self.column(2).dot(self.start.up).clamp(-1.0, 1.0).asin();
         let [low, high] = [-STEEPEST.max(-begun), STEEPEST.max(begun)].map(|end| end - begun);
         self.yaw = (self.yaw + right) % TAU;
         self.rise = (self.rise + up).clamp(low, high);
@@ -86,7 +128,7 @@ impl View {
     /// Moves sideways, in fractions of the distance to the target.
     pub fn shift(&mut self, right: f32, up: f32) {
         let (turned, length) = (self.rotation(), self.length());
-        let aside = turned * (column(&self.start, 0) * right + column(&self.start, 1) * up);
+        let aside = turned * (self.column(0) * right + self.column(1) * up);
         self.pan += aside * length;
     }
 
@@ -113,7 +155,7 @@ impl View {
     /// shows, and as little more as possible.
     #[must_use]
     pub fn camera(&self, width: u32, height: u32) -> Camera {
-        let own = &self.start;
+        let own = &self.own;
         let [own_width, own_height] = [own.width, own.height].map(f64::from);
         let fov_x = 2.0 * (0.5 * own.width as f32 / own.focal[0]).atan();
         let mut camera = Camera::from_fov_x(width, height, fov_x, self.pose());
@@ -131,9 +173,9 @@ impl View {
         let place = |view: u32| {
             let angle = TAU * view as f32 / views as f32;
             let mut place = *self;
-            match self.is_around {
-                true => place.turn(angle, 0.0),
-                false => place.turn(0.05 * angle.sin(), 0.05 * (1.0 - angle.cos())),
+            match self.around.far {
+                None => place.turn(angle, 0.0),
+                Some(_) => place.turn(0.05 * angle.sin(), 0.05 * (1.0 - angle.cos())),
             }
             place
         };
@@ -141,24 +183,23 @@ impl View {
     }
 
     fn rotation(&self) -> Quat {
-        let right = column(&self.start, 0);
-        Quat::from_axis_angle(self.up, self.yaw) * Quat::from_axis_angle(right, -self.rise)
+        Quat::from_axis_angle(self.start.up, self.yaw)
+            * Quat::from_axis_angle(self.column(0), -self.rise)
     }
 
     /// The distance to the target.
     fn length(&self) -> f32 {
-        (self.target - Vec3::from(self.start.position())).length() * self.distance
+        (self.start.target - column(&self.start.pose, 3)).length() * self.distance
     }
 
     fn pose(&self) -> [f32; 16] {
-        let mut untouched = *self;
-        untouched.reset();
-        if *self == untouched {
-            return self.start.camera_to_world;
+        let is_untouched = [self.yaw, self.rise] == [0.0; 2] && self.distance == 1.0;
+        if is_untouched && self.pan == Vec3::ZERO {
+            return self.start.pose;
         }
         let turned = self.rotation();
-        let [right, up, back] = [0, 1, 2].map(|c| turned * column(&self.start, c));
-        let eye = self.target + self.pan + back * self.length();
+        let [right, up, back] = [0, 1, 2].map(|c| turned * self.column(c));
+        let eye = self.start.target + self.pan + back * self.length();
         [
             right.x, up.x, back.x, eye.x, //
             right.y, up.y, back.y, eye.y, //
@@ -166,12 +207,16 @@ impl View {
             0.0, 0.0, 0.0, 1.0,
         ]
     }
+
+    /// Right (0), up (1) or back (2) of the camera where turns begin.
+    fn column(&self, c: usize) -> Vec3 {
+        column(&self.start.pose, c).normalize_or_zero()
+    }
 }
 
-/// Right (0), up (1) or back (2) of a camera.
-fn column(camera: &Camera, c: usize) -> Vec3 {
-    let m = &camera.camera_to_world;
-    Vec3::new(m[c], m[4 + c], m[8 + c]).normalize_or_zero()
+/// A column of a pose: right (0), up (1), back (2) or position (3).
+fn column(pose: &[f32; 16], c: usize) -> Vec3 {
+    Vec3::new(pose[c], pose[4 + c], pose[8 + c])
 }
 
 #[cfg(test)]
@@ -190,9 +235,10 @@ mod tests {
     #[test]
     fn a_scene_without_an_end_is_turned_like_a_box() {
         let space = |center| Space::Contracted(Contracted { center, radius: 5.0 });
-        let start = view().start;
+        let start = view().own;
         let around = View::around(start, &space([0.0; 3]), Vec3::Z);
-        assert_eq!(around.orbit(4), view().orbit(4));
+        let cameras = |view: View| view.orbit(4).iter().map(|v| v.camera(8, 8)).collect::<Vec<_>>();
+        assert_eq!(cameras(around), cameras(view()));
         // The centre lies behind the camera: around a point a tenth of the cube's side ahead.
         let away = View::around(start, &space([6.0, 0.0, 0.0]), Vec3::Z).orbit(2)[1];
         assert!(is_at(&away, [2.0, 0.0, 0.0]), "{:?}", away.camera(200, 100).position());
@@ -205,13 +251,29 @@ mod tests {
     #[test]
     fn an_untouched_view_is_the_first_camera() {
         let mut view = view();
-        assert_eq!(view.camera(200, 100).camera_to_world, view.start.camera_to_world);
+        assert_eq!(view.camera(200, 100).camera_to_world, view.own.camera_to_world);
         view.turn(0.3, -0.2);
         view.approach(2.0);
         view.shift(0.1, 0.1);
-        assert_ne!(view.camera(200, 100).camera_to_world, view.start.camera_to_world);
+        assert_ne!(view.camera(200, 100).camera_to_world, view.own.camera_to_world);
         view.reset();
-        assert_eq!(view.camera(200, 100).camera_to_world, view.start.camera_to_world);
+        assert_eq!(view.camera(200, 100).camera_to_world, view.own.camera_to_world);
+    }
+
+    #[test]
+    fn goes_to_a_camera_turns_from_there_and_returns() {
+        let mut view = view();
+        view.turn(0.3, -0.2);
+        let pose = Camera::look_at([0.0, 2.0, 0.0], [0.0; 3], [0.0, 0.0, 1.0]);
+        view.go_to(pose);
+        assert_eq!(view.camera(200, 100).camera_to_world, pose);
+        // Around the middle, from where it is now.
+        view.turn(PI / 2.0, 0.0);
+        assert!(is_at(&view, [-2.0, 0.0, 0.0]), "{:?}", view.camera(200, 100).position());
+        // Its field of view is the model's own.
+        assert_eq!(view.camera(200, 100).focal, view.own.focal);
+        view.reset();
+        assert_eq!(view, self::view());
     }
 
     #[test]

@@ -10,6 +10,7 @@ use std::process::{Command, Stdio};
 
 use common::{STILL_LIFE, picture, read_png, viewer};
 use pocketnerf_core::Camera;
+use pocketnerf_core::camera::{Keyframe, KeyframePath};
 use pocketnerf_view::view::View;
 use x11::{Display, Program, wait_for};
 
@@ -132,4 +133,70 @@ fn plays_a_script_and_counts() {
     assert_eq!(size, SIZE.map(u32::from));
     let background = [255; 3];
     assert!(normals.as_chunks::<3>().0.iter().any(|pixel| *pixel != background));
+}
+
+/// Keyframes are what was shown, the file has the path through them, and any input ends it where it
+/// is.
+#[test]
+fn keyframes_become_a_camera_path() {
+    let Some(display) = Display::open() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let [script, path] = ["script", "path.json"].map(|name| folder.path().join(name));
+    let keys =
+        "key k\ndrag left 60 0 8\nkey k\nkey w\nkey p\nwait 200\nkey k\nrest\nkey s\nkey w\n";
+    std::fs::write(&script, keys).unwrap();
+    let arguments = ["--script", script.to_str().unwrap(), "--save-path", path.to_str().unwrap()];
+    let said = ended(start(&display, &arguments, folder.path()));
+    let picture_path = folder.path().join("still-life-001.png");
+    let expected = [
+        format!("{}: saved, 2 keyframes, 2 seconds", path.display()),
+        picture_path.display().to_string(),
+        format!("{}: saved, 3 keyframes, 4 seconds", path.display()),
+    ];
+    assert_eq!(said.lines().take(3).collect::<Vec<_>>(), expected);
+
+    let saved: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    assert_eq!((&saved["render_width"], &saved["render_height"]), (&200.into(), &160.into()));
+    let numbers = |pose: &serde_json::Value| -> Vec<f32> {
+        pose.as_array().unwrap().iter().map(|x| x.as_f64().unwrap() as f32).collect()
+    };
+    let keyframes = saved["keyframes"].as_array().unwrap();
+    let poses: Vec<_> = keyframes.iter().map(|keyframe| numbers(&keyframe["matrix"])).collect();
+    let file = pocketnerf_formats::open(STILL_LIFE).unwrap();
+    let mut view = View::new(&file);
+    let near = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
+    let [width, height] = SIZE.map(u32::from);
+    let shown = |view: &View| file.about.scene.camera_to_dataset(&view.camera(width, height));
+    assert!(near(&poses[0], &shown(&view).camera_to_world), "{:?}", poses[0]);
+    view.drag([60.0, 0.0], height);
+    assert!(near(&poses[1], &shown(&view).camera_to_world), "{:?}", poses[1]);
+    let fov = 2.0 * (80.0 / f64::from(shown(&view).focal[1])).atan().to_degrees();
+    assert!((keyframes[1]["fov"].as_f64().unwrap() - fov).abs() < 1e-4, "{saved}");
+
+    // The third one is a picture of the path through the first two, where it was ended.
+    let keyframe = |pose: &Vec<f32>| Keyframe {
+        pose: pose[..].try_into().unwrap(),
+        fov_y: fov,
+        seconds: Keyframe::SECONDS,
+    };
+    let two = [keyframe(&poses[0]), keyframe(&poses[1])];
+    let path = KeyframePath { keyframes: &two, is_cycle: false, fps: KeyframePath::FPS };
+    assert!(path.pictures().any(|(pose, _)| near(&poses[2], &pose)), "{:?}", poses[2]);
+    view.go_to(poses[2][..].try_into().unwrap());
+    let (size, rgb) = read_png(&picture_path);
+    let seen = picture(&file, &view.camera(width, height), file.about.quality.unwrap_or(0.5));
+    let off = rgb.iter().zip(&seen).filter(|(a, b)| a.abs_diff(**b) > 2).count();
+    assert!(size == [width, height] && off < 30, "{off}");
+    assert_eq!(saved["camera_path"].as_array().unwrap().len(), 120);
+
+    // What is no camera path stays, and a line says so.
+    std::fs::write(&script, "key k\nkey w\n").unwrap();
+    let other = folder.path().join("notes.json");
+    std::fs::write(&other, "{}").unwrap();
+    let arguments = ["--script", script.to_str().unwrap(), "--save-path", other.to_str().unwrap()];
+    let said = ended(start(&display, &arguments, folder.path()));
+    let line =
+        format!("{}: kept, it is no camera path; give another --save-path\n", other.display());
+    assert!(said.starts_with(&line), "{said}");
+    assert_eq!(std::fs::read_to_string(&other).unwrap(), "{}");
 }

@@ -1,5 +1,6 @@
-//! Pictures without a window: files, and text for a terminal.
+//! What goes to files and terminals: pictures, and camera paths.
 
+pub mod camera_path;
 pub mod screenshot;
 pub mod terminal;
 

@@ -13,7 +13,8 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, OwnedDisplayHandle};
 use winit::window::{Window, WindowId};
 
 use super::content::Content;
-use super::input::{self, Command, Input};
+use super::input::{self, Command, Input, PathCommand};
+use super::keyframes::Keyframes;
 use super::{Settings, overlay};
 use crate::Failure;
 use crate::output::screenshot;
@@ -38,6 +39,7 @@ pub(super) struct App<C> {
     /// The button that drags.
     held: Option<MouseButton>,
     shift: bool,
+    keyframes: Keyframes,
     /// The last message.
     note: String,
     at_rest: Vec<Sender<()>>,
@@ -72,6 +74,7 @@ impl<C: Content> App<C> {
             cursor: PhysicalPosition::default(),
             held: None,
             shift: false,
+            keyframes: Keyframes::default(),
             note: String::new(),
             at_rest: Vec::new(),
             failure: None,
@@ -103,6 +106,11 @@ impl<C: Content> App<C> {
     /// Shows a message in the window, and prints it.
     fn say(&mut self, note: String) {
         crate::say(&note);
+        self.show(note);
+    }
+
+    /// Shows a message in the window.
+    fn show(&mut self, note: String) {
         self.note = note;
         if let Some((window, _)) = &self.window {
             window.set_title(&self.title());
@@ -138,6 +146,9 @@ impl<C: Content> App<C> {
     }
 
     fn handle(&mut self, input: Input, events: &ActiveEventLoop) -> Result<(), Failure> {
+        if input.ends_path() {
+            self.keyframes.stop();
+        }
         let content = &mut self.content;
         let size = [content.shown().width, content.shown().height];
         match input {
@@ -211,6 +222,15 @@ impl<C: Content> App<C> {
                 }
                 return Ok(());
             }
+            Command::Path(command) => {
+                let size = [content.shown().width, content.shown().height];
+                let file = &self.settings.camera_path;
+                match self.keyframes.command(command, content.view(), size, file) {
+                    said if command == PathCommand::Save => self.say(said),
+                    said => self.show(said),
+                }
+                return Ok(());
+            }
             Command::Quit => {
                 events.exit();
                 return Ok(());
@@ -230,6 +250,7 @@ impl<C: Content> App<C> {
             WindowEvent::ModifiersChanged(modifiers) => self.shift = modifiers.state().shift_key(),
             WindowEvent::MouseInput { state, button, .. } => {
                 self.held = (state == ElementState::Pressed).then_some(button);
+                self.keyframes.stop();
             }
             WindowEvent::CursorMoved { position, .. } => {
                 let way = [position.x - self.cursor.x, position.y - self.cursor.y];
@@ -289,14 +310,22 @@ impl<C: Content> ApplicationHandler<Input> for App<C> {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some((window, _)) = &self.window else { return };
-        events.set_control_flow(match self.content.next() {
-            Next::At(time) => ControlFlow::WaitUntil(time),
-            Next::Now | Next::Rest => ControlFlow::Wait,
-        });
-        match self.content.next() {
+        if let Some(pose) = self.keyframes.due(Instant::now()) {
+            self.content.view().go_to(pose);
+            self.content.change();
+        }
+        let (next, of_path) = (self.content.next(), self.keyframes.next());
+        let at = match next {
+            Next::At(time) => Some(time),
+            Next::Now | Next::Rest => None,
+        };
+        let at = at.into_iter().chain(of_path).min();
+        events.set_control_flow(at.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+        match next {
             // Pending events come before this.
             Next::Now => window.request_redraw(),
             Next::At(_) => {}
+            Next::Rest if of_path.is_some() => {}
             // The receiver may be gone.
             Next::Rest => self.at_rest.drain(..).for_each(|sender| _ = sender.send(())),
         }

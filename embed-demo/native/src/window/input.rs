@@ -26,6 +26,20 @@ pub enum Input {
     Quit,
 }
 
+impl Input {
+    /// Whether a path that is played ends with it: with all that a hand does, but the key that
+    /// does so itself.
+    pub(super) fn ends_path(&self) -> bool {
+        match self {
+            Self::Key(name, shift) => {
+                command(name, *shift) != Some(Command::Path(PathCommand::Play))
+            }
+            Self::Painted | Self::NotifyAtRest(_) => false,
+            _ => true,
+        }
+    }
+}
+
 /// The command of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
@@ -43,6 +57,8 @@ pub enum Command {
     Overlay,
     /// Write a screenshot.
     Screenshot,
+    /// Do something with keyframes.
+    Path(PathCommand),
     /// Turn around the scene, radians.
     Turn([f32; 2]),
     /// Move sideways, as a fraction of the distance.
@@ -53,10 +69,24 @@ pub enum Command {
     Quit,
 }
 
+/// What keys do with keyframes, and with the path through them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathCommand {
+    /// Add what is shown.
+    Add,
+    /// Remove the last keyframe.
+    Remove,
+    /// Play the path, or end it.
+    Play,
+    /// Write the path.
+    Save,
+}
+
 /// Help on mouse and keys.
 pub const HELP: &str = "\
 drag, arrows: turn · right or middle drag, shift+arrows: move · wheel, + -: zoom
 1 colour · 2 depth · 3 normals · 4 occupancy · q [ ] quality · t frame rate · r reset view
+k keyframe · Backspace remove the last one · p play the path, until any input · w save it
 h overlay · s or F12 screenshot · Esc quit";
 
 /// Radians of an arrow key.
@@ -74,6 +104,7 @@ pub fn key(key: &Key) -> Option<String> {
         Key::Named(NamedKey::ArrowUp) => "up",
         Key::Named(NamedKey::ArrowDown) => "down",
         Key::Named(NamedKey::Escape) => "escape",
+        Key::Named(NamedKey::Backspace) => "backspace",
         Key::Named(NamedKey::F12) => "f12",
         _ => return None,
     };
@@ -102,6 +133,10 @@ pub fn command(name: &str, shift: bool) -> Option<Command> {
         "r" => Command::Reset,
         "h" => Command::Overlay,
         "s" | "f12" => Command::Screenshot,
+        "k" => Command::Path(PathCommand::Add),
+        "backspace" => Command::Path(PathCommand::Remove),
+        "p" => Command::Path(PathCommand::Play),
+        "w" => Command::Path(PathCommand::Save),
         "+" | "=" => Command::Approach(1.0),
         "-" => Command::Approach(-1.0),
         "escape" => Command::Quit,
@@ -139,6 +174,8 @@ mod tests {
         assert_eq!(command("s", false), command("f12", false));
         assert_eq!(command("x", false), None);
         assert_eq!(key(&Key::Named(NamedKey::Escape)).as_deref(), Some("escape"));
+        let backspace = key(&Key::Named(NamedKey::Backspace)).unwrap();
+        assert_eq!(command(&backspace, false), Some(Command::Path(PathCommand::Remove)));
         assert_eq!(key(&Key::Character("H".into())).as_deref(), Some("h"));
         assert_eq!(key(&Key::Named(NamedKey::Tab)), None);
     }

@@ -3,6 +3,7 @@
 mod app;
 mod content;
 pub mod input;
+mod keyframes;
 pub mod overlay;
 pub mod script;
 mod status;
@@ -33,6 +34,8 @@ pub struct Settings {
     pub overlay: bool,
     /// Folder of screenshots.
     pub screenshots: PathBuf,
+    /// File of the camera path.
+    pub camera_path: PathBuf,
     /// Start of the names of screenshots.
     pub stem: String,
     /// Input to play.

@@ -6,7 +6,7 @@ use crate::paint::modes::Mode;
 use crate::show::Show;
 
 /// The keys to start with.
-pub(crate) const KEYS: &str = "drag, wheel, 1 2 3 4, q t r s; h hides this";
+pub(crate) const KEYS: &str = "drag, wheel, 1 2 3 4, q t r s, k p w; h hides this";
 
 /// Figures of the picture, a few lines of plain text.
 #[must_use]

@@ -66,6 +66,7 @@ impl WatchOptions {
             size: None,
             overlay: true,
             screenshots: ".".into(),
+            camera_path: "camera_path.json".into(),
             script,
         };
         let cores = rayon::current_num_threads();
