@@ -48,6 +48,11 @@ export interface Info {
   scene: { scale: number; rotation: number[]; translation: number[] };
   /** Forward-facing captures: distance of the nearest object; else 0. */
   near: number;
+  /**
+   * Where photographs were taken, poses as in `Camera`: an even choice of up to 64. Empty if the
+   * file does not say it.
+   */
+  photographs: number[][];
 }
 
 export interface RenderOptions {

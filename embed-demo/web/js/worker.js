@@ -2,6 +2,7 @@
 
 import { Gpu } from "./gpu.js";
 import { Instance } from "./instance.js";
+import { photographs } from "./photographs.js";
 
 /** Milliseconds of rendering before messages are handled. */
 const BATCH = 12;
@@ -21,7 +22,8 @@ const answers = {
     instance = new Instance(module, file);
     // Compiling may take seconds: until then, and where it fails, the CPU renders.
     Gpu.open(module, file, which).then((opened) => (gpu = opened), () => {});
-    return { info: instance.info, memory: instance.memory };
+    const { info } = instance;
+    return { info: { ...info, photographs: photographs(file, info.scene) }, memory: instance.memory };
   },
   pick: ({ camera, x, y }) => ({ found: instance.pick(camera, x, y) }),
 };

@@ -23,9 +23,14 @@ function turned(v, axis, angle) {
   return v.map((x, i) => x * cos + aside[i] * sin + axis[i] * along * (1 - cos));
 }
 
-/** Starts as the scene's own camera and keeps the turns since, so rounding errors do not add up. */
+/**
+ * Starts at a camera and keeps the turns since, so rounding errors do not add up: the scene's own
+ * one, or one that it went to.
+ */
 export class Orbit {
   #scene;
+  #pose;
+  #fov;
   #axes;
   #target;
   #up;
@@ -33,8 +38,17 @@ export class Orbit {
 
   constructor(scene) {
     this.#scene = scene;
-    const { info } = scene;
-    const { pose } = info.camera;
+    this.reset();
+  }
+
+  reset() {
+    this.goTo(this.#scene.info.camera.pose);
+  }
+
+  /** Goes to a pose, with a vertical field of view in degrees or the scene's own. */
+  goTo(pose, fov = null) {
+    const { info } = this.#scene;
+    [this.#pose, this.#fov] = [pose, fov];
     const [right, up, back, eye] = [0, 1, 2, 3].map((c) => column(pose, c));
     this.#axes = [right, up, back];
     const isAround = info.near === 0;
@@ -44,10 +58,6 @@ export class Orbit {
     this.#target = add(eye, back, -this.#far);
     // Up in the scene, or, if the camera lies on its side, in its picture.
     this.#up = isAround && up[2] > 0.5 ? [0, 0, 1] : up;
-    this.reset();
-  }
-
-  reset() {
     [this.yaw, this.rise, this.distance, this.pan] = [0, 0, 1, [0, 0, 0]];
   }
 
@@ -66,7 +76,7 @@ export class Orbit {
 
   /** Moves sideways: the target stays under the hand. */
   pull(x, y, width, height) {
-    const [focal] = this.#scene.camera(width, height).focal;
+    const [focal] = this.camera(width, height).focal;
     const [right, up] = this.#turnedAxes();
     const length = (this.#far * this.distance) / focal;
     this.pan = add(add(this.pan, right, -x * length), up, y * length);
@@ -79,7 +89,8 @@ export class Orbit {
 
   /** The camera for a picture of this size. */
   camera(width, height) {
-    const camera = this.#scene.camera(width, height);
+    const camera = { ...this.#scene.camera(width, height), pose: [...this.#pose] };
+    if (this.#fov) camera.focal.fill((0.5 * height) / Math.tan((this.#fov * Math.PI) / 360));
     const isUntouched = !this.yaw && !this.rise && this.distance === 1 && !this.pan.some(Boolean);
     if (isUntouched) return camera;
     const [right, up, back] = this.#turnedAxes();

@@ -4,6 +4,7 @@ mod api;
 mod common;
 mod gpu;
 mod three;
+mod views;
 
 use base64::Engine;
 use common::chromium::Page;
