@@ -186,6 +186,10 @@ def test_models_are_exported_and_packed(demo: Path, tmp_path: Path) -> None:
         figures = pocketnerf.export(model, mesh=mesh, points=points, resolution=48)
     assert figures["triangles"] > 500 and mesh.read_bytes().startswith(b"ply")
     assert points.read_bytes().startswith(b"ply")
+    small = tmp_path / "small.glb"
+    figures = pocketnerf.export(demo, mesh=small, resolution=48, triangles=500, texture=256)
+    assert figures["triangles"] <= 500 and figures["texture"]["size"] == 256
+    assert b"image/png" in small.read_bytes()
     plain, packed = tmp_path / "plain.pnerf", tmp_path / "packed.pnerf"
     pocketnerf.unpack(demo, plain)
     pocketnerf.repack(plain, packed)

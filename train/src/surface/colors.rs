@@ -27,7 +27,8 @@ pub(super) fn paint(mesh: &mut Mesh, seen: &[Seen], near: f32) {
         .collect();
 }
 
-fn color(position: Vec3, normal: Vec3, seen: &[Seen], near: f32) -> Option<Vec3> {
+/// The mean of what is seen of a point, sRGB from 0 to 255; `None` where no camera sees it.
+pub(super) fn color(position: Vec3, normal: Vec3, seen: &[Seen], near: f32) -> Option<Vec3> {
     let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
     for seen in seen {
         let way = Vec3::from(seen.camera.position()) - position;

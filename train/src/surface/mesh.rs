@@ -57,11 +57,14 @@ impl Mesh {
         }
     }
 
-    /// Keeps the triangles that lie in a box.
-    pub fn crop(&mut self, [low, high]: [[f32; 3]; 2]) {
+    /// Keeps the triangles that lie in a box of a dataset's coordinates, to which `similarity` takes
+    /// the mesh's own.
+    pub fn crop(&mut self, [low, high]: [[f32; 3]; 2], similarity: &Similarity) {
         let (low, high) = (Vec3::from(low), Vec3::from(high));
-        let is_inside =
-            |p: [f32; 3]| Vec3::from(p).cmpge(low).all() && Vec3::from(p).cmple(high).all();
+        let is_inside = |p: [f32; 3]| {
+            let p = Vec3::from(similarity.to_dataset(p));
+            p.cmpge(low).all() && p.cmple(high).all()
+        };
         let inside: Vec<bool> = self.positions.iter().map(|p| is_inside(*p)).collect();
         self.triangles.retain(|triangle| triangle.iter().all(|vertex| inside[*vertex as usize]));
         self.drop_unused();

@@ -31,16 +31,23 @@ mod mesh;
 mod nearest;
 mod nets;
 mod parts;
+#[cfg(test)]
+mod shapes;
+mod simplify;
 mod smooth;
 #[cfg(test)]
 mod tests;
+mod texture;
 mod volume;
 
 use pocketnerf_core::{Camera, Error, Model, SimdLevel};
 
 pub use compare::{SurfaceError, compare};
 pub use mesh::Mesh;
+pub use texture::{Corner, SIZES, Texture, TooManyCharts, texture_bytes};
 
+use glam::Vec3;
+use look::Seen;
 use volume::Volume;
 
 /// How often the surface is smoothed.
@@ -98,6 +105,43 @@ pub fn memory_bytes(cameras: &[Camera], settings: &Settings) -> u64 {
     look::memory_bytes(cameras, settings) + 8 * voxels
 }
 
+/// A surface, and what cameras see of it: where it changes, they tell its colours.
+#[derive(Debug)]
+pub struct Surface {
+    /// Its triangles, scene units.
+    pub mesh: Mesh,
+    seen: Vec<Seen>,
+    /// How far from it what a camera sees may lie.
+    near: f32,
+}
+
+impl Surface {
+    /// Leaves at most so many triangles, where [`Mesh::simplify`] can, and finds their normals and
+    /// colours anew.
+    pub fn simplify(&mut self, triangles: usize) {
+        if self.mesh.triangles.len() > triangles {
+            self.mesh.simplify(triangles);
+            smooth::find_normals(&mut self.mesh);
+            self.paint();
+        }
+    }
+
+    /// What cameras see of each point, in an image of `size` texels a side, one of [`SIZES`]. `each`
+    /// hears how many rows are done.
+    ///
+    /// # Errors
+    /// [`TooManyCharts`].
+    pub fn texture(&self, size: u32, each: impl FnMut(usize)) -> Result<Texture, TooManyCharts> {
+        let color =
+            |position: Vec3, normal: Vec3| colors::color(position, normal, &self.seen, self.near);
+        texture::bake(&self.mesh, size, color, each)
+    }
+
+    fn paint(&mut self) {
+        colors::paint(&mut self.mesh, &self.seen, self.near);
+    }
+}
+
 /// The surface that `cameras` see, scene units. Triangles are counter-clockwise from outside,
 /// normals point outside. Parts that are smaller than a thousandth of it are left out: most are
 /// fog. `each` hears how many of [`pictures`] are done.
@@ -109,7 +153,7 @@ pub fn surface(
     cameras: &[Camera],
     settings: &Settings,
     each: impl FnMut(usize),
-) -> Result<Mesh, NoSurface> {
+) -> Result<Surface, NoSurface> {
     let seen = look::all(model, cameras, settings, each)?;
     let cropped = settings.crop.is_some();
     let nothing = NoSurface::Nothing { cropped };
@@ -122,6 +166,7 @@ pub fn surface(
         return Err(nothing);
     }
     smooth::smooth(&mut mesh, ROUNDS);
-    colors::paint(&mut mesh, &seen, volume.cut());
-    Ok(mesh)
+    let mut surface = Surface { mesh, seen, near: volume.cut() };
+    surface.paint();
+    Ok(surface)
 }

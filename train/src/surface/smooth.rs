@@ -47,7 +47,7 @@ fn border(mesh: &Mesh) -> Vec<bool> {
 }
 
 /// The mean of the normals of the triangles at each vertex, larger ones counting more.
-fn find_normals(mesh: &mut Mesh) {
+pub(super) fn find_normals(mesh: &mut Mesh) {
     let mut normals = vec![Vec3::ZERO; mesh.positions.len()];
     for triangle in &mesh.triangles {
         let [a, b, c] = mesh.corners(*triangle);

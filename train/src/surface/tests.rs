@@ -1,10 +1,10 @@
-use std::collections::HashMap;
-
 use glam::Vec3;
 use pocketnerf_core::Camera;
+use pocketnerf_core::query::Similarity;
 
 use super::look::Seen;
 use super::mesh::Mesh;
+use super::shapes::{edges, is_closed};
 use super::volume::Volume;
 use super::{Settings, colors, compare, nets, parts};
 use crate::cameras::sphere;
@@ -55,17 +55,6 @@ fn mesh(seen: &[Seen], settings: &Settings) -> Mesh {
     mesh
 }
 
-/// How often each edge is there, with its direction.
-fn edges(mesh: &Mesh) -> HashMap<[u32; 2], u32> {
-    let mut edges = HashMap::new();
-    for [a, b, c] in &mesh.triangles {
-        for edge in [[*a, *b], [*b, *c], [*c, *a]] {
-            *edges.entry(edge).or_default() += 1;
-        }
-    }
-    edges
-}
-
 fn volume_inside(mesh: &Mesh) -> f32 {
     let corners = mesh.triangles.iter().map(|triangle| mesh.corners(*triangle));
     corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
@@ -90,8 +79,7 @@ fn a_ball_is_found_where_it_is() {
     let mean = sum / mesh.positions.len() as f32;
     assert!(mean < 6.0, "{mean}");
     // Closed, each triangle facing outwards: every edge is there once in each direction.
-    let edges = edges(&mesh);
-    assert!(edges.iter().all(|([a, b], n)| *n == 1 && edges.get(&[*b, *a]) == Some(&1)));
+    assert!(is_closed(&mesh));
     let exact = 4.0 / 3.0 * std::f32::consts::PI * RADIUS.powi(3);
     assert!((volume_inside(&mesh) / exact - 1.0).abs() < 0.01, "{}", volume_inside(&mesh));
     let exact = 4.0 * std::f64::consts::PI * f64::from(RADIUS).powi(2);
@@ -141,7 +129,10 @@ fn specks_are_left_out() {
 fn a_box_cuts() {
     let mut half = mesh(&ball(around(40)), &settings(false));
     let area = half.area();
-    half.crop([(CENTER - 2.0).to_array(), (CENTER + Vec3::new(0.0, 2.0, 2.0)).to_array()]);
+    half.crop(
+        [(CENTER - 2.0).to_array(), (CENTER + Vec3::new(0.0, 2.0, 2.0)).to_array()],
+        &Similarity::IDENTITY,
+    );
     assert!(half.positions.iter().all(|p| p[0] <= CENTER.x));
     assert!((half.area() / area - 0.5).abs() < 0.03, "{}", half.area() / area);
 }
@@ -172,7 +163,7 @@ fn smoothing_takes_out_noise_and_nothing_else() {
     assert!((volume_inside(&smoothed) / exact - 1.0).abs() < 0.01);
     // An open border stays where it is.
     let mut cap = mesh(&ball(around(40)), &settings(false));
-    cap.crop([[-9.0; 3], [9.0, 9.0, CENTER.z + 0.5]]);
+    cap.crop([[-9.0; 3], [9.0, 9.0, CENTER.z + 0.5]], &Similarity::IDENTITY);
     let highest = |mesh: &Mesh| mesh.positions.iter().map(|p| p[2]).fold(f32::MIN, f32::max);
     let before = highest(&cap);
     super::smooth::smooth(&mut cap, 10);

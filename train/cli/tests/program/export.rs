@@ -131,6 +131,57 @@ fn triangles(ply: &[u8], said: &Value) -> Vec<[u32; 3]> {
     rows.iter().map(|row| [0, 1, 2].map(|i| corner(row, i))).collect()
 }
 
+/// A simplified mesh, and what it looks like in an image.
+#[test]
+fn few_triangles_and_an_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let size = ["--resolution", "48", "--watertight"];
+    let few = ["--triangles", "1500", "--texture=512"];
+    let said = json(&[&size[..], &few, &["--mesh", &text(&at("my scene.obj"))]].concat());
+    let triangles = said["triangles"].as_u64().unwrap();
+    assert!((1400..=1500).contains(&triangles), "{said}");
+    assert_eq!(
+        (&said["texture"]["size"], &said["warnings"]),
+        (&512.into(), &serde_json::json!([]))
+    );
+    let [used, charts] = ["used", "charts"].map(|name| said["texture"][name].as_f64().unwrap());
+    assert!((0.3..1.0).contains(&used) && (6.0..500.0).contains(&charts), "{said}");
+    // Three files, whose names for each other have no space.
+    let mut names: Vec<_> =
+        std::fs::read_dir(folder.path()).unwrap().map(|file| file.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["my scene.obj", "my_scene.mtl", "my_scene.png"]);
+    let bytes = names.iter().map(|name| std::fs::read(folder.path().join(name)).unwrap().len());
+    assert_eq!(said["bytes"], bytes.sum::<usize>());
+    let obj = std::fs::read_to_string(at("my scene.obj")).unwrap();
+    assert!(obj.contains("\nmtllib my_scene.mtl\n"));
+    assert!(
+        std::fs::read_to_string(at("my_scene.mtl")).unwrap().contains("\nmap_Kd my_scene.png\n")
+    );
+    let image = image::open(at("my_scene.png")).unwrap().into_rgb8();
+    assert_eq!(image.dimensions(), (512, 512));
+    // Still closed: with each edge, its other side.
+    let vertex = |corner: &str| corner.split('/').next().unwrap().parse::<u32>().unwrap();
+    let faces = obj.lines().filter_map(|line| line.strip_prefix("f "));
+    let faces: Vec<Vec<u32>> = faces.map(|face| face.split(' ').map(vertex).collect()).collect();
+    assert_eq!(faces.len() as u64, triangles);
+    let side = |i: usize, j: usize| faces.iter().map(move |face| [face[i], face[j]]);
+    let sides = |turn: [[usize; 2]; 3]| {
+        let mut all: Vec<[u32; 2]> = turn.into_iter().flat_map(|[i, j]| side(i, j)).collect();
+        all.sort_unstable();
+        all
+    };
+    assert!(sides([[0, 1], [1, 2], [2, 0]]) == sides([[1, 0], [2, 1], [0, 2]]));
+    // Fewer than its parts can have.
+    let least =
+        json(&[&size[..], &["--triangles", "4", "--mesh", &text(&at("least.glb"))]].concat());
+    let warning = least["warnings"][0].as_str().unwrap();
+    let expected =
+        format!("the surface has {} triangles, expected at most 4: ", least["triangles"]);
+    assert!(warning.contains(&expected), "{warning}");
+}
+
 #[test]
 fn other_files_are_refused_before_any_work() {
     let said = refused(&["--mesh", "scene.stl"]);
@@ -143,4 +194,17 @@ fn other_files_are_refused_before_any_work() {
     assert!(
         refused(&["--mesh", "nowhere/scene.ply"]).contains("the folder nowhere does not exist")
     );
+    let said = refused(&["--mesh", "scene.ply", "--texture"]);
+    let expected =
+        "scene.ply: --texture, but a .ply file has no place for one, expected .glb or .obj";
+    assert!(said.contains(expected), "{said}");
+    let said = refused(&["--mesh", "scene.glb", "--texture=1000"]);
+    assert!(said.contains("expected a power of two from 256 to 8192"), "{said}");
+    assert!(refused(&["--points", "scene.ply", "--texture"]).contains("--mesh <FILE>"));
+    // What lies beside an OBJ file is looked at too.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("scene.png")).unwrap();
+    let said = refused(&["--mesh", &text(&folder.path().join("scene.obj")), "--texture"]);
+    assert!(said.contains("scene.png: this is a folder, expected a file to write"), "{said}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

@@ -66,7 +66,8 @@ def export(
     **options: Any,
 ) -> dict[str, Any]:
     """Writes the surface of a model: a mesh (``.glb``, ``.obj`` or ``.ply``) or points (``.ply``), in
-    the dataset's coordinates and units; options are those of ``pocketnerf export``.
+    the dataset's coordinates and units; options are those of ``pocketnerf export``, such as
+    ``triangles=30_000`` and ``texture=True``, or ``texture=1024`` texels a side.
     """
     with model_file(model) as path:
         found = {"mesh": mesh, "points": points, **options}

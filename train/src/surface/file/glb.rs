@@ -4,37 +4,58 @@ use glam::{Quat, Vec3};
 use pocketnerf_core::ColorSpace;
 use serde_json::{Value, json};
 
-use crate::surface::Mesh;
+use crate::surface::{Mesh, Texture};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+const LINEAR: u32 = 9729;
+const LINEAR_MIPMAP_LINEAR: u32 = 9987;
+const CLAMP_TO_EDGE: u32 = 33071;
 
 /// A mesh as a GLB file. Positions stay as they are; a node turns `up` to +y, which is up in glTF.
-/// Colours have the light in them already, so the material is unlit (`KHR_materials_unlit`);
-/// they are linear, as glTF has them.
+/// Colours have the light in them already, so the material is unlit (`KHR_materials_unlit`).
+/// Those of vertices are linear, as glTF has them; a texture, with its PNG file, is sRGB and stands
+/// instead of them.
 #[must_use]
-pub fn glb(mesh: &Mesh, up: [f32; 3]) -> Vec<u8> {
+pub fn glb(mesh: &Mesh, texture: Option<(&Texture, &[u8])>, up: [f32; 3]) -> Vec<u8> {
     let mut file = Builder::default();
+    let vertices: Vec<usize> = match texture {
+        Some((texture, _)) => texture.corners.iter().map(|corner| corner.vertex as usize).collect(),
+        None => (0..mesh.positions.len()).collect(),
+    };
+    let n = vertices.len();
+    let vectors = |rows: &[[f32; 3]]| bytes(vertices.iter().flat_map(|vertex| rows[*vertex]));
     let [min, max] = mesh.bounds().unwrap_or([[0.0; 3]; 2]);
-    let floats =
-        |rows: &[[f32; 3]]| rows.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-    let n = mesh.positions.len();
-    let positions = file.accessor(floats(&mesh.positions), ARRAY_BUFFER, n, FLOAT, "VEC3");
+    let positions = file.accessor(vectors(&mesh.positions), ARRAY_BUFFER, n, FLOAT, "VEC3");
     file.accessors[positions]["min"] = json!(min);
     file.accessors[positions]["max"] = json!(max);
-    let normals = file.accessor(floats(&mesh.normals), ARRAY_BUFFER, n, FLOAT, "VEC3");
-    let colors = mesh.colors.iter().flat_map(|color| linear(*color)).flat_map(u16::to_le_bytes);
-    let colors = file.accessor(colors.collect(), ARRAY_BUFFER, n, UNSIGNED_SHORT, "VEC4");
-    file.accessors[colors]["normalized"] = true.into();
-    let corners = mesh.triangles.as_flattened();
-    let bytes = corners.iter().flat_map(|vertex| vertex.to_le_bytes()).collect();
-    let indices = file.accessor(bytes, ELEMENT_ARRAY_BUFFER, corners.len(), UNSIGNED_INT, "SCALAR");
+    let normals = file.accessor(vectors(&mesh.normals), ARRAY_BUFFER, n, FLOAT, "VEC3");
+    let mut attributes = json!({ "POSITION": positions, "NORMAL": normals });
+    let mut material = json!({
+        "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 },
+        "extensions": { "KHR_materials_unlit": {} },
+        "doubleSided": true,
+    });
+    if let Some((texture, _)) = texture {
+        let places = bytes(texture.corners.iter().flat_map(|corner| corner.uv));
+        attributes["TEXCOORD_0"] = file.accessor(places, ARRAY_BUFFER, n, FLOAT, "VEC2").into();
+        material["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
+    } else {
+        let colors = mesh.colors.iter().flat_map(|color| linear(*color)).flat_map(u16::to_le_bytes);
+        let colors = file.accessor(colors.collect(), ARRAY_BUFFER, n, UNSIGNED_SHORT, "VEC4");
+        file.accessors[colors]["normalized"] = true.into();
+        attributes["COLOR_0"] = colors.into();
+    }
+    let triangles = texture.map_or(&mesh.triangles, |(texture, _)| &texture.triangles);
+    let corners = triangles.as_flattened();
+    let numbers = corners.iter().flat_map(|vertex| vertex.to_le_bytes()).collect();
+    let indices =
+        file.accessor(numbers, ELEMENT_ARRAY_BUFFER, corners.len(), UNSIGNED_INT, "SCALAR");
     let turn = Quat::from_rotation_arc(Vec3::from(up).normalize_or(Vec3::Y), Vec3::Y);
-    let Builder { bytes, views, accessors } = file;
-    let document = json!({
+    let mut document = json!({
         "asset": {
             "version": "2.0",
             "generator": concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
@@ -43,33 +64,27 @@ pub fn glb(mesh: &Mesh, up: [f32; 3]) -> Vec<u8> {
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
         "nodes": [{ "mesh": 0, "rotation": turn.to_array() }],
-        "meshes": [{ "primitives": [{
-            "attributes": { "POSITION": positions, "NORMAL": normals, "COLOR_0": colors },
-            "indices": indices,
-            "material": 0,
-        }] }],
-        "materials": [{
-            "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 1.0 },
-            "extensions": { "KHR_materials_unlit": {} },
-            "doubleSided": true,
-        }],
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{ "byteLength": bytes.len() }],
+        "meshes": [{ "primitives": [
+            { "attributes": attributes, "indices": indices, "material": 0 },
+        ] }],
+        "materials": [material],
     });
-    let mut text = document.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let mut file = b"glTF".to_vec();
-    let total = 12 + 8 + text.len() + 8 + bytes.len();
-    for number in [2, total as u32, text.len() as u32] {
-        file.extend(number.to_le_bytes());
+    if let Some((_, png)) = texture {
+        let view = file.view(png, None);
+        document["images"] = json!([{ "bufferView": view, "mimeType": "image/png" }]);
+        document["samplers"] = json!([{
+            "magFilter": LINEAR,
+            "minFilter": LINEAR_MIPMAP_LINEAR,
+            "wrapS": CLAMP_TO_EDGE,
+            "wrapT": CLAMP_TO_EDGE,
+        }]);
+        document["textures"] = json!([{ "sampler": 0, "source": 0 }]);
     }
-    file.extend(b"JSON");
-    file.extend(text);
-    file.extend((bytes.len() as u32).to_le_bytes());
-    file.extend(b"BIN\0");
-    file.extend(bytes);
-    file
+    file.finish(document)
+}
+
+fn bytes(floats: impl Iterator<Item = f32>) -> Vec<u8> {
+    floats.flat_map(f32::to_le_bytes).collect()
 }
 
 /// 16-bit linear RGBA.
@@ -88,21 +103,52 @@ struct Builder {
 }
 
 impl Builder {
-    /// Adds a piece of whole four-byte words, and gives its accessor's number.
-    fn accessor(&mut self, piece: Vec<u8>, target: u32, n: usize, of: u32, kind: &str) -> usize {
-        self.views.push(json!({
+    /// Adds a piece, and gives the number of its view. Each begins at a whole four-byte word.
+    fn view(&mut self, piece: &[u8], target: Option<u32>) -> usize {
+        let mut view = json!({
             "buffer": 0,
             "byteOffset": self.bytes.len(),
             "byteLength": piece.len(),
-            "target": target,
-        }));
+        });
+        if let Some(target) = target {
+            view["target"] = target.into();
+        }
+        self.views.push(view);
+        self.bytes.extend(piece);
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.views.len() - 1
+    }
+
+    /// Adds a piece, and gives its accessor's number.
+    fn accessor(&mut self, piece: Vec<u8>, target: u32, n: usize, of: u32, kind: &str) -> usize {
+        let view = self.view(&piece, Some(target));
         self.accessors.push(json!({
-            "bufferView": self.views.len() - 1,
+            "bufferView": view,
             "componentType": of,
             "count": n,
             "type": kind,
         }));
-        self.bytes.extend(piece);
         self.accessors.len() - 1
+    }
+
+    /// The file: the document, and behind it the binary part.
+    fn finish(self, mut document: Value) -> Vec<u8> {
+        let Self { bytes, views, accessors } = self;
+        document["accessors"] = accessors.into();
+        document["bufferViews"] = views.into();
+        document["buffers"] = json!([{ "byteLength": bytes.len() }]);
+        let mut text = document.to_string().into_bytes();
+        text.resize(text.len().next_multiple_of(4), b' ');
+        let mut file = b"glTF".to_vec();
+        let total = 12 + 8 + text.len() + 8 + bytes.len();
+        for number in [2, total as u32, text.len() as u32] {
+            file.extend(number.to_le_bytes());
+        }
+        file.extend(b"JSON");
+        file.extend(text);
+        file.extend((bytes.len() as u32).to_le_bytes());
+        file.extend(b"BIN\0");
+        file.extend(bytes);
+        file
     }
 }

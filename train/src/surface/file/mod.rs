@@ -7,5 +7,5 @@ mod ply;
 mod tests;
 
 pub use glb::glb;
-pub use obj::obj;
+pub use obj::{mtl, obj};
 pub use ply::{ply, points};
