@@ -116,8 +116,8 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Leaves at most so many triangles, where [`Mesh::simplify`] can, and finds their normals and
-    /// colours anew.
+    /// Leaves at most so many triangles, as [`Mesh::simplify`] does, and finds normals and colours
+    /// anew.
     pub fn simplify(&mut self, triangles: usize) {
         if self.mesh.triangles.len() > triangles {
             self.mesh.simplify(triangles);

@@ -137,10 +137,10 @@ fn few_triangles_and_an_image() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let size = ["--resolution", "48", "--watertight"];
-    let few = ["--triangles", "1500", "--texture=512"];
+    let few = ["--triangles", "2500", "--texture=512"];
     let said = json(&[&size[..], &few, &["--mesh", &text(&at("my scene.obj"))]].concat());
     let triangles = said["triangles"].as_u64().unwrap();
-    assert!((1400..=1500).contains(&triangles), "{said}");
+    assert!((2490..=2500).contains(&triangles), "{said}");
     assert_eq!(
         (&said["texture"]["size"], &said["warnings"]),
         (&512.into(), &serde_json::json!([]))

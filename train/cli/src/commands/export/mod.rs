@@ -37,7 +37,7 @@ pub(super) struct Export {
     /// Only what lies in this box, X0,Y0,Z0,X1,Y1,Z1 in the dataset's coordinates
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     crop: Option<[[f32; 3]; 2]>,
-    /// Simplify to at most so many triangles, where the surface moves least
+    /// Simplify to at most so many triangles: first where the surface moves least
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
     triangles: Option<u32>,
     /// Put colours into an image instead of vertices, SIZE texels a side: a power of two from 256 to
@@ -233,8 +233,8 @@ impl Export {
     fn too_many(&self, triangles: usize, most: u32) -> Option<String> {
         (triangles > most as usize).then(|| {
             format!(
-                "{}: the surface has {triangles} triangles, expected at most {most}: fewer would close \
-                 its holes or join its parts; give a smaller --resolution",
+                "{}: the surface has {triangles} triangles, expected at most {most}: fewer would lose \
+                 its parts or close its holes; give a smaller --resolution",
                 self.model.display()
             )
         })
