@@ -39,7 +39,8 @@ fn gain(photographs: usize, steps: u32) -> f64 {
         let (settings, metrics) = (Settings::default(), Metrics::default());
         evaluate(model, &truth, [1.0; 3], &settings, &metrics, |_, _, _| ()).unwrap().psnr
     };
-    let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
+    let finished =
+        trainer.finished(FinishingBudget::usual(trainer.config(), trainer.steps())).unwrap();
     let (before, after) = (score(&trainer.model()), score(&finished.model()));
     println!("{before:.2} dB with what is made up, {after:.2} dB without");
     after - before

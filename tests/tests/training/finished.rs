@@ -25,7 +25,8 @@ fn smaller_cells_hold_all_that_shows() {
     grid.per_level_scale = 3.0;
     let (mut trainer, mut run) = begin(config, Length::Steps(400));
     advance(&mut trainer, &mut run, 400).unwrap();
-    let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
+    let finished =
+        trainer.finished(FinishingBudget::usual(trainer.config(), trainer.steps())).unwrap();
     let (rough, fine) = (trainer.model().occupancy.unwrap(), finished.model().occupancy.unwrap());
     assert_eq!(fine.resolution(), 2 * rough.resolution());
     assert!(occupied(fine).into_iter().all(|u| rough.at(u)));
@@ -49,7 +50,8 @@ fn smaller_cells_hold_all_that_shows() {
 fn the_tolerance_costs_the_training_views_next_to_nothing() {
     let (mut trainer, mut run) = begin(config(), Length::Steps(400));
     advance(&mut trainer, &mut run, 400).unwrap();
-    let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
+    let finished =
+        trainer.finished(FinishingBudget::usual(trainer.config(), trainer.steps())).unwrap();
     let score = |tolerance: f32| {
         let mut model = finished.model();
         model.display.tolerance = tolerance;

@@ -68,7 +68,8 @@ fn views_between_are_learnt() {
     let mut trainer = Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap();
     let mut run = Run::new(Length::Steps(1000), Instant::now());
     while run.step(&mut trainer).unwrap().is_some() {}
-    let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
+    let finished =
+        trainer.finished(FinishingBudget::usual(trainer.config(), trainer.steps())).unwrap();
     let bytes =
         pocketnerf_formats::write(&finished.model(), &About::default(), Precision::I8).unwrap();
     let file = pocketnerf_formats::open_verified(&bytes).unwrap();
@@ -106,7 +107,8 @@ fn an_interruption_leaves_no_trace() {
         || Trainer::with_prepass(dataset.clone(), config(&dataset), SimdLevel::detect()).unwrap();
     let end = |mut trainer: Trainer, mut run: Run| {
         while run.step(&mut trainer).unwrap().is_some() {}
-        let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
+        let finished =
+            trainer.finished(FinishingBudget::usual(trainer.config(), trainer.steps())).unwrap();
         pocketnerf_formats::write(&finished.model(), &About::default(), Precision::I8).unwrap()
     };
     let run = || Run::new(Length::Steps(40), Instant::now());

@@ -105,7 +105,8 @@ pub(crate) fn advance(trainer: &mut Trainer, run: &mut Run, n: u32) -> Result<bo
 /// The model as `pocketnerf train` writes it, after all steps.
 pub(crate) fn finish((mut trainer, mut run): (Trainer, Run)) -> Vec<u8> {
     while run.step(&mut trainer).unwrap().is_some() {}
-    let finished = trainer.finished(FinishingBudget::usual(trainer.config())).unwrap();
+    let finished =
+        trainer.finished(FinishingBudget::usual(trainer.config(), trainer.steps())).unwrap();
     pocketnerf_formats::write(&finished.model(), &about(&trainer, &run), Precision::F16).unwrap()
 }
 

@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 
 use pocketnerf_gpu::{Gpu, Software, adapters};
 use pocketnerf_train::lens::Lens;
+use pocketnerf_train::picture::image_file;
 use pocketnerf_train::picture::{Antialias, Device, Renderer, Settings};
 use serde_json::Value;
 
@@ -77,7 +78,7 @@ fn pictures_and_scores_are_those_of_the_cpu() {
         let picture = format!("{device}.png");
         let object = run(&[&render[..], &[&picture]].concat(), device);
         assert_eq!(object["device"], device);
-        let read = |name: String| image::open(folder.path().join(name)).expect("a picture");
+        let read = |name: String| image_file::open(folder.path().join(name)).expect("a picture");
         (read(picture).into_rgb8(), read(format!("{device}.depth.png")).into_luma16())
     });
     assert_eq!((gpu.0.dimensions(), gpu.1.dimensions()), ((50, 40), (50, 40)));

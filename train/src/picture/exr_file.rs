@@ -86,7 +86,7 @@ mod tests {
         write_normals(&path, 1, 2, &[[0.6, -0.8, 0.0], [0.0, 0.1, 1.0]]).unwrap();
         let expected = [("B", [0.0, 1.0]), ("G", [-0.8, 0.1]), ("R", [0.6, 0.0])];
         assert_eq!(channels(&path), expected.map(|(name, v)| (name.to_owned(), v.to_vec())));
-        let colours = image::open(&path).unwrap().to_rgb32f();
+        let colours = crate::picture::image_file::open(&path).unwrap().to_rgb32f();
         assert_eq!(colours.into_raw(), [0.6, -0.8, 0.0, 0.0, 0.1, 1.0]);
     }
 }

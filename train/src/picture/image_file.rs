@@ -1,10 +1,10 @@
-//! Writes pictures as PNG and JPEG files.
+//! Pictures in files: PNG and JPEG are written, whatever `image` knows is read.
 
 use std::path::Path;
 
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder, ImageError};
+use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageError};
 
 use crate::output::{OutputError, write_atomic};
 
@@ -14,6 +14,16 @@ pub const DEPTH_UNITS_PER_STEP: f32 = 1e-3;
 
 /// Quality of JPEG files: differences are hardly seen.
 const JPEG_QUALITY: u8 = 92;
+
+/// Reads a picture; its first bytes say in which format. No caller compiles the decoders anew, as
+/// it does with `image::open`.
+///
+/// # Errors
+/// Those of reading and decoding.
+pub fn open(path: impl AsRef<Path>) -> Result<DynamicImage, ImageError> {
+    let bytes = std::fs::read(path).map_err(ImageError::IoError)?;
+    image::load_from_memory(&bytes)
+}
 
 /// Writes 8-bit RGB, `width * height * 3` values from the top left: as JPEG where the name ends
 /// with `.jpg` or `.jpeg`, else as PNG.
@@ -174,10 +184,10 @@ mod tests {
         let path = folder.path().join("a.png");
         let rgb: Vec<u8> = (0..18).collect();
         write_rgb(&path, 3, 2, &rgb).unwrap();
-        assert_eq!(image::open(&path).unwrap().as_rgb8().unwrap().as_raw(), &rgb);
+        assert_eq!(open(&path).unwrap().as_rgb8().unwrap().as_raw(), &rgb);
         let rgba: Vec<u8> = (0..24).collect();
         write_rgba(&path, 3, 2, &rgba).unwrap();
-        assert_eq!(image::open(&path).unwrap().as_rgba8().unwrap().as_raw(), &rgba);
+        assert_eq!(open(&path).unwrap().as_rgba8().unwrap().as_raw(), &rgba);
     }
 
     #[test]
@@ -186,7 +196,7 @@ mod tests {
         let path = folder.path().join("a.png");
         let depth = [2.5, 1e-9, 1e9, f32::INFINITY, f32::NAN, 0.0];
         write_depth(&path, 3, 2, &depth, DEPTH_UNITS_PER_STEP).unwrap();
-        let image = image::open(&path).unwrap();
+        let image = open(&path).unwrap();
         assert_eq!(image.as_luma16().unwrap().as_raw(), &[2500, 1, 65535, 0, 0, 0]);
     }
 
@@ -196,7 +206,7 @@ mod tests {
         let path = folder.path().join("a.png");
         let normals = [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.28, -0.96, 0.0], [0.0; 3]];
         write_normals(&path, 2, 2, &normals).unwrap();
-        let image = image::open(&path).unwrap();
+        let image = open(&path).unwrap();
         let expected = [128, 128, 255, 0, 128, 128, 163, 5, 128, 0, 0, 0];
         assert_eq!(image.as_rgb8().unwrap().as_raw(), &expected);
     }

@@ -46,7 +46,7 @@ pub(crate) fn picture(file: &ModelFile<'_>, camera: &Camera, quality: f32) -> Ve
 
 /// Size and RGB bytes of a PNG file.
 pub(crate) fn read_png(path: impl AsRef<std::path::Path>) -> ([u32; 2], Vec<u8>) {
-    let image = image::open(path).unwrap();
+    let image = image::load_from_memory(&std::fs::read(path).unwrap()).unwrap();
     assert_eq!(image.color(), image::ColorType::Rgb8);
     ([image.width(), image.height()], image.into_bytes())
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use image::RgbaImage;
+use pocketnerf_train::picture::image_file;
 use serde_json::Value;
 
 /// A pose, row after row.
@@ -91,7 +92,7 @@ impl Data {
         change: impl Fn(RgbaImage) -> RgbaImage,
     ) {
         for i in which {
-            let image = image::open(self.file(i)).unwrap().into_rgba8();
+            let image = image_file::open(self.file(i)).unwrap().into_rgba8();
             change(image).save(self.file(i)).unwrap();
         }
     }
@@ -99,7 +100,7 @@ impl Data {
     /// Gives each frame a mask, made from its image.
     pub(crate) fn masks(&self, counts: impl Fn(usize, &[u8; 4]) -> bool) {
         self.frames(|i, frame| {
-            let image = image::open(self.file(i)).unwrap().into_rgba8();
+            let image = image_file::open(self.file(i)).unwrap().into_rgba8();
             let grey = |pixel: &image::Rgba<u8>| if counts(i, &pixel.0) { 255 } else { 0 };
             let mask = image::GrayImage::from_fn(image.width(), image.height(), |x, y| {
                 image::Luma([grey(image.get_pixel(x, y))])
@@ -112,7 +113,7 @@ impl Data {
 
     /// Makes an image a JPEG file that is to be shown turned by a quarter.
     pub(crate) fn turned(&self, i: usize) {
-        let image = image::open(self.file(i)).unwrap().into_rgb8();
+        let image = image_file::open(self.file(i)).unwrap().into_rgb8();
         let mut jpeg = std::io::Cursor::new(Vec::new());
         image.write_to(&mut jpeg, image::ImageFormat::Jpeg).unwrap();
         let mut jpeg = jpeg.into_inner();

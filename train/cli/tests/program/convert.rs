@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use pocketnerf_train::picture::image_file;
 use serde_json::Value;
 
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/ngp/");
@@ -49,7 +50,7 @@ fn poses_are_in_the_coordinates_of_the_dataset() {
     pose.as_array_mut().unwrap().push(serde_json::json!([0, 0, 0, 1]));
     done(&["render", text(&model), "--out", text(&own)]);
     done(&["render", text(&model), "--pose", &pose.to_string(), "--out", text(&posed)]);
-    let [own, posed] = [own, posed].map(|path| image::open(path).unwrap().to_rgb8());
+    let [own, posed] = [own, posed].map(|path| image_file::open(path).unwrap().to_rgb8());
     assert_eq!(own.dimensions(), (64, 48));
     let apart = own.as_raw().iter().zip(posed.as_raw()).map(|(a, b)| a.abs_diff(*b)).max();
     assert!(apart.unwrap() <= 1, "{apart:?}");

@@ -1,13 +1,14 @@
 //! `pocketnerf train` with opaque photographs before a plain background.
 
 use crate::place::{Place, TRAIN, text};
+use pocketnerf_train::picture::image_file;
 
 /// Those of the built-in scene, on white.
 fn on_white() -> Place {
     let place = Place::new();
     for i in 0..12 {
         let file = place.path(&format!("data/{i}.png"));
-        let mut photo = image::open(&file).unwrap().to_rgba8();
+        let mut photo = image_file::open(&file).unwrap().to_rgba8();
         for pixel in photo.pixels_mut() {
             let alpha = f32::from(pixel.0[3]) / 255.0;
             let over = |value: u8| (f32::from(value) * alpha + 255.0 * (1.0 - alpha)).round() as u8;

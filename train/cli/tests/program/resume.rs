@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use pocketnerf_core::SimdLevel;
+use pocketnerf_train::picture::image_file;
 use serde_json::Value;
 
 use crate::place::{Place, TRAIN, text};
@@ -61,7 +62,7 @@ fn saved_and_resumed() {
 
     // Another dataset, and files that are no checkpoints.
     let image = place.path("data/3.png");
-    let mut picture = image::open(&image).unwrap().to_rgba8();
+    let mut picture = image_file::open(&image).unwrap().to_rgba8();
     picture.get_pixel_mut(2, 2).0[0] ^= 1;
     picture.save(&image).unwrap();
     let line = place.line(resume);

@@ -4,7 +4,8 @@ mod format;
 mod linear;
 mod smaller;
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
 use image::metadata::Orientation;
@@ -80,9 +81,20 @@ pub(super) fn read(path: &Path) -> Result<Stored, DatasetError> {
         .map_err(|problem| DatasetError::UnreadableImage { image: path.to_owned(), problem })
 }
 
+/// What images are read from.
+trait Source: BufRead + Seek {}
+
+impl<T: BufRead + Seek> Source for T {}
+
+/// One type for files and memory: decoders are generic, and large.
+fn reader<'a>(source: Box<dyn Source + 'a>) -> ImageReader<Box<dyn Source + 'a>> {
+    ImageReader::new(source)
+}
+
 /// Width and height by a file's header; reads no more than that.
 pub(super) fn size(path: &Path) -> Option<[u32; 2]> {
-    let reader = ImageReader::open(path).ok()?.with_guessed_format().ok()?;
+    let file = BufReader::new(File::open(path).ok()?);
+    let reader = reader(Box::new(file)).with_guessed_format().ok()?;
     reader.into_dimensions().ok().map(|(width, height)| [width, height])
 }
 
@@ -104,7 +116,9 @@ pub(super) fn header(path: &Path) -> Option<Header> {
     let bytes = std::fs::read(path).ok()?;
     let format = format::of(&bytes).ok()?;
     let content = super::hash_of(&bytes);
-    let mut decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().ok()?;
+    let mut reader = reader(Box::new(Cursor::new(bytes)));
+    reader.set_format(format);
+    let mut decoder = reader.into_decoder().ok()?;
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let (size, alpha) = (decoder.dimensions().into(), decoder.color_type().has_alpha());
     Some(Header { size, alpha, orientation, content })
@@ -113,7 +127,8 @@ pub(super) fn header(path: &Path) -> Option<Header> {
 fn decode_bytes(path: &Path) -> Result<Stored, String> {
     let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
     let format = format::of(&bytes)?;
-    let reader = ImageReader::with_format(Cursor::new(&bytes), format);
+    let mut reader = reader(Box::new(Cursor::new(&bytes)));
+    reader.set_format(format);
     let mut decoder = reader.into_decoder().map_err(short)?;
     let size: [u32; 2] = decoder.dimensions().into();
     if size.contains(&0) {

@@ -1,5 +1,6 @@
 //! Against the package lpips, by weights that follow from a formula and by trained ones.
 
+use crate::picture::image_file;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -220,7 +221,7 @@ fn trained_weights() {
     let Some(folder) = trained() else { return };
     let lpips = Lpips::read(&folder.join("lpips_alexnet.npz")).unwrap();
     assert_eq!(lpips.network(), "AlexNet");
-    let picture = |name| image::open(folder.join(name)).unwrap().to_rgb8();
+    let picture = |name| image_file::open(folder.join(name)).unwrap().to_rgb8();
     let truth = picture("ex_ref.png");
     for (name, expected) in [("ex_p0.png", 0.7219), ("ex_p1.png", 0.1376)] {
         let size = truth.dimensions();

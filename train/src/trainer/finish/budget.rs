@@ -22,6 +22,11 @@ const WORTH: f64 = 1.8;
 /// On a GPU, where a second is worth more steps: this share of the run, if that is less. Then no
 /// smaller cells are tried, whose time is not told well enough for runs that short.
 const SHARE_ON_GPU: f64 = 0.1;
+/// Without a time limit, all is calibrated after so many times the steps in which a field takes
+/// shape, a share of it before: a run is not to finish for longer than it trains.
+const ALL_AFTER: u32 = 2;
+/// This share at least.
+const LEAST_PART: f64 = 0.2;
 /// What is rehearsed may take so many times as long in the end.
 const LATER: f64 = 1.15;
 
@@ -32,27 +37,36 @@ pub struct FinishingBudget {
     part: f64,
     /// Whether smaller cells are tried.
     pub(crate) finer: bool,
+    /// Share of all photographs that are looked at.
+    looked_at: f64,
 }
 
 /// The choices, best first.
 const LADDER: [FinishingBudget; 7] = [
-    FinishingBudget { part: 1.0, finer: true },
-    FinishingBudget { part: 0.7, finer: true },
-    FinishingBudget { part: 0.5, finer: true },
-    FinishingBudget { part: 0.3, finer: true },
-    FinishingBudget { part: 0.2, finer: true },
-    FinishingBudget { part: 0.5, finer: false },
-    FinishingBudget { part: 0.2, finer: false },
+    FinishingBudget::of(1.0, true),
+    FinishingBudget::of(0.7, true),
+    FinishingBudget::of(0.5, true),
+    FinishingBudget::of(0.3, true),
+    FinishingBudget::of(0.2, true),
+    FinishingBudget::of(0.5, false),
+    FinishingBudget::of(0.2, false),
 ];
 
 impl FinishingBudget {
     /// Nothing is calibrated: cells and tolerance stay as training has them.
-    pub const NONE: Self = Self { part: 0.0, finer: false };
+    pub const NONE: Self = Self::of(0.0, false);
 
-    /// Without a time limit: all, or half for a costly field.
+    const fn of(part: f64, finer: bool) -> Self {
+        Self { part, finer, looked_at: part }
+    }
+
+    /// Without a time limit, after so many steps: all, or half for a costly field; less of the cells
+    /// where steps are few. What is wrong with photographs is looked for all the same.
     #[must_use]
-    pub fn usual(config: &TrainConfig) -> Self {
-        Self { part: if config.field.kind().is_costly() { 0.5 } else { 1.0 }, finer: true }
+    pub fn usual(config: &TrainConfig, steps: u32) -> Self {
+        let most = if config.field.kind().is_costly() { 0.5 } else { 1.0 };
+        let learnt = f64::from(steps) / f64::from(ALL_AFTER * config.settled());
+        Self { looked_at: most, ..Self::of(most * learnt.clamp(LEAST_PART, 1.0), true) }
     }
 
     /// Looks at each cell.
@@ -62,8 +76,17 @@ impl FinishingBudget {
 
     /// The number of tiles, where a full budget has `all`.
     pub(crate) fn tiles(self, all: usize) -> usize {
-        ((self.part * all as f64).ceil() as usize).max(LEAST_TILES)
+        some(self.part, all)
     }
+
+    /// The number of photographs that are looked at.
+    pub(crate) fn views(self) -> usize {
+        some(self.looked_at, photos::VIEWS)
+    }
+}
+
+fn some(part: f64, all: usize) -> usize {
+    ((part * all as f64).ceil() as usize).max(LEAST_TILES)
 }
 
 /// What calibrating a model costs, seconds.
@@ -102,7 +125,7 @@ impl Costs {
             (true, false) => looks * self.finer,
         };
         let cells = budget.tiles(pruning::TILES) * pruning::MOST_RENDERED;
-        let looked_at = photos::TILES * budget.tiles(photos::VIEWS);
+        let looked_at = photos::TILES * budget.views();
         let tiles = (cells + budget.tiles(tolerance::TILES) + looked_at) as f64;
         LATER * (looks * self.look + finer + tiles * self.tile + self.seen)
     }
@@ -137,6 +160,19 @@ impl Trainer {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn few_steps_are_calibrated_less() {
+        let usual = |steps| FinishingBudget::usual(&TrainConfig::hash_grid(), steps);
+        let [least, some, all] = [0, 512, 1024].map(usual);
+        assert_eq!((least.looks(), least.tiles(24), least.finer), (4, 5, true));
+        assert_eq!((some.looks(), some.tiles(24)), (4, 12));
+        assert_eq!((all, usual(99_999)), (LADDER[0], LADDER[0]));
+        assert_eq!([least, some, all].map(FinishingBudget::views), [32; 3]);
+        // A costly field takes shape in 100 steps, and is calibrated half as much.
+        let costly = |steps| FinishingBudget::usual(&TrainConfig::nerf(), steps);
+        assert_eq!([100, 200].map(|steps| costly(steps).tiles(24)), [6, 12]);
+    }
 
     #[test]
     fn what_is_costly_is_tried_less() {

@@ -6,7 +6,7 @@ use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Display, Error, Model};
 
 use super::pruning::{Judged, Pruning};
-use super::{color_jumps, photos, pruning, tolerance};
+use super::{color_jumps, pruning, tolerance};
 use crate::trainer::Trainer;
 use crate::trainer::finish::budget::FinishingBudget;
 use crate::trainer::finish::calibration_tiles::CalibrationTiles;
@@ -61,7 +61,7 @@ impl Trainer {
         let cells = if self.hides_much() { self.seen_cells(cells)? } else { cells };
         let model = Model { occupancy: Some(cells.view()), ..model };
         let tolerance = tolerance::find(&model, &self.calibration_tiles(some), simd)?;
-        let views = budget.tiles(photos::VIEWS);
+        let views = budget.views();
         Ok(Finished { trainer: self, cells, tolerance, views })
     }
 

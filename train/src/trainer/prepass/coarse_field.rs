@@ -19,6 +19,12 @@ const LONGER: u32 = 768;
 pub(super) const RESOLUTION: u32 = 64;
 /// Density of what is there, 1 / side of the box. The field begins with 1.
 const SIGMA: f32 = 20.0;
+/// Samples of its steps at most ...
+const SAMPLES: usize = 1 << 13;
+/// ... and at least: one for so many pixels of all photographs. Thumbnails say no more if they are
+/// looked at again and again.
+const FEWEST_SAMPLES: usize = 1 << 11;
+const PIXELS_A_SAMPLE: usize = 2;
 /// A box is worth another if its longest side is this much shorter.
 const WORTH: f32 = 0.97;
 /// Every so many pixels must be explained by the box. A prime, so that all
@@ -35,7 +41,8 @@ pub(crate) fn tighten(
     config: &TrainConfig,
     resources: (SimdLevel, Deadline),
 ) -> Result<(Space, RaySource), PrepassError> {
-    let small = carved(source, Some(hull), around, small(config));
+    let small = small(config, &source);
+    let small = carved(source, Some(hull), around, small);
     let trainer = trained(small, resources, STEPS)?;
     let found = occupied(&trainer, SIGMA);
     let source = trainer.source;
@@ -54,7 +61,8 @@ pub(super) fn cells(
     resources: (SimdLevel, Deadline),
 ) -> Result<(Vec<u32>, RaySource), PrepassError> {
     let Prepared { source, space, mut candidates, config, .. } = prepared;
-    let trainer = trained(carved(source, hull, space, small(&config)), resources, LONGER)?;
+    let small = small(&config, &source);
+    let trainer = trained(carved(source, hull, space, small), resources, LONGER)?;
     let (grown, n) = (trainer.grid.grown(), config.occupancy_resolution);
     let at = |c: u32| (c as f32 + 0.5) / n as f32;
     candidates.retain(|cell| grown.at([at(cell % n), at(cell / n % n), at(cell / (n * n))]));
@@ -98,12 +106,13 @@ fn side(space: Space) -> f32 {
 }
 
 /// The same scene with a field that learns its outline in no time.
-pub(super) fn small(config: &TrainConfig) -> TrainConfig {
+pub(super) fn small(config: &TrainConfig, source: &RaySource) -> TrainConfig {
+    let pixels: usize = source.images().iter().map(|rgba| rgba.len() / 4).sum();
     TrainConfig {
         field: config.field.kind().coarse(),
         occupancy_resolution: RESOLUTION,
         samples_per_side: 128.0,
-        samples_per_step: 1 << 13,
+        samples_per_step: (pixels / PIXELS_A_SAMPLE).clamp(FEWEST_SAMPLES, SAMPLES),
         batch_rays: None,
         network_rate: TrainConfig::hash_grid().network_rate,
         smooth_surfaces: 0.0,

@@ -263,7 +263,7 @@ impl Run {
         match self.finishing {
             _ if trainer.steps() < trainer.config().settled() => FinishingBudget::NONE,
             Some((budget, _)) => budget,
-            None => FinishingBudget::usual(trainer.config()),
+            None => FinishingBudget::usual(trainer.config(), trainer.steps()),
         }
     }
 

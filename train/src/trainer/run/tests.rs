@@ -63,7 +63,7 @@ fn a_short_run_is_not_calibrated() {
         assert_eq!(run.finishing_budget(&trainer), FinishingBudget::NONE);
         assert_eq!(run.step(&mut trainer).unwrap().unwrap().step, step);
     }
-    let usual = FinishingBudget::usual(trainer.config());
+    let usual = FinishingBudget::usual(trainer.config(), trainer.steps());
     assert_eq!(run.finishing_budget(&trainer), usual);
     // A field that takes few steps of many rays is, sooner.
     assert_eq!(TrainConfig::nerf().settled(), 100);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::output::write_atomic;
+use pocketnerf_train::picture::image_file;
 use pocketnerf_train::picture::image_file::encode_rgb;
 use serde::Deserialize;
 
@@ -52,7 +53,7 @@ impl Chart {
         let png = encode_rgb(width, height, &rgb)?;
         let mut shown = page::Pictures::new();
         for (id, path) in &pictures {
-            let picture = image::open(path).map_err(|e| format!("{}: {e}", path.display()))?;
+            let picture = image_file::open(path).map_err(|e| format!("{}: {e}", path.display()))?;
             let picture = picture.into_rgb8();
             let address = page::picture(picture.width(), picture.height(), picture.as_raw())?;
             shown.insert(id.clone(), address);

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use pocketnerf_train::picture::image_file;
 use serde_json::Value;
 
 use crate::commands::progress::Progress;
@@ -97,8 +98,7 @@ fn candidates(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 /// The mean difference of neighbouring pixels' differences: of neighbouring frames, the sharpest has
 /// the most.
 fn sharpness(file: &Path) -> Option<f64> {
-    let reader = image::ImageReader::open(file).ok()?.with_guessed_format().ok()?;
-    let image = reader.decode().ok()?.into_luma8();
+    let image = image_file::open(file).ok()?.into_luma8();
     let (width, values) = (image.width() as usize, image.into_raw());
     let along = |step: usize| {
         let triples = values.iter().zip(values.iter().skip(step)).zip(values.iter().skip(2 * step));

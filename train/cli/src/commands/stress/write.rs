@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use pocketnerf_train::output::write_atomic;
+use pocketnerf_train::picture::image_file;
 use serde_json::json;
 
 use super::Stress;
@@ -21,7 +22,7 @@ impl Stress {
         let mut pictures = page::Pictures::new();
         for (key, path) in files {
             let Some(path) = path else { continue };
-            let shown = image::open(path).map_err(|e| format!("{}: {e}", path.display()))?;
+            let shown = image_file::open(path).map_err(|e| format!("{}: {e}", path.display()))?;
             let shown = shown.into_rgb8();
             pictures.insert(key.clone(), picture(shown.width(), shown.height(), shown.as_raw())?);
         }

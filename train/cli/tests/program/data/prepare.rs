@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use pocketnerf_train::picture::image_file;
 use serde_json::Value;
 
 use super::shop::{COLMAP, FFMPEG, FFPROBE, Shop};
@@ -96,7 +97,7 @@ fn frames_of_a_video_the_sharpest_of_three() {
     // Six candidates for two frames: three of one picture and three of another. The second and the
     // last are as they were, the others blurred.
     for (i, of) in [(0, 1), (2, 1), (3, 5), (4, 5)] {
-        let picture = image::open(shop.place.path(&format!("photos/{of}.png"))).unwrap();
+        let picture = image_file::open(shop.place.path(&format!("photos/{of}.png"))).unwrap();
         picture.blur(2.0).save(shop.place.path(&format!("photos/{i}.png"))).unwrap();
     }
     let result = shop.ok("prepare walk.mp4 --frames 2 --out set --quiet --json");

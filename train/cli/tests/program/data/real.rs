@@ -5,6 +5,7 @@ use std::process::Command;
 
 use pocketnerf_train::builtin::Scene;
 use pocketnerf_train::dataset::{LoadOptions, Split, load_with};
+use pocketnerf_train::picture::image_file;
 
 use super::shop::{COLMAP, Shop};
 use crate::place::Place;
@@ -43,7 +44,8 @@ fn ffmpeg_itself() {
     shop.ok("prepare walk.mp4 --frames 6 --out set --quiet --json");
     let frames: Vec<u8> = (1..=6)
         .map(|i| {
-            let frame = image::open(shop.place.path(&format!("set/images/{i:05}.jpg"))).unwrap();
+            let frame =
+                image_file::open(shop.place.path(&format!("set/images/{i:05}.jpg"))).unwrap();
             assert_eq!((frame.width(), frame.height()), (64, 48));
             frame.into_luma8().get_pixel(30, 20).0[0]
         })

@@ -11,6 +11,7 @@ use pocketnerf_core::{
     AnyField, Camera, ColorSpace, DType, Display, Layout, Model, Sampling, Space, TensorView,
 };
 use pocketnerf_formats::{About, Precision, Scene};
+use pocketnerf_train::picture::image_file;
 
 use super::MODEL;
 use crate::place::{Place, text};
@@ -126,7 +127,7 @@ fn sees_the_ball(place: &Place) {
     }
     let [depth] = channels(&place.path("a.depth.exr"), ["Y"]);
     let [z, y, x] = channels(&place.path("a.normals.exr"), ["B", "G", "R"]);
-    let open = |name: &str| image::open(place.path(name)).unwrap();
+    let open = |name: &str| image_file::open(place.path(name)).unwrap();
     let (steps, colors) = (open("b.depth.png"), open("b.normals.png"));
     let steps = steps.as_luma16().unwrap().as_raw();
     let colors = colors.as_rgb8().unwrap().as_raw().as_chunks::<3>().0;

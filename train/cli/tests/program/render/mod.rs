@@ -7,6 +7,7 @@ mod videos;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use pocketnerf_train::picture::image_file;
 use serde_json::Value;
 
 const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../embed-demo/still-life.pnerf");
@@ -21,7 +22,7 @@ fn render(out: &Path, options: &[&str]) -> Output {
 }
 
 fn pixels(path: &Path) -> Vec<u8> {
-    let picture = image::open(path).unwrap().to_rgb8();
+    let picture = image_file::open(path).unwrap().to_rgb8();
     assert_eq!(picture.dimensions(), (96, 64));
     picture.into_raw()
 }
@@ -90,7 +91,7 @@ fn a_small_picture_has_many_rays_a_pixel() {
     let command = [&["render", MODEL, "--quality", "1"][..], &size].concat();
     let mut program = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
     assert!(program.args(command).arg("--out").arg(&large).output().unwrap().status.success());
-    let large = image::open(&large).unwrap().to_rgb8();
+    let large = image_file::open(&large).unwrap().to_rgb8();
     let mean = |x: u32, y: u32, c: usize| {
         let rays = (0..16).map(|i| large.get_pixel(4 * x + i % 4, 4 * y + i / 4)[c]);
         rays.map(f64::from).sum::<f64>() / 16.0

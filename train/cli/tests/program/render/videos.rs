@@ -1,5 +1,6 @@
 //! What the name of the output asks for, and work that goes on where it was interrupted.
 
+use pocketnerf_train::picture::image_file;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -97,7 +98,8 @@ fn videos_show_the_pictures() {
         let shown = decoded(&place.path(name));
         assert_eq!(shown.len(), 7 * 3 * 48 * height);
         for i in 0..7 {
-            let frame = image::open(place.path(&format!("frames/{i:03}.png"))).unwrap().to_rgb8();
+            let frame =
+                image_file::open(place.path(&format!("frames/{i:03}.png"))).unwrap().to_rgb8();
             let shown = &shown[i * 3 * 48 * height..][..3 * 48 * height];
             let sum: u32 =
                 shown.iter().zip(frame.iter()).map(|(a, b)| u32::from(a.abs_diff(*b))).sum();

@@ -3,6 +3,7 @@
 mod terminal;
 mod window;
 
+use pocketnerf_train::picture::image_file;
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
@@ -48,7 +49,7 @@ fn pictures_are_those_of_render() {
         let output =
             command.args([name, MODEL]).args(size).arg("--out").arg(&path).output().unwrap();
         assert!(output.status.success(), "{}", said(&output));
-        image::open(path).unwrap().to_rgb8()
+        image_file::open(path).unwrap().to_rgb8()
     });
     assert!(viewed.dimensions() == (96, 96) && viewed == rendered);
     let output = program().args(["view", MODEL, "--terminal", "--width", "9"]).output().unwrap();

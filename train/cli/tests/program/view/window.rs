@@ -1,5 +1,6 @@
 //! A window on a run, with events of the X server.
 
+use pocketnerf_train::picture::image_file;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Stdio};
 
@@ -85,7 +86,7 @@ fn the_finished_model_stays_until_the_window_is_closed() {
     let path = place.path("whole.png");
     let shown = place.run("view seen.pnerf --headless --quality 0.5 --out whole.png");
     assert!(shown.status.success());
-    let whole = image::open(path).unwrap().to_rgb8().into_raw();
+    let whole = image_file::open(path).unwrap().to_rgb8().into_raw();
     wait_for("the finished model", || (display.seen(window) == whole).then_some(()));
     assert!(program.0.try_wait().unwrap().is_none());
     display.key(ESCAPE);

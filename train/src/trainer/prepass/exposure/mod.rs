@@ -59,7 +59,7 @@ impl Prepared {
             return Ok((self, None));
         };
         let Self { source, space, candidates, hull, config } = self;
-        let mut small = small(&config);
+        let mut small = small(&config, &source);
         if let Some(grid) = small.field.hash_grid_mut() {
             grid.sh_degree = 1;
         }

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use pocketnerf_core::{Sampling, SimdLevel, Space};
-use pocketnerf_formats::{About, ContainerWriter, Precision, SectionId, WriteError};
+use pocketnerf_formats::{About, ContainerWriter, Precision, Scene, SectionId, World, WriteError};
 
 pub use error::{CheckpointError, Problem};
 pub use sections::{kind, section_name};
@@ -45,6 +45,9 @@ pub struct Checkpoint {
     config: TrainConfig,
     space: Space,
     sampling: Sampling,
+    /// From the run's coordinates to the dataset's.
+    scene: Scene<'static>,
+    world: World,
     /// Name of the dataset, for people.
     dataset: String,
     record: RecordV1,
@@ -168,6 +171,18 @@ impl Checkpoint {
     #[must_use]
     pub const fn trained_on(&self) -> TrainedOn {
         self.record.trained_on()
+    }
+
+    /// From the run's coordinates to those of the dataset's files.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene<'static> {
+        &self.scene
+    }
+
+    /// What is known of the coordinates of the dataset's files.
+    #[must_use]
+    pub const fn world(&self) -> World {
+        self.world
     }
 
     /// How long the run was to be.

@@ -165,6 +165,8 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         config,
         space: model.space,
         sampling: model.sampling,
+        scene: model_file.about.scene.similarity().into(),
+        world: model_file.about.world,
         dataset: provenance.map_or_else(String::new, |p| p.dataset.to_owned()),
         record,
         mean,
