@@ -41,7 +41,7 @@ namespace Pocketnerf
     internal static class Native
     {
         /// The version of pocketnerf.h that this file is made for.
-        public const uint AbiVersion = 65537;
+        public const uint AbiVersion = 65538;
         private const int ErrorBytes = 256;
 
 #if UNITY_IOS && !UNITY_EDITOR
@@ -68,6 +68,8 @@ namespace Pocketnerf
         [DllImport(Library)] public static extern int pnrf_orbit_camera(ModelHandle model,
             float azimuth, float elevation, float distance, ref Float3 up, uint width, uint height,
             out PinholeCamera camera, byte[] error);
+        [DllImport(Library)] public static extern int pnrf_world(ModelHandle model, out Float3 up,
+            out float metres, byte[] error);
         [DllImport(Library)] public static extern uint pnrf_photograph_count(ModelHandle model);
         [DllImport(Library)] public static extern int pnrf_photograph_camera(ModelHandle model,
             uint number, uint width, uint height, out PinholeCamera camera, byte[] error);

@@ -87,10 +87,34 @@ namespace Pocketnerf
             Float3? up = null, uint width = 0, uint height = 0)
         {
             var camera = new PinholeCamera();
-            var axis = up ?? new Float3(0, 0, 1);
+            var axis = up ?? Up;
             Native.Check(error => Native.pnrf_orbit_camera(Handle, azimuth, elevation, distance,
                 ref axis, width, height, out camera, error));
             return camera;
+        }
+
+        /// What is up, a unit vector: z where the file says nothing.
+        public Float3 Up
+        {
+            get
+            {
+                var up = new Float3();
+                var metres = 0f;
+                Native.Check(error => Native.pnrf_world(Handle, out up, out metres, error));
+                return up;
+            }
+        }
+
+        /// How long the unit of coordinates is; 0 where the file says nothing.
+        public float MetresPerUnit
+        {
+            get
+            {
+                var up = new Float3();
+                var metres = 0f;
+                Native.Check(error => Native.pnrf_world(Handle, out up, out metres, error));
+                return metres;
+            }
         }
 
         /// How many photographs' cameras the file has.

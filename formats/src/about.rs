@@ -27,6 +27,25 @@ pub struct About<'a> {
     pub quality: Option<f32>,
     /// Where the photographs were taken. Only read with the feature `std`.
     pub photographs: Option<Photographs<'a>>,
+    /// What is known of the dataset's coordinates. Only read with the feature `alloc`.
+    pub world: World,
+}
+
+/// What is known of a dataset's coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct World {
+    /// What is up there, a unit vector.
+    pub up: Option<[f32; 3]>,
+    /// Metres per dataset unit, greater than 0.
+    pub metres: Option<f32>,
+}
+
+impl World {
+    /// What is up there: +z where nobody says.
+    #[must_use]
+    pub fn up(&self) -> [f32; 3] {
+        self.up.unwrap_or([0.0, 0.0, 1.0])
+    }
 }
 
 /// The point of a pixel through which its ray passes. A model trained with corners is
@@ -62,6 +81,13 @@ impl Default for Scene<'_> {
             translation: [0.0; 3],
             name: None,
         }
+    }
+}
+
+impl From<Similarity> for Scene<'_> {
+    /// Without a name.
+    fn from(Similarity { scale, rotation, translation }: Similarity) -> Self {
+        Self { scale, rotation, translation, name: None }
     }
 }
 
@@ -119,6 +145,16 @@ impl Scene<'_> {
     #[must_use]
     pub fn to_model(&self, p: [f32; 3]) -> [f32; 3] {
         self.similarity().to_model(p)
+    }
+
+    /// The box in scene units around one in dataset coordinates: smallest and largest corner.
+    #[must_use]
+    pub fn box_to_model(&self, corners: [[f32; 3]; 2]) -> [[f32; 3]; 2] {
+        let corner = |i: usize| self.to_model([0, 1, 2].map(|axis| corners[i >> axis & 1][axis]));
+        let nothing = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+        (0..8).map(corner).fold(nothing, |[low, high], p| {
+            [[0, 1, 2].map(|a| low[a].min(p[a])), [0, 1, 2].map(|a| high[a].max(p[a]))]
+        })
     }
 }
 

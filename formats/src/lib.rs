@@ -99,7 +99,7 @@ mod tensor_name;
 #[cfg(feature = "alloc")]
 mod write;
 
-pub use about::{About, DefaultCamera, MAX_PICTURE_SIDE, PixelOrigin, Provenance, Scene};
+pub use about::{About, DefaultCamera, MAX_PICTURE_SIDE, PixelOrigin, Provenance, Scene, World};
 #[cfg(feature = "std")]
 pub use atomic::write_atomically;
 pub use container::{
@@ -120,4 +120,4 @@ pub use photographs::Photographs;
 pub use reader::{ModelFile, open, open_verified};
 pub use tensor_name::{Role, TensorName};
 #[cfg(feature = "alloc")]
-pub use write::{ContainerWriter, Precision, WriteError, pack, with_quality, write};
+pub use write::{ContainerWriter, Precision, WriteError, pack, with_quality, with_world, write};

@@ -10,7 +10,7 @@ use crate::about::About;
 use crate::container::{Container, RAW, Section, SectionId, kind};
 use crate::directory::Listed;
 use crate::metadata::field::{self, tensors};
-use crate::metadata::{Fields, V1, about, photographs, space};
+use crate::metadata::{Fields, V1, about, photographs, space, world};
 use crate::photographs::Photographs;
 use crate::tensor_name::TensorName;
 
@@ -84,6 +84,7 @@ impl<'a> ModelFile<'a> {
                 .unwrap_or_default(),
             quality: with_heap(&container, kind::QUALITY, about::read_quality)?,
             photographs: stored_photographs(&container)?,
+            world: with_heap(&container, kind::WORLD, world::read)?.unwrap_or_default(),
         };
         Ok(Self { model, about, container })
     }
@@ -103,8 +104,8 @@ impl<'a> ModelFile<'a> {
     }
 
     /// A camera that shows the model, in scene units: the file's own view, or, where it has
-    /// none, one half a radian above the dataset's x axis, z up; of a forward-facing capture,
-    /// one where the photographs were taken.
+    /// none, one half a radian above the dataset's x axis, or above its y axis if x is up; of a
+    /// forward-facing capture, one where the photographs were taken.
     #[must_use]
     pub fn camera(&self, width: u32, height: u32) -> Camera {
         if let Some(own) = self.about.camera {
@@ -118,10 +119,15 @@ impl<'a> ModelFile<'a> {
             return Camera { focal: [0.5 * width as f32 * ndc.slope[0]; 2], ..ahead };
         }
         let (middle, distance) = (space.center(), space.viewing_distance());
-        let [x, z] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| scene.to_model_direction(axis));
+        let up = self.about.world.up();
+        // Across it, towards the x axis.
+        let axis = usize::from(up[0].abs() > 0.9);
+        let length = math::sqrt(1.0 - up[axis] * up[axis]);
+        let side = [0, 1, 2].map(|a| (f32::from(u8::from(a == axis)) - up[axis] * up[a]) / length);
+        let [side, up] = [side, up].map(|axis| scene.to_model_direction(axis));
         let (sin, cos) = math::sin_cos(0.5);
-        let eye = [0, 1, 2].map(|a| middle[a] + distance * (cos * x[a] + sin * z[a]));
-        Camera::from_fov_x(width, height, 0.7, Camera::look_at(eye, middle, z))
+        let eye = [0, 1, 2].map(|a| middle[a] + distance * (cos * side[a] + sin * up[a]));
+        Camera::from_fov_x(width, height, 0.7, Camera::look_at(eye, middle, up))
     }
 
     /// Questions to the model, in the dataset's coordinates and units: SCENE's transform is

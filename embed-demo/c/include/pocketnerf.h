@@ -20,7 +20,7 @@
 
 // The version of this interface: 65536 times the major number, plus the minor. Additions
 // increase the minor number, all other changes the major one.
-#define PNRF_ABI_VERSION 65537
+#define PNRF_ABI_VERSION 65538
 
 // The largest width and height of a picture, pixels.
 #define PNRF_MAX_SIDE 16384
@@ -642,7 +642,7 @@ PnrfStatus pnrf_tile(uint32_t width,
 const char *pnrf_status_text(int32_t status);
 
 // Makes a camera that shows the model: the file's own view, or, if it has none, one from
-// the side and above, z up. A width and height of 0 mean the file's own size.
+// the side and above. A width and height of 0 mean the file's own size.
 PnrfStatus pnrf_default_camera(const struct PnrfModel *model,
                                uint32_t width,
                                uint32_t height,
@@ -655,7 +655,7 @@ PnrfStatus pnrf_default_camera(const struct PnrfModel *model,
 // `azimuth` is the angle about `up`, radians, counter-clockwise seen from above; 0 is where the x
 // axis points, or the y axis if x is up. `elevation` is the angle above the horizon, -1.57 to
 // 1.57. `distance` is in the caller's units; 0: that of the default camera. `up`, three numbers
-// of any length; null: z. A width and height of 0 mean the file's own size. Forward-facing
+// of any length; null: what the file says, else z. A width and height of 0 mean the file's own size. Forward-facing
 // captures have no back, and are refused.
 PnrfStatus pnrf_orbit_camera(const struct PnrfModel *model,
                              float azimuth,
@@ -666,6 +666,14 @@ PnrfStatus pnrf_orbit_camera(const struct PnrfModel *model,
                              uint32_t height,
                              struct PnrfCamera *camera,
                              struct PnrfError *error);
+
+// Writes what the file says of the caller's coordinates: to `up` the direction that is up, three
+// numbers, a unit vector, z where the file says nothing; to `metres_per_unit` how long their unit
+// is, 0 where the file says nothing. Either may be null.
+PnrfStatus pnrf_world(const struct PnrfModel *model,
+                      float *up,
+                      float *metres_per_unit,
+                      struct PnrfError *error);
 
 // How many photographs' cameras the file has: an even choice of at most 64; 0 for null. People who
 // look from there see what photographs have seen.

@@ -353,13 +353,31 @@ public:
         });
     }
     /// A camera that goes around the centre: angles in radians; distance 0: as far away as the
-    /// file's own.
-    Result<Camera> orbit(float azimuth, float elevation, float distance = 0,
-                         const Vec3 &up = {0, 0, 1}, uint32_t width = 0,
-                         uint32_t height = 0) const {
+    /// file's own; about what is up.
+    Result<Camera> orbit(float azimuth, float elevation, float distance = 0) const {
+        return detail::got(Camera{}, [&](Camera &camera, PnrfError *error) {
+            return pnrf_orbit_camera(model_.get(), azimuth, elevation, distance, nullptr, 0, 0,
+                                     &camera, error);
+        });
+    }
+    /// About another direction, with a picture of another size.
+    Result<Camera> orbit(float azimuth, float elevation, float distance, const Vec3 &up,
+                         uint32_t width = 0, uint32_t height = 0) const {
         return detail::got(Camera{}, [&](Camera &camera, PnrfError *error) {
             return pnrf_orbit_camera(model_.get(), azimuth, elevation, distance, up.data(), width,
                                      height, &camera, error);
+        });
+    }
+    /// What is up, a unit vector: z where the file says nothing.
+    Result<Vec3> up() const {
+        return detail::got(Vec3{}, [&](Vec3 &up, PnrfError *error) {
+            return pnrf_world(model_.get(), up.data(), nullptr, error);
+        });
+    }
+    /// How long the unit of coordinates is; 0 where the file says nothing.
+    Result<float> metres_per_unit() const {
+        return detail::got(0.0f, [&](float &metres, PnrfError *error) {
+            return pnrf_world(model_.get(), nullptr, &metres, error);
         });
     }
     /// How many photographs' cameras the file has.

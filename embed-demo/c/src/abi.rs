@@ -2,4 +2,4 @@
 
 /// The version of this interface: 65536 times the major number, plus the minor. Additions
 /// increase the minor number, all other changes the major one.
-pub const ABI_VERSION: u32 = 65537;
+pub const ABI_VERSION: u32 = 65538;

@@ -69,6 +69,7 @@ pub use render::{Stats, Tile, pnrf_render, pnrf_render_tile, pnrf_tile, pnrf_til
 pub use status::{ERROR_TEXT, Error, Status, pnrf_status_text};
 pub use views::{
     pnrf_default_camera, pnrf_orbit_camera, pnrf_photograph_camera, pnrf_photograph_count,
+    pnrf_world,
 };
 
 /// The version of the library. It fits the header if the upper 16 bits equal those of

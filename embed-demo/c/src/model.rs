@@ -53,6 +53,23 @@ impl Model {
         &self.scene
     }
 
+    /// What is up, a unit vector in the caller's coordinates.
+    pub(crate) fn up(&self) -> [f32; 3] {
+        let about = &self.file().about;
+        let up = about.world.up();
+        if self.scene.similarity() == about.scene.similarity() {
+            return up;
+        }
+        // The caller's coordinates are the model's.
+        about.scene.to_model_direction(up)
+    }
+
+    /// How long the caller's unit is; 0 where the file says nothing.
+    pub(crate) fn metres_per_unit(&self) -> f32 {
+        let about = &self.file().about;
+        about.world.metres.map_or(0.0, |metres| metres * about.scene.scale / self.scene.scale)
+    }
+
     pub(crate) fn similarity(&self) -> Similarity {
         self.scene.similarity()
     }

@@ -35,7 +35,7 @@ unsafe fn give(model: &Model, made: CoreCamera, camera: *mut Camera) -> Result<(
 }
 
 /// Makes a camera that shows the model: the file's own view, or, if it has none, one from
-/// the side and above, z up. A width and height of 0 mean the file's own size.
+/// the side and above. A width and height of 0 mean the file's own size.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_default_camera(
     model: *const Model,
@@ -59,7 +59,7 @@ pub unsafe extern "C" fn pnrf_default_camera(
 /// `azimuth` is the angle about `up`, radians, counter-clockwise seen from above; 0 is where the x
 /// axis points, or the y axis if x is up. `elevation` is the angle above the horizon, -1.57 to
 /// 1.57. `distance` is in the caller's units; 0: that of the default camera. `up`, three numbers
-/// of any length; null: z. A width and height of 0 mean the file's own size. Forward-facing
+/// of any length; null: what the file says, else z. A width and height of 0 mean the file's own size. Forward-facing
 /// captures have no back, and are refused.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pnrf_orbit_camera(
@@ -77,7 +77,7 @@ pub unsafe extern "C" fn pnrf_orbit_camera(
     let work = || unsafe {
         let model: &Model = border::read(model, "model")?;
         let up = border::read_or_none(up.cast::<[f32; 3]>(), "up")?;
-        let up = up.copied().unwrap_or([0.0, 0.0, 1.0]);
+        let up = up.copied().unwrap_or_else(|| model.up());
         let wrong = |text: &str| Err(Failure::new(Status::Argument, text));
         if !(azimuth.is_finite() && elevation.abs() <= STEEPEST) {
             return wrong(
@@ -101,6 +101,31 @@ pub unsafe extern "C" fn pnrf_orbit_camera(
         let radius = if distance > 0.0 { distance } else { far };
         let orbit = Orbit { target, radius, azimuth, elevation, axis: up, up };
         give(model, CoreCamera { camera_to_world: orbit.pose(), ..own }, camera)
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(error, work) }
+}
+
+/// Writes what the file says of the caller's coordinates: to `up` the direction that is up, three
+/// numbers, a unit vector, z where the file says nothing; to `metres_per_unit` how long their unit
+/// is, 0 where the file says nothing. Either may be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn pnrf_world(
+    model: *const Model,
+    up: *mut f32,
+    metres_per_unit: *mut f32,
+    error: *mut Error,
+) -> Status {
+    // SAFETY: the caller's promise.
+    let work = || unsafe {
+        let model: &Model = border::read(model, "model")?;
+        if !up.is_null() {
+            border::write(up.cast::<[f32; 3]>(), model.up(), "up")?;
+        }
+        if !metres_per_unit.is_null() {
+            border::write(metres_per_unit, model.metres_per_unit(), "metres_per_unit")?;
+        }
+        Ok(())
     };
     // SAFETY: the caller's promise.
     unsafe { call(error, work) }

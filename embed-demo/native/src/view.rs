@@ -68,11 +68,11 @@ impl View {
     #[must_use]
     pub fn new(file: &ModelFile<'_>) -> Self {
         let (space, scene) = (&file.model.space, &file.about.scene);
-        let z = Vec3::from(scene.to_model_direction([0.0, 0.0, 1.0])).normalize_or(Vec3::Z);
+        let up = Vec3::from(scene.to_model_direction(file.about.world.up())).normalize_or(Vec3::Z);
         let [width, height] = file.about.camera.map_or([800; 2], |own| [own.width, own.height]);
         let Scene { scale, rotation, translation, .. } = *scene;
         let scene = Scene { scale, rotation, translation, name: None };
-        Self { scene, ..Self::around(file.camera(width, height), space, z) }
+        Self { scene, ..Self::around(file.camera(width, height), space, up) }
     }
 
     /// The view of `own`, in a scene whose coordinates are the dataset's, with this direction

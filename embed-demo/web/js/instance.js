@@ -53,6 +53,7 @@ export class Instance {
       box: { min: f.slice(32, 35), max: f.slice(35, 38) },
       scene: { scale: f[38], rotation: f.slice(39, 48), translation: f.slice(48, 51) },
       near: f[51],
+      up: f.slice(52, 55),
     };
   }
 

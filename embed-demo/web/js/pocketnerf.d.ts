@@ -48,6 +48,8 @@ export interface Info {
   scene: { scale: number; rotation: number[]; translation: number[] };
   /** Forward-facing captures: distance of the nearest object; else 0. */
   near: number;
+  /** What is up in the dataset's coordinates, a unit vector. */
+  up: [number, number, number];
   /**
    * Where photographs were taken, poses as in `Camera`: an even choice of up to 64. Empty if the
    * file does not say it.

@@ -115,7 +115,7 @@ export class Scene {
   }
 
   /** A camera that goes around the centre of the scene: angles in radians. */
-  orbit(azimuth, elevation, { distance, up = [0, 0, 1], width, height } = {}) {
+  orbit(azimuth, elevation, { distance, up = this.info.up, width, height } = {}) {
     const size = width && height ? { width, height } : this.info.camera;
     return orbit(this.info, azimuth, elevation, { ...size, distance, up });
   }

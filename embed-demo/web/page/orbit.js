@@ -57,7 +57,7 @@ export class Orbit {
     this.#far = Math.max(along, 0.1 * info.size);
     this.#target = add(eye, back, -this.#far);
     // Up in the scene, or, if the camera lies on its side, in its picture.
-    this.#up = isAround && up[2] > 0.5 ? [0, 0, 1] : up;
+    this.#up = isAround && dot(up, info.up) > 0.5 ? info.up : up;
     [this.yaw, this.rise, this.distance, this.pan] = [0, 0, 1, [0, 0, 0]];
   }
 

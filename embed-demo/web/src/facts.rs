@@ -51,6 +51,8 @@ impl Facts {
         push(&scene.translation);
         // 51: forward-facing captures: the distance of the nearest object.
         push(&[near(space) * scene.scale]);
+        // 52: what is up.
+        push(&file.about.world.up());
         Self(facts)
     }
 

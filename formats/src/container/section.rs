@@ -37,6 +37,8 @@ pub mod kind {
     pub const QUALITY: u32 = 12;
     /// Metadata: where the photographs were taken.
     pub const PHOTOGRAPHS: u32 = 13;
+    /// Metadata: what is up in the dataset, and how long its unit is.
+    pub const WORLD: u32 = 14;
     /// Raw: the table of one hash grid level; the index is the level.
     pub const GRID: u32 = 16;
     /// Raw: one weight or bias; numbered in the order of the directory.
@@ -65,6 +67,7 @@ pub mod kind {
             PIXELS => "PIXELS",
             QUALITY => "QUALITY",
             PHOTOGRAPHS => "PHOTOGRAPHS",
+            WORLD => "WORLD",
             GRID => "GRID",
             NETWORK => "NETWORK",
             OCC_COARSE => "OCC_COARSE",

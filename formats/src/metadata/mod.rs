@@ -12,6 +12,7 @@ pub(crate) mod field;
 mod ndc;
 pub(crate) mod photographs;
 pub(crate) mod space;
+pub(crate) mod world;
 
 use serde::{Deserialize, Serialize};
 

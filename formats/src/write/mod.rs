@@ -15,11 +15,11 @@ pub use container::ContainerWriter;
 pub use error::WriteError;
 pub use pack::pack;
 
-use crate::about::{About, PixelOrigin};
+use crate::about::{About, PixelOrigin, World};
 use crate::container::{SectionId, kind};
 use crate::directory::write_directory;
 use crate::metadata::field::{self, tensors};
-use crate::metadata::{V1, about, append, photographs, space};
+use crate::metadata::{V1, about, append, photographs, space, world};
 use crate::tensor_name::Role;
 use crate::{FormatError, ModelFile, reader};
 
@@ -65,6 +65,20 @@ pub fn with_quality(file: &ModelFile<'_>, quality: f32) -> Result<Vec<u8>, Write
     writer.finish()
 }
 
+/// A copy of the file that says this of the dataset's coordinates. All other sections stay as they
+/// are.
+///
+/// # Errors
+/// Those of [`ContainerWriter::finish`].
+pub fn with_world(file: &ModelFile<'_>, world: &World) -> Result<Vec<u8>, WriteError> {
+    let mut writer = ContainerWriter::new();
+    for section in file.sections().filter(|section| section.id.kind != kind::WORLD) {
+        writer.add_section(&section);
+    }
+    writer.optional(kind::WORLD, &world::write(world));
+    writer.finish()
+}
+
 impl<'a> ContainerWriter<'a> {
     /// Adds the sections of a model, so that a program can put its own beside them.
     ///
@@ -102,6 +116,9 @@ impl<'a> ContainerWriter<'a> {
         }
         if let Some(photographs) = &about.photographs {
             self.optional(kind::PHOTOGRAPHS, &photographs::write(photographs));
+        }
+        if about.world != World::default() {
+            self.optional(kind::WORLD, &world::write(&about.world));
         }
         if let Some(hierarchical) = &model.hierarchical {
             self.optional(kind::HIERARCHICAL, &space::write_hierarchical(hierarchical));

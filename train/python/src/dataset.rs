@@ -194,7 +194,9 @@ impl Dataset {
     /// The cameras of a split.
     #[pyo3(signature = (split="train"))]
     fn cameras(&self, split: &str) -> PyResult<Vec<Camera>> {
-        Ok(self.split(split)?.views.iter().map(|view| Camera(view.camera)).collect())
+        let split = self.split(split)?;
+        let cameras = split.views.iter().map(|view| Camera(split.camera_in_files(&view.camera)));
+        Ok(cameras.collect())
     }
 
     /// The names of a split's images.

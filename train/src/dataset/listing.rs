@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::Own;
 use super::intrinsics::Intrinsics;
 use crate::lens::Lens;
 
@@ -34,6 +35,10 @@ pub(super) struct Listing {
     pub(super) background: Option<[f32; 3]>,
     /// Whether rays suit normalised device coordinates.
     pub(super) forward_facing: bool,
+    /// The coordinates of its files, where it was moved.
+    pub(super) own: Option<Own>,
+    /// Metres per unit of its files, where that is known.
+    pub(super) metres: Option<f32>,
     /// What the user should know, a line each.
     pub(super) notes: Vec<String>,
 }
@@ -99,6 +104,8 @@ impl Listing {
             reach: None,
             background: None,
             forward_facing: false,
+            own: None,
+            metres: None,
             notes: Vec::new(),
         }
     }

@@ -119,6 +119,7 @@ pub(super) fn list(
         factor: Some(images.factor),
         bounds: Some(world.bounds()),
         forward_facing: !looks_around && !options.spherify,
+        own: world.own(),
         notes,
         ..Listing::new(FORMAT, FILE.to_owned(), file, frames)
     })

@@ -32,6 +32,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+pub use capture::Own;
 pub use error::DatasetError;
 #[doc(hidden)]
 pub use fingerprint::hash_of;
@@ -94,12 +95,12 @@ pub fn load_with(
     let downscale_factor = listing.factor.unwrap_or(options.downscale_factor);
     let options = &LoadOptions { downscale_factor, ..*options };
     let (views, found) = decode::views(&listing, options)?;
-    let Listing { format, bounds, aabb, reach, background, .. } = listing;
+    let Listing { format, bounds, aabb, reach, background, own, metres, .. } = listing;
     let (forward_facing, mut notes) = (listing.forward_facing, listing.notes);
     notes.extend(found);
     let dataset = Dataset::new(path.display().to_string(), format, split, views);
     notes.extend_from_slice(&dataset.notes);
-    Ok(Dataset { bounds, aabb, reach, background, forward_facing, notes, ..dataset })
+    Ok(Dataset { bounds, aabb, reach, background, forward_facing, own, metres, notes, ..dataset })
 }
 
 /// Camera-to-world poses of all frames of the dataset in the folder `path`, of all its splits. No
@@ -231,6 +232,10 @@ pub struct Dataset {
     /// Whether all cameras look along −z from about the origin, at what lies beyond
     /// z = −1: rays that suit normalised device coordinates.
     pub forward_facing: bool,
+    /// The coordinates of its files, where it was moved as it was read.
+    pub own: Option<Own>,
+    /// Metres per unit of its files, where that is known.
+    pub metres: Option<f32>,
     /// What the user should know, a line each: frames that were left out, and the like.
     pub notes: Vec<String>,
 }
@@ -265,6 +270,8 @@ impl Dataset {
             reach: None,
             background: None,
             forward_facing: false,
+            own: None,
+            metres: None,
             notes,
         }
     }

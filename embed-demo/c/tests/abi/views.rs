@@ -4,12 +4,12 @@ use std::f32::consts::FRAC_PI_2;
 use std::ptr::{null, null_mut};
 
 use pocketnerf_c::{
-    Camera, Hit, Status, pnrf_default_camera, pnrf_orbit_camera, pnrf_photograph_camera,
-    pnrf_photograph_count, pnrf_pick,
+    Camera, Hit, OPEN_MODEL_COORDINATES, Status, pnrf_default_camera, pnrf_orbit_camera,
+    pnrf_photograph_camera, pnrf_photograph_count, pnrf_pick, pnrf_world,
 };
 use pocketnerf_core::query::Depth;
 use pocketnerf_core::{Camera as CoreCamera, Ray, SimdLevel, Tuning};
-use pocketnerf_formats::open;
+use pocketnerf_formats::{World, open, with_world};
 
 use crate::{GOLDEN, Open, STILL_LIFE, done, usual_options};
 
@@ -56,6 +56,36 @@ fn cameras_of_photographs() {
     assert_eq!((refused, untouched.width), (Status::Argument, 0));
     assert_eq!(unsafe { pnrf_photograph_count(Open::new(GOLDEN, 0).0) }, 0);
     assert_eq!(unsafe { pnrf_photograph_count(null()) }, 0);
+}
+
+#[test]
+fn cameras_go_around_what_the_file_calls_up() {
+    let world = World { up: Some([0.0, -1.0, 0.0]), metres: Some(0.5) };
+    let bytes = with_world(&open(GOLDEN).unwrap(), &world).unwrap();
+    let told = |flags| {
+        let model = Open::new(&bytes, flags);
+        let (mut up, mut metres) = ([0.0; 3], 0.0);
+        done(|error| unsafe { pnrf_world(model.0, up.as_mut_ptr(), &raw mut metres, error) });
+        let above = camera(|camera, error| unsafe {
+            pnrf_orbit_camera(model.0, 0.0, FRAC_PI_2 / 3.0, 4.0, null(), 8, 6, camera, error)
+        });
+        (up, metres, above)
+    };
+    let (up, metres, above) = told(0);
+    assert_eq!((up, metres), ([0.0, -1.0, 0.0], 0.5));
+    let file = open(&bytes).unwrap();
+    let centre = file.about.scene.to_dataset(file.model.space.center());
+    // 30 degrees up: half of the distance along -y.
+    let eye = [centre[0] + 2.0 * 3f32.sqrt(), centre[1] - 2.0, centre[2]];
+    assert_near(column(&above, 3), eye, 1e-4);
+    // In the model's coordinates the same direction, and as many metres as its unit has.
+    let (up, metres, _) = told(OPEN_MODEL_COORDINATES);
+    assert_near(up, file.about.scene.to_model_direction([0.0, -1.0, 0.0]), 1e-6);
+    assert!((metres - 0.5 * file.about.scene.scale).abs() < 1e-6, "{metres}");
+    let plain = Open::new(GOLDEN, 0);
+    let mut metres = 1.0;
+    done(|error| unsafe { pnrf_world(plain.0, null_mut(), &raw mut metres, error) });
+    assert_eq!(metres, 0.0);
 }
 
 #[test]

@@ -110,6 +110,8 @@ static void cameras(const Model &model, const Model &with_photographs) {
     const auto around = model.orbit(0, 0, 5, {0, 0, 1}, 8, 6);
     THAT(std::fabs(around->camera_to_world[3] - model.info()->center[0] - 5) < 1e-4f);
     THAT(around->width == 8 && around->height == 6);
+    // The file says nothing of its world.
+    THAT(*model.up() == (Vec3{0, 0, 1}) && *model.metres_per_unit() == 0);
     THAT(fails(model.orbit(0, 3), PNRF_STATUS_ARGUMENT, "elevation"));
     THAT(with_photographs.photograph_count() == 3 && with_photographs.photograph(2).ok());
     THAT(fails(with_photographs.photograph(3), PNRF_STATUS_ARGUMENT, "3 of 3"));

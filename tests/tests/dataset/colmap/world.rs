@@ -2,6 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use pocketnerf_core::Camera;
+use pocketnerf_formats::Scene;
 use pocketnerf_train::dataset::{Dataset, View};
 
 use super::all;
@@ -46,6 +48,34 @@ fn a_capture_around_something() {
     );
 }
 
+fn in_files(dataset: &Dataset, view: usize) -> Camera {
+    dataset.camera_in_files(&dataset.views[view].camera)
+}
+
+/// Cameras, boxes and what is up, as COLMAP has them.
+#[test]
+fn the_way_back_to_the_files() {
+    let dataset = all(&Capture::around().folder(), 1);
+    let positions = [[1.0, -2.0, 3.0], [5.0, 2.0, 3.0], [-3.0, 2.0, 3.0]];
+    let axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+    for (i, (position, axis)) in positions.into_iter().zip(axes).enumerate() {
+        let camera = in_files(&dataset, i);
+        assert!(near(camera.position(), position) && near(camera.axis(), axis), "{camera:?}");
+    }
+    let (scene, world) = (dataset.scene(), dataset.world());
+    assert!((scene.scale - 4.0).abs() < 1e-5 && near(world.up.unwrap(), [0.0, 0.0, 1.0]));
+    // -y becomes +x, and +x becomes +y, a quarter as long.
+    let [low, high] = dataset.box_as_read([[0.0, 1.0, 3.0], [5.0, 2.0, 4.0]]);
+    assert!(near(low, [0.0, -0.25, 0.0]) && near(high, [0.25, 1.0, 0.25]), "{low:?} {high:?}");
+    // In a model that was trained on it a camera is where it was read; in one whose coordinates
+    // are the files', where they say; a model that says nothing was trained on what is read.
+    let camera = &dataset.views[1].camera;
+    let files = Scene { translation: [1.0, 0.0, 0.0], ..Scene::default() };
+    assert_eq!(dataset.camera_in_model(camera, &scene), *camera);
+    assert_eq!(dataset.camera_in_model(camera, &Scene::default()), *camera);
+    assert!(near(dataset.camera_in_model(camera, &files).position(), [4.0, 2.0, 3.0]));
+}
+
 /// Side by side 1 apart they look along +y, at points from 3 to 5 away: as in captures of
 /// LLFF the nearest depth becomes 4/3 and the average camera looks along -z.
 #[test]
@@ -64,6 +94,10 @@ fn a_capture_that_looks_forward() {
         let (at, along) = looks(view);
         assert!(near(at, [x, 0.0, 0.0]) && near(along, [0.0, 0.0, -1.0]), "{at:?} {along:?}");
     }
+    for (view, x) in [0.0, 1.0, 2.0].into_iter().enumerate() {
+        assert!(near(in_files(&dataset, view).position(), at(x).map(|v| v as f32)));
+    }
+    assert!(near(dataset.world().up.unwrap(), [0.0, 0.0, 1.0]));
     // One of them, turned by 100 degrees, looks 72 aside of the mean, and shows 29 more.
     capture.images[1] = image(2, "b.png", at(1.0), 100f64.to_radians());
     assert!(!all(&capture.folder(), 1).forward_facing);

@@ -25,6 +25,9 @@ fn a_hand_computed_ray() {
     let dataset = all(&export());
     assert_eq!((dataset.format, dataset.views.len()), ("3d-scanner-app", 2));
     assert_eq!(dataset.notes, ["2 of 4 frames have an image"]);
+    // Phones measure in metres, and what they call up is up as it is read.
+    let world = pocketnerf_formats::World { up: None, metres: Some(1.0) };
+    assert_eq!((dataset.scene().scale, dataset.world()), (1.0, world));
     let view = &dataset.views[1];
     assert_eq!(view.name, "frame_00003.jpg");
     assert_eq!((view.camera.focal, view.camera.center), ([8.0, 4.0], [4.0, 2.0]));

@@ -46,7 +46,7 @@ impl Demo {
         let mut bar = train::Bar::new(common);
         bar.phase("finding the scene");
         let path = folder.join("scene.pnerf");
-        let origin = train::Origin::new(&dataset, 1, Precision::I8);
+        let origin = train::Origin::new(&dataset, 1, Precision::I8, dataset.world());
         let mut trainer = Trainer::with_prepass(dataset, config, self.rendering.vectors.level())?;
         let mut run = Run::new(Length::Seconds(self.seconds), common.started);
         train::train(&mut trainer, &mut run, &mut bar, |_, _, _| Ok(())).map_err(in_demo)?;

@@ -90,18 +90,21 @@ impl Eval {
         }
         let antialias = self.antialiasing.of(&file.about);
         let first = dataset.views.first();
-        let first = first.map(|view| file.about.scene.camera_to_model(&view.camera));
+        let scene = &file.about.scene;
+        let first = first.map(|view| dataset.camera_in_model(&view.camera, scene));
         let size = first.and_then(|camera| size_doubt(&file, &camera, antialias));
         if let Some(warning) = size {
             common.warn(&warning);
             warnings.push(warning);
         }
         let origin = self.pixel_origin.unwrap_or(file.about.pixel_origin);
-        for view in &mut dataset.views {
-            view.camera = file.about.scene.camera_to_model(&view.camera);
+        let mut views = std::mem::take(&mut dataset.views);
+        for view in &mut views {
+            view.camera = dataset.camera_in_model(&view.camera, scene);
             let n = antialias.rays(&view.camera);
             shift(&mut view.camera, origin, n);
         }
+        dataset.views = views;
         let background = self.background.unwrap_or_else(|| file.model.display.srgb_background());
         let folder = self.out.as_deref().map(make_folder).transpose()?;
         let mut failure = None;

@@ -22,6 +22,14 @@ impl ModelBytes {
     }
 }
 
+impl ModelBytes {
+    /// These bytes of a file that was another one on disk.
+    pub(super) fn changed(self, bytes: Vec<u8>) -> Self {
+        let stored = self.packed.unwrap_or(self.bytes);
+        Self { bytes, packed: Some(stored) }
+    }
+}
+
 impl Deref for ModelBytes {
     type Target = [u8];
 

@@ -83,6 +83,26 @@ pub(super) fn parse_color(text: &str) -> Result<[f32; 3], String> {
     }
 }
 
+/// A direction: an axis, or three numbers of any length; a unit vector.
+pub(super) fn parse_direction(text: &str) -> Result<[f32; 3], String> {
+    let (sign, name) = match text.strip_prefix('-') {
+        Some(name) => (-1.0, name),
+        None => (1.0, text.strip_prefix('+').unwrap_or(text)),
+    };
+    if let Some(axis) = ["x", "y", "z"].iter().position(|axis| *axis == name) {
+        return Ok([0, 1, 2].map(|a| if a == axis { sign } else { 0.0 }));
+    }
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    let direction = match numbers.as_deref() {
+        Ok(&[x, y, z]) => glam::Vec3::new(x, y, z).try_normalize(),
+        _ => None,
+    };
+    let direction = direction.filter(|direction| direction.is_finite());
+    direction.map(|direction| direction.to_array()).ok_or_else(|| {
+        "expected x, y, z, -x, -y, -z or three numbers that are not all 0".to_owned()
+    })
+}
+
 /// A PSNR, dB.
 pub(super) fn parse_psnr(text: &str) -> Result<f64, String> {
     let psnr = text.parse().ok().filter(|psnr| (1.0..=99.0).contains(psnr));
@@ -92,6 +112,21 @@ pub(super) fn parse_psnr(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn directions() {
+        for (text, direction) in [
+            ("x", [1.0, 0.0, 0.0]),
+            ("+y", [0.0, 1.0, 0.0]),
+            ("-z", [0.0, 0.0, -1.0]),
+            ("0, -3,4", [0.0, -0.6, 0.8]),
+        ] {
+            assert_eq!(parse_direction(text), Ok(direction), "{text}");
+        }
+        for text in ["", "-", "w", "0,0,0", "1,2", "nan,0,1", "inf,0,0", "1,2,3,4"] {
+            assert!(parse_direction(text).unwrap_err().contains("not all 0"), "{text}");
+        }
+    }
 
     #[test]
     fn durations() {

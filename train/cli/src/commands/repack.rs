@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pocketnerf_core::Camera;
-use pocketnerf_formats::pack;
+use pocketnerf_formats::{pack, with_world};
 use pocketnerf_train::cameras::Circle;
 use pocketnerf_train::compact::{self, Compacted};
 use pocketnerf_train::dataset::Split;
@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use super::model_file::ModelBytes;
 use super::parse::parse_psnr;
 use super::rendering::Vectors;
+use super::train::WorldOptions;
 use super::{Common, Failure, Reading, print_line, read_model};
 
 #[derive(Debug, clap::Args)]
@@ -32,6 +33,8 @@ pub(super) struct Repack {
     data: Option<PathBuf>,
     #[command(flatten)]
     reading: Reading,
+    #[command(flatten)]
+    world: WorldOptions,
     #[command(flatten)]
     vectors: Vectors,
 }
@@ -53,8 +56,14 @@ struct Files {
 
 impl Repack {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
-        let bytes = self.files.read()?;
+        let mut bytes = self.files.read()?;
         let refused = |e: &dyn std::fmt::Display| format!("{}: {e}", self.files.input.display());
+        if self.world.is_given() {
+            let file = super::open(&self.files.input, &bytes)?;
+            let world = self.world.or(file.about.world);
+            let said = with_world(&file, &world).map_err(|e| refused(&e))?;
+            bytes = bytes.changed(said);
+        }
         if (self.max_bytes, self.target_psnr) == (None, None) {
             let packed = pack(&bytes).map_err(|e| refused(&e))?;
             return self.files.write(&bytes, &packed, (json!({}), ""), common);
@@ -91,9 +100,9 @@ impl Repack {
             let circle = Circle::around(&file.model.space, own.as_ref(), compact::VIEWS, fov_x);
             return Ok(compact::small(circle.cameras(), compact::SIDE));
         };
-        let views = self.reading.read(data, Split::Train, 1)?.views;
-        let scene = file.about.scene;
-        let cameras = views.iter().map(|view| scene.camera_to_model(&view.camera));
+        let dataset = self.reading.read(data, Split::Train, 1)?;
+        let (views, scene) = (dataset.views.iter(), file.about.scene);
+        let cameras = views.map(|view| dataset.camera_in_model(&view.camera, &scene));
         Ok(compact::small(cameras.collect(), compact::SIDE))
     }
 }

@@ -44,11 +44,13 @@ class TrainOptions(TypedDict, total=False):
     refine_poses: bool
     samples: Sequence[int]
     sampling: Literal["occupancy", "hierarchical"]
+    scale: float
     simd: str
     smooth_surfaces: Union[bool, float]
     space: Literal["box", "ndc", "contracted"]
     spherify: bool
     target_psnr: float
+    up: Union[str, Sequence[float]]
     views: int
     width: int
 

@@ -139,10 +139,26 @@ impl Model {
         Ok(self.get()?.photographs().into_iter().map(Camera).collect())
     }
 
+    /// What is up in the dataset's coordinates, a unit vector: +z where the file says nothing.
+    ///
+    /// >>> model.up
+    /// (0.0, 0.0, 1.0)
+    #[getter]
+    fn up(&self) -> PyResult<(f32, f32, f32)> {
+        Ok(self.get()?.file().about.world.up().into())
+    }
+
+    /// Metres per unit of the dataset's coordinates, where the file says.
+    #[getter]
+    fn metres(&self) -> PyResult<Option<f32>> {
+        Ok(self.get()?.file().about.world.metres)
+    }
+
     /// A camera on a sphere around the scene, which looks at its middle.
     ///
-    /// :param azimuth: angle around the z axis from the x axis, radians.
-    /// :param elevation: angle above the plane of x and y, radians.
+    /// :param azimuth: angle around what is up (:attr:`up`) from the x axis, or from the y axis if x
+    ///     is up, radians.
+    /// :param elevation: angle above the horizon, radians.
     /// :param distance: from the middle, dataset units; as far as shows the scene by default.
     ///
     /// >>> model.orbit(0.5, 0.3, width=640, height=480).width
@@ -165,7 +181,7 @@ impl Model {
                 "angles and distance: expected numbers, a distance above 0",
             ));
         }
-        let axis = [0.0, 0.0, 1.0];
+        let axis = opened.file().about.world.up();
         let pose = Orbit { target, radius, azimuth, elevation, axis, up: axis }.pose();
         Ok(Camera(CoreCamera { camera_to_world: pose, ..own }))
     }

@@ -4,11 +4,13 @@
 mod around;
 mod folders;
 mod found;
+mod own;
 mod ply;
 mod world;
 
 pub(super) use around::{Around, FEWEST, WRONG, around, at, reach, surround};
 pub(super) use folders::{Images, choose};
 pub(super) use found::{unmasked, with_images};
+pub use own::Own;
 pub(super) use ply::points;
 pub(super) use world::World;

@@ -2,9 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use glam::{DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3};
+use pocketnerf_core::query::Similarity;
 
 use crate::cameras::nearest_to_axes;
+use crate::dataset::Own;
 
 /// The nearest depth of all lies here: behind the near plane of normalised device
 /// coordinates, which is at 1.
@@ -23,12 +25,17 @@ pub(in crate::dataset) struct World {
     points: Vec<DVec3>,
     near: f64,
     far: f64,
+    /// From the capture's own coordinates to these.
+    moved: DMat4,
+    /// What is up in these.
+    up: DVec3,
 }
 
 impl Default for World {
     fn default() -> Self {
         let (poses, half_angles, points) = (Vec::new(), Vec::new(), Vec::new());
-        Self { poses, half_angles, points, near: f64::INFINITY, far: 0.0 }
+        let (near, far, moved, up) = (f64::INFINITY, 0.0, DMat4::IDENTITY, DVec3::Z);
+        Self { poses, half_angles, points, near, far, moved, up }
     }
 }
 
@@ -62,6 +69,7 @@ impl World {
         let up = back.cross(right);
         let center = sum(3) / self.poses.len() as f64;
         self.see_from(right, up, back, center);
+        self.up = DVec3::Y;
     }
 
     /// Moves the point that all cameras look at to the origin, the side that they are on
@@ -84,6 +92,7 @@ impl World {
         let right = right.normalize_or(up.any_orthonormal_vector());
         self.see_from(right, up.cross(right), up, center);
         self.scale(1.0 / self.radius());
+        self.up = DVec3::Z;
         true
     }
 
@@ -104,6 +113,7 @@ impl World {
         let side = (self.mean(3) - center).reject_from_normalized(up);
         let side = side.normalize_or(up.any_orthonormal_vector());
         self.see_from(side, up.cross(side), up, center);
+        self.up = DVec3::Z;
     }
 
     /// Whether any picture shows what is more than 90° away from the mean direction:
@@ -152,7 +162,22 @@ impl World {
         &self.points
     }
 
+    /// The capture's own coordinates; `None` where single precision has no numbers for the way
+    /// there.
+    pub(in crate::dataset) fn own(&self) -> Option<Own> {
+        let (scale, rotation, translation) = self.moved.inverse().to_scale_rotation_translation();
+        let rows = DMat3::from_quat(rotation).transpose().to_cols_array_2d();
+        let similarity = Similarity {
+            scale: scale.x as f32,
+            rotation: rows.map(|row| row.map(|v| v as f32)),
+            translation: translation.to_array().map(|v| v as f32),
+        };
+        let up = (rotation * self.up).to_array().map(|v| v as f32);
+        similarity.validate().is_ok().then_some(Own { similarity, up })
+    }
+
     pub(in crate::dataset) fn scale(&mut self, by: f64) {
+        self.moved = DMat4::from_scale(DVec3::splat(by)) * self.moved;
         self.points.iter_mut().for_each(|point| *point *= by);
         for pose in &mut self.poses {
             pose.w_axis = (pose.w_axis.truncate() * by).extend(1.0);
@@ -170,6 +195,7 @@ impl World {
             center.extend(1.0),
         );
         let to_view = view.inverse();
+        self.moved = to_view * self.moved;
         self.poses.iter_mut().for_each(|pose| *pose = to_view * *pose);
         self.points.iter_mut().for_each(|point| *point = to_view.transform_point3(*point));
     }

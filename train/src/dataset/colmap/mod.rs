@@ -70,6 +70,7 @@ pub(super) fn list(
         bounds: scene.bounds,
         reach: scene.reach,
         forward_facing: scene.forward_facing,
+        own: scene.own,
         notes,
         ..Listing::new(FORMAT, sign, model.file, frames)
     })

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::model::{Model, Point};
+use crate::dataset::Own;
 use crate::dataset::capture::{FEWEST, WRONG, World, at, reach};
 
 /// But not farther from the origin than so many median depths: what is beyond is seen on the
@@ -21,6 +22,8 @@ pub(super) struct Scene {
     pub(super) reach: Option<[[f32; 3]; 2]>,
     /// Whether its cameras look one way.
     pub(super) forward_facing: bool,
+    /// COLMAP's own coordinates.
+    pub(super) own: Option<Own>,
     /// What was found.
     pub(super) note: String,
 }
@@ -56,7 +59,8 @@ impl Scene {
                 model.points.len()
             ),
         };
-        Self { poses: world.poses().collect(), bounds, reach, forward_facing, note }
+        let (poses, own) = (world.poses().collect(), world.own());
+        Self { poses, bounds, reach, forward_facing, own, note }
     }
 }
 

@@ -38,11 +38,12 @@ pub(super) fn list(
     split: Split,
     options: &LoadOptions,
 ) -> Result<Listing, DatasetError> {
-    match app {
+    let listing = match app {
         App::Polycam => polycam::list(folder, split, options),
         App::Record3d => record3d::list(folder, split, options),
         App::Scanner => scanner::list(folder, split, options),
-    }
+    };
+    Ok(Listing { metres: Some(1.0), ..listing? })
 }
 
 /// A pose in a world whose z is up, from one in which y is; both row after row.

@@ -79,7 +79,7 @@ pub(super) fn list(
     let frames = kept(frames, split, HoldOut { file, every: options.hold_every })?;
     let sign = file.file_name().unwrap_or_default().display().to_string();
     let listing = Listing::new(program.format(), sign, file.clone(), frames);
-    Ok(Listing { is_one_set: true, notes, ..listing })
+    Ok(Listing { is_one_set: true, own: world.own(), notes, ..listing })
 }
 
 impl Program {

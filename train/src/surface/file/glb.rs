@@ -2,6 +2,7 @@
 
 use glam::{Quat, Vec3};
 use pocketnerf_core::ColorSpace;
+use pocketnerf_formats::World;
 use serde_json::{Value, json};
 
 use crate::surface::{Mesh, Texture};
@@ -15,12 +16,13 @@ const LINEAR: u32 = 9729;
 const LINEAR_MIPMAP_LINEAR: u32 = 9987;
 const CLAMP_TO_EDGE: u32 = 33071;
 
-/// A mesh as a GLB file. Positions stay as they are; a node turns `up` to +y, which is up in glTF.
+/// A mesh as a GLB file. Positions stay as they are; a node turns the world's up to
+/// +y, which is up in glTF, and scales it to metres, where it is known how long they are.
 /// Colours have the light in them already, so the material is unlit (`KHR_materials_unlit`).
 /// Those of vertices are linear, as glTF has them; a texture, with its PNG file, is sRGB and stands
 /// instead of them.
 #[must_use]
-pub fn glb(mesh: &Mesh, texture: Option<(&Texture, &[u8])>, up: [f32; 3]) -> Vec<u8> {
+pub fn glb(mesh: &Mesh, texture: Option<(&Texture, &[u8])>, world: &World) -> Vec<u8> {
     let mut file = Builder::default();
     let vertices: Vec<usize> = match texture {
         Some((texture, _)) => texture.corners.iter().map(|corner| corner.vertex as usize).collect(),
@@ -54,7 +56,8 @@ pub fn glb(mesh: &Mesh, texture: Option<(&Texture, &[u8])>, up: [f32; 3]) -> Vec
     let numbers = corners.iter().flat_map(|vertex| vertex.to_le_bytes()).collect();
     let indices =
         file.accessor(numbers, ELEMENT_ARRAY_BUFFER, corners.len(), UNSIGNED_INT, "SCALAR");
-    let turn = Quat::from_rotation_arc(Vec3::from(up).normalize_or(Vec3::Y), Vec3::Y);
+    let turn = Quat::from_rotation_arc(Vec3::from(world.up()).normalize_or(Vec3::Y), Vec3::Y);
+    let scale = [world.metres.unwrap_or(1.0); 3];
     let mut document = json!({
         "asset": {
             "version": "2.0",
@@ -63,7 +66,7 @@ pub fn glb(mesh: &Mesh, texture: Option<(&Texture, &[u8])>, up: [f32; 3]) -> Vec
         "extensionsUsed": ["KHR_materials_unlit"],
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
-        "nodes": [{ "mesh": 0, "rotation": turn.to_array() }],
+        "nodes": [{ "mesh": 0, "rotation": turn.to_array(), "scale": scale }],
         "meshes": [{ "primitives": [
             { "attributes": attributes, "indices": indices, "material": 0 },
         ] }],

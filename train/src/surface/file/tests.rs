@@ -1,5 +1,6 @@
 //! Files by hand: what other programs read in them.
 
+use pocketnerf_formats::World;
 use serde_json::Value;
 
 use super::*;
@@ -84,11 +85,15 @@ fn an_obj_file_with_a_texture() {
     assert!(materials.ends_with("\nillum 0\nmap_Kd ball.png\n"), "{materials}");
 }
 
+fn up(up: [f32; 3]) -> World {
+    World { up: Some(up), metres: None }
+}
+
 #[test]
 fn a_glb_file_with_a_texture() {
     let (mesh, texture) = textured();
     let png = texture.png().unwrap();
-    let file = Glb::read(glb(&mesh, Some((&texture, &png)), [0.0, 1.0, 0.0]));
+    let file = Glb::read(glb(&mesh, Some((&texture, &png)), &up([0.0, 1.0, 0.0])));
     let document = &file.document;
     let primitive = &document["meshes"][0]["primitives"][0];
     let names: Vec<&String> = primitive["attributes"].as_object().unwrap().keys().collect();
@@ -157,7 +162,8 @@ impl Glb {
 
 #[test]
 fn a_glb_file() {
-    let file = Glb::read(glb(&triangle(), None, [0.0, 0.0, 1.0]));
+    let file =
+        Glb::read(glb(&triangle(), None, &World { metres: Some(0.5), ..up([0.0, 0.0, 1.0]) }));
     let document = &file.document;
     let primitive = &document["meshes"][0]["primitives"][0];
     let accessor = |number: &Value| file.accessor(number);
@@ -181,5 +187,7 @@ fn a_glb_file() {
     let half = 0.5_f64.sqrt();
     let expected = [-half, 0.0, 0.0, half];
     assert!(turn.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{turn:?}");
+    // A unit is half a metre.
+    assert_eq!(document["nodes"][0]["scale"], serde_json::json!([0.5, 0.5, 0.5]));
     assert!(document["materials"][0]["extensions"]["KHR_materials_unlit"].is_object());
 }

@@ -70,10 +70,12 @@ pub(super) fn measure(
             let own: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
             let of_scene = models.all.iter().zip(&files).filter(|(model, _)| model.scene == i);
             for (model, file) in of_scene {
-                // Poses are in the dataset's coordinates.
-                for (view, own) in dataset.views.iter_mut().zip(&own) {
-                    view.camera = file.about.scene.camera_to_model(own);
-                    crate::commands::eval::shift(&mut view.camera, file.about.pixel_origin, 1);
+                let about = &file.about;
+                let own = own.iter().map(|own| dataset.camera_in_model(own, &about.scene));
+                let in_model: Vec<Camera> = own.collect();
+                for (view, camera) in dataset.views.iter_mut().zip(in_model) {
+                    view.camera = camera;
+                    crate::commands::eval::shift(&mut view.camera, about.pixel_origin, 1);
                 }
                 let mut cameras: Vec<(Camera, Lens)> =
                     dataset.views.iter().map(|view| (view.camera, view.lens)).collect();

@@ -98,7 +98,7 @@ impl Convert {
         let load = |split| self.reading.read(folder, split, factor);
         let of = |dataset: Dataset| {
             let cameras = dataset.views.iter();
-            cameras.map(|view| about.scene.camera_to_model(&view.camera)).collect()
+            cameras.map(|view| dataset.camera_in_model(&view.camera, &about.scene)).collect()
         };
         Ok([of(load(Split::Train)?), of(load(Split::Test)?)])
     }

@@ -198,9 +198,11 @@ impl Convert {
         let conversion = self.conversion(bytes, dataset.as_ref(), common)?;
         let model = conversion.model().map_err(named)?;
         let scene = conversion.scene();
-        let of_dataset = dataset.iter().flat_map(|dataset| &dataset.views);
-        let mut views: Vec<Camera> =
-            of_dataset.map(|view| scene.camera_to_model(&view.camera)).collect();
+        let of_dataset = |dataset: &Dataset| -> Vec<Camera> {
+            let views = dataset.views.iter();
+            views.map(|view| dataset.camera_in_model(&view.camera, &scene)).collect()
+        };
+        let mut views = dataset.as_ref().map_or_else(Vec::new, of_dataset);
         if dataset.is_none() {
             views.extend(conversion.views());
         }

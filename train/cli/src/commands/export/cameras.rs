@@ -40,10 +40,11 @@ impl Export {
             let side = (2 * self.resolution).min(1024);
             return Ok((sphere(&file.model.space, own.as_ref(), CAMERAS, side), Vec::new()));
         };
-        let mut views = self.reading.load(data, Split::Train, self.downscale_factor, common)?.views;
-        thin(&mut views, CAMERAS);
-        let camera = |view: &View| shifted(file.about.scene.camera_to_model(&view.camera));
-        Ok((views.iter().map(camera).collect(), views))
+        let mut dataset = self.reading.load(data, Split::Train, self.downscale_factor, common)?;
+        thin(&mut dataset.views, CAMERAS);
+        let scene = &file.about.scene;
+        let camera = |view: &View| shifted(dataset.camera_in_model(&view.camera, scene));
+        Ok((dataset.views.iter().map(camera).collect(), dataset.views))
     }
 }
 

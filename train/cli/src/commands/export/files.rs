@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use pocketnerf_formats::World;
 use pocketnerf_train::surface::{Mesh, Texture, file};
 
 use crate::commands::Failure;
@@ -53,14 +54,14 @@ impl Format {
         path: &Path,
         mesh: &Mesh,
         texture: Option<&Texture>,
-        up: [f32; 3],
+        world: &World,
     ) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
         let png = texture.map(Texture::png).transpose()?;
         let textured = texture.zip(png);
         let mut files = Vec::new();
         let bytes = match self {
             Self::Ply => file::ply(mesh),
-            Self::Glb => file::glb(mesh, textured.as_ref().map(|(t, png)| (*t, &png[..])), up),
+            Self::Glb => file::glb(mesh, textured.as_ref().map(|(t, png)| (*t, &png[..])), world),
             Self::Obj => match (textured, self.beside(path)) {
                 (Some((texture, png)), Some([materials, image])) => {
                     let obj = file::obj(mesh, Some((texture, &materials)));

@@ -8,16 +8,16 @@ use std::path::PathBuf;
 
 use cameras::up;
 use files::Format;
-use glam::Vec3;
 use pocketnerf_core::Camera;
-use pocketnerf_formats::ModelFile;
+use pocketnerf_formats::{ModelFile, World};
 use pocketnerf_train::output;
 use pocketnerf_train::surface::{self, NoSurface, Surface, Texture, compare, file, surface};
 use serde_json::{Value, json};
 
-use super::parse::parse_box;
+use super::parse::{parse_box, parse_direction};
 use super::progress::Progress;
 use super::rendering::Vectors;
+use super::train::parse_metres;
 use super::{Common, Failure, Reading, memory, open_to_render, read_model};
 
 #[derive(Debug, clap::Args)]
@@ -51,12 +51,16 @@ pub(super) struct Export {
     /// Close the surface: what no camera sees counts as solid
     #[arg(long)]
     watertight: bool,
-    /// Axis of the dataset that points up: x, y, z, -x, -y or -z [default: the axis nearest to what
-    /// is up in the cameras]
+    /// What is up in the dataset's coordinates: x, y, z, -x, -y, -z or three numbers [default: what
+    /// the model says, or the axis nearest to what is up in the cameras]
     ///
     /// It becomes +y in a .glb file, where that is up.
-    #[arg(long, value_name = "AXIS", value_parser = parse_axis, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AXIS", value_parser = parse_direction, allow_hyphen_values = true)]
     up: Option<[f32; 3]>,
+    /// Metres per unit of the dataset's coordinates, for .glb files, which are in metres [default:
+    /// what the model says, or 1]
+    #[arg(long, value_name = "METRES", value_parser = parse_metres)]
+    scale: Option<f32>,
     /// Look from this dataset's training cameras [default: from those photographs whose cameras the
     /// model stores; where it stores none, from a sphere around it]
     ///
@@ -100,10 +104,12 @@ impl Export {
         mesh.move_to_dataset(&similarity);
         // A part is not compared with the whole.
         let error = if self.crop.is_none() { compare(&mesh, &views) } else { None };
-        let up = self.up.unwrap_or_else(|| up(&file, &cameras));
+        let known = file.about.world;
+        let up = self.up.or(known.up).unwrap_or_else(|| up(&file, &cameras));
+        let world = World { up: Some(up), metres: self.scale.or(known.metres) };
         let mut written = Vec::new();
         if let (Some(path), Some(format)) = (&self.mesh, format) {
-            written = format.write(path, &mesh, texture.as_ref(), up)?;
+            written = format.write(path, &mesh, texture.as_ref(), &world)?;
         }
         if let Some(path) = &self.points {
             written.push((path.clone(), file::points(&mesh)));
@@ -202,7 +208,7 @@ impl Export {
         let settings = surface::Settings {
             simd: self.vectors.level(),
             resolution: self.resolution,
-            crop: self.crop.map(|corners| in_model(file, corners)),
+            crop: self.crop.map(|corners| file.about.scene.box_to_model(corners)),
             watertight: self.watertight,
         };
         let (surface_bytes, texture_bytes) = (
@@ -239,31 +245,6 @@ impl Export {
             )
         })
     }
-}
-
-/// The box in the model's coordinates around this one of the dataset's.
-fn in_model(file: &ModelFile<'_>, [low, high]: [[f32; 3]; 2]) -> [[f32; 3]; 2] {
-    let corner = |i: usize| {
-        let corner = [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
-        Vec3::from(file.about.scene.to_model(corner))
-    };
-    let first = corner(0);
-    let (low, high) =
-        (1..8).map(corner).fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
-    [low.to_array(), high.to_array()]
-}
-
-/// A unit vector along an axis.
-fn parse_axis(text: &str) -> Result<[f32; 3], String> {
-    let (sign, name) = match text.strip_prefix('-') {
-        Some(name) => (-1.0, name),
-        None => (1.0, text.strip_prefix('+').unwrap_or(text)),
-    };
-    let axis = ["x", "y", "z"].iter().position(|axis| *axis == name);
-    let axis = axis.ok_or_else(|| "expected x, y, z, -x, -y or -z".to_owned())?;
-    let mut up = [0.0; 3];
-    up[axis] = sign;
-    Ok(up)
 }
 
 /// The width of a texture.

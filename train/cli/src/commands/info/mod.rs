@@ -128,6 +128,7 @@ impl Info {
             "sections": sections,
             "space": space,
             "aabb": file.model.space.bounds(),
+            "world": world(&file),
             "tolerance": file.model.display.tolerance,
             "quality": file.about.quality,
             "photographs": file.about.photographs.map(|photographs| photographs.len()),
@@ -156,6 +157,18 @@ fn precision(file: &ModelFile<'_>) -> String {
         Some(tables) => format!("{} tables, {} networks", name(tables), name(networks)),
         None => name(networks),
     }
+}
+
+/// The way from the model's coordinates to the dataset's, and what is known of these.
+fn world(file: &ModelFile<'_>) -> Value {
+    let (scene, world) = (&file.about.scene, &file.about.world);
+    json!({
+        "scale": scene.scale,
+        "rotation": scene.rotation,
+        "translation": scene.translation,
+        "up": world.up,
+        "metres": world.metres,
+    })
 }
 
 /// How far the run of a checkpoint is.

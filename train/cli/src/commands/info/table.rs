@@ -31,6 +31,14 @@ pub(super) fn table(path: &str, value: &Value) -> String {
         row("sampling", format!("{coarse} coarse and {fine} fine samples per ray"));
     }
     row("space", space(value));
+    if let Some(up) = value["world"]["up"].as_array() {
+        let up: Vec<String> =
+            up.iter().filter_map(Value::as_f64).map(|v| format!("{v:.3}")).collect();
+        row("up", format!("{} in the dataset's coordinates", up.join(", ")));
+    }
+    if let Some(metres) = value["world"]["metres"].as_f64() {
+        row("unit", format!("{metres} metres"));
+    }
     let percent = |fraction: &Value| fraction.as_f64().map(|f| format!("{:.2} %", 100.0 * f));
     row("occupied", percent(&value["occupancy_fraction"]).unwrap_or_else(|| "all".to_owned()));
     if !value["quality"].is_null() {

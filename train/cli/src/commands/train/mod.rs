@@ -15,6 +15,7 @@ mod watch;
 #[cfg(not(feature = "view"))]
 #[path = "unwatched.rs"]
 mod watch;
+mod world;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -41,6 +42,7 @@ use saving::{Resume, Saving};
 pub(super) use saving::{checkpoint_path, quoted};
 use sized::{Sized, sized};
 use watch::Audience;
+pub(super) use world::{WorldOptions, parse_metres};
 
 /// Share of surface points whose colours jump between the training views from which on the user
 /// is told: sound models of lego have up to three quarters of it, one of which a view is too
@@ -104,7 +106,8 @@ impl Train {
                  another colour keeps it",
             );
         }
-        let origin = Origin::new(&dataset, factor, self.precision);
+        let known = checkpoint.as_ref().map_or_else(|| dataset.world(), Checkpoint::world);
+        let origin = Origin::new(&dataset, factor, self.precision, self.world.or(known));
         bar.phase("finding the scene");
         let (mut trainer, mut run) = match checkpoint {
             Some(checkpoint) => {

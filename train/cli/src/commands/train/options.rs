@@ -11,6 +11,7 @@ use pocketnerf_train::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_R
 use super::model::ModelOptions;
 use super::scene::{Exposure, SceneOptions, SpaceKind};
 use super::watch::WatchOptions;
+use super::world::WorldOptions;
 use crate::commands::device::TrainingDevice;
 use crate::commands::parse::{parse_precision, parse_seconds};
 use crate::commands::rendering::Vectors;
@@ -71,6 +72,8 @@ pub(in crate::commands) struct Train {
     pub(super) reading: Reading,
     #[command(flatten)]
     pub(super) scene: SceneOptions,
+    #[command(flatten)]
+    pub(super) world: WorldOptions,
     #[command(flatten)]
     pub(super) model: ModelOptions,
     #[command(flatten)]
@@ -137,6 +140,7 @@ impl Train {
         let kept = self.scene.exposure.filter(|exposure| *exposure == Exposure::Off);
         let refined = self.scene.refine_poses.then_some(true);
         let smooth = Some(config.smooth_surfaces).filter(|weight| *weight > 0.0);
+        let aabb = self.scene.aabb.map(|corners| checkpoint.scene().box_to_model(corners));
         let exposure = if checkpoint.is_evened_out() { Exposure::Auto } else { Exposure::Off };
         let shape = || {
             let mut options = self.model.against(config).into_iter();
@@ -147,7 +151,7 @@ impl Train {
             .and_then(|()| same("--seed", self.seed, Some(config.seed)))
             .and_then(|()| same("--batch-rays", self.batch_rays, config.batch_rays))
             .and_then(|()| same("--downscale-factor", self.downscale_factor, downscale_factor))
-            .and_then(|()| same("--aabb", self.scene.aabb, config.aabb))
+            .and_then(|()| same("--aabb", aabb, config.aabb))
             .and_then(|()| same("--space", self.scene.space, Some(space)))
             .and_then(|()| same("--near", self.scene.near, Some(near)))
             .and_then(|()| same("--far", self.scene.far, config.far))

@@ -1,7 +1,9 @@
 //! What is written of where a model comes from.
 
 use pocketnerf_core::Camera;
-use pocketnerf_formats::{About, DefaultCamera, PhotographList, Precision, Provenance};
+use pocketnerf_formats::{
+    About, DefaultCamera, PhotographList, Precision, Provenance, Scene, World,
+};
 use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer::checkpoint::TrainedOn;
 use pocketnerf_train::trainer::{Run, Trainer};
@@ -13,6 +15,8 @@ pub(in crate::commands) struct Origin {
     names: Vec<String>,
     camera: Option<DefaultCamera>,
     photographs: Option<PhotographList>,
+    scene: Scene<'static>,
+    world: World,
     pub(super) trained_on: TrainedOn,
     /// The format of the weights in the model file.
     pub(super) precision: Precision,
@@ -23,6 +27,7 @@ impl Origin {
         dataset: &Dataset,
         downscale_factor: u32,
         precision: Precision,
+        world: World,
     ) -> Self {
         let cameras: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
         Self {
@@ -30,9 +35,16 @@ impl Origin {
             names: dataset.views.iter().map(|view| view.name.clone()).collect(),
             camera: dataset.views.first().map(|view| default_camera(&view.camera)),
             photographs: PhotographList::new(&cameras),
+            scene: dataset.scene(),
+            world,
             trained_on: TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor },
             precision,
         }
+    }
+
+    /// A camera of a training view in the coordinates of the dataset's files.
+    pub(super) fn camera_in_files(&self, camera: &Camera) -> Camera {
+        self.scene.camera_to_dataset(camera)
     }
 
     /// The name of a training view.
@@ -44,6 +56,8 @@ impl Origin {
         About {
             camera: self.camera,
             photographs: self.photographs.as_ref().map(PhotographList::view),
+            scene: self.scene,
+            world: self.world,
             provenance: Some(Provenance {
                 program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
                 method: method(trainer),

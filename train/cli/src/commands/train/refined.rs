@@ -35,6 +35,7 @@ impl<'o> Refined<'o> {
         result["pose_corrections_degrees"] = self.summary(0);
         result["pose_corrections_shift"] = self.summary(1);
         let cameras = self.trainer.cameras().iter().enumerate().map(|(view, camera)| {
+            let camera = self.origin.camera_in_files(camera);
             let rows: Vec<&[f32]> = camera.camera_to_world.chunks(4).collect();
             json!({ "view": self.origin.view(view), "camera_to_world": rows })
         });

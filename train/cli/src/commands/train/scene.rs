@@ -59,8 +59,8 @@ pub(super) struct SceneOptions {
     /// box for images with alpha and where the dataset or --aabb says a box; else contracted]
     #[arg(long, value_enum, value_name = "KIND")]
     pub(super) space: Option<SpaceKind>,
-    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1 [default: the dataset's own, or found from points,
-    /// cameras, silhouettes and a small field]
+    /// Box of the scene, X0,Y0,Z0,X1,Y1,Z1 in the dataset's coordinates [default: the dataset's own,
+    /// or found from points, cameras, silhouettes and a small field]
     #[arg(long, value_name = "BOX", value_parser = parse_box, allow_hyphen_values = true)]
     pub(super) aabb: Option<[[f32; 3]; 2]>,
     /// Ignore what is nearer to a camera, scene units [default: half the nearest depth where the
@@ -118,7 +118,7 @@ impl SceneOptions {
 
     /// Adds these settings to those of a new run.
     pub(super) fn apply(&self, config: &mut TrainConfig, dataset: &Dataset) -> Result<(), Failure> {
-        config.aabb = self.aabb;
+        config.aabb = self.aabb.map(|corners| dataset.box_as_read(corners));
         config.ndc = self.ndc(dataset)?;
         config.contracted = self.contracted(dataset)?;
         if config.ndc.is_none() {

@@ -7,3 +7,4 @@ mod prepare;
 mod real;
 #[cfg(unix)]
 mod shop;
+mod world;
