@@ -5,7 +5,7 @@ use std::path::Path;
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{PhotographList, Photographs};
 use pocketnerf_train::builtin::Scene;
-use pocketnerf_train::cameras::tour;
+use pocketnerf_train::cameras::{Pace, tour};
 use pocketnerf_train::dataset::{Split, load};
 
 /// Poses of a path.
@@ -35,7 +35,7 @@ fn stays_among(name: &str, cameras: &[Camera], turns_back: bool) {
     let list = PhotographList::new(cameras).unwrap();
     assert!(list.view().len() <= Photographs::MOST);
     let poses: Vec<_> = list.view().poses().collect();
-    let path = tour(&poses, POSES).unwrap();
+    let path = tour(&poses, POSES, Pace::Even).unwrap();
     let mut worst = [0.0f32; 2];
     for (i, pose) in path.iter().enumerate() {
         let camera = Camera::from_fov_x(4, 4, 1.0, *pose);

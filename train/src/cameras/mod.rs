@@ -1,6 +1,7 @@
 //! Cameras to render from: circles, single poses and camera paths.
 
 mod gap;
+mod pace;
 mod path;
 mod spacing;
 mod sphere;
@@ -15,6 +16,7 @@ use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera, Space};
 
 pub use gap::{GAP, widest_gap};
+pub use pace::Pace;
 pub use path::{CameraPath, Wanted, camera_path};
 pub use spacing::{WIDE, spacing};
 pub use sphere::sphere;
@@ -102,6 +104,11 @@ pub struct Circle {
     pub size: [u32; 2],
     /// The azimuths of the first camera and the last, radians; `None`: all the way around.
     pub arc: Option<[f32; 2]>,
+    /// The elevation of the last camera, radians, to which the others rise from that of the first:
+    /// over several turns, a spiral. `None`: all are as high.
+    pub rise: Option<f32>,
+    /// How fast they pass.
+    pub pace: Pace,
 }
 
 impl Circle {
@@ -127,7 +134,7 @@ impl Circle {
             axis: [0.0, 0.0, 1.0],
             up: [0.0, 0.0, 1.0],
         };
-        Self { views, first, fov_x, size, arc: None }
+        Self { views, first, fov_x, size, arc: None, rise: None, pace: Pace::Even }
     }
 
     /// A circle in the plane z = 0. The box is wider than what one camera at the origin sees by how
@@ -152,6 +159,8 @@ impl Circle {
             fov_x: 2.0 * (1.0 / ndc.slope[0]).atan(),
             size: [400; 2],
             arc: None,
+            rise: None,
+            pace: Pace::Even,
         }
     }
 
@@ -165,13 +174,15 @@ impl Circle {
     #[must_use]
     pub fn cameras(&self) -> Vec<Camera> {
         let camera = |view: usize| {
+            let passed = |n: usize| self.pace.at(view as f32 / n as f32);
+            let to_the_last = passed(self.views.saturating_sub(1).max(1));
             let azimuth = match self.arc {
-                Some([from, to]) => {
-                    from + (to - from) * view as f32 / self.views.saturating_sub(1).max(1) as f32
-                }
-                None => self.first.azimuth + TAU * view as f32 / self.views as f32,
+                Some([from, to]) => from + (to - from) * to_the_last,
+                None => self.first.azimuth + TAU * passed(self.views),
             };
-            let pose = Orbit { azimuth, ..self.first }.pose();
+            let (from, to) = (self.first.elevation, self.rise.unwrap_or(self.first.elevation));
+            let elevation = from + (to - from) * to_the_last;
+            let pose = Orbit { azimuth, elevation, ..self.first }.pose();
             Camera::from_fov_x(self.size[0], self.size[1], self.fov_x, pose)
         };
         (0..self.views).map(camera).collect()
@@ -216,7 +227,16 @@ mod tests {
             up: [0.0, 0.0, 5.0],
         };
         let fov_x = std::f32::consts::FRAC_PI_2;
-        let cameras = Circle { views: 4, first, fov_x, size: [8, 6], arc: None }.cameras();
+        let circle = Circle {
+            rise: None,
+            pace: Pace::Even,
+            views: 4,
+            first,
+            fov_x,
+            size: [8, 6],
+            arc: None,
+        };
+        let cameras = circle.cameras();
         // 30° up at distance 2: 1 above, √3 aside.
         let side = 3.0f32.sqrt();
         let expected = [[1.0 + side, 2.0], [1.0, 2.0 + side], [1.0 - side, 2.0], [1.0, 2.0 - side]];
@@ -231,10 +251,29 @@ mod tests {
         }
         // From 90° to 270°, both ends included.
         let arc = Some([std::f32::consts::FRAC_PI_2, 3.0 * std::f32::consts::FRAC_PI_2]);
-        let part = Circle { views: 3, first, fov_x, size: [8, 6], arc }.cameras();
+        let part = Circle { views: 3, arc, ..circle }.cameras();
         for (camera, [x, y]) in part.iter().zip(&expected[1..]) {
             assert!(near(&camera.position(), &[*x, *y, 4.0]), "{:?}", camera.position());
         }
+        // Two turns, from 30° below to 30° above; slowly at both ends.
+        let (down, up) = (-first.elevation, first.elevation);
+        let spiral = Circle {
+            views: 5,
+            first: Orbit { elevation: down, ..first },
+            arc: Some([0.0, 2.0 * TAU]),
+            rise: Some(up),
+            ..circle
+        };
+        let heights = |circle: Circle| circle.cameras().iter().map(|c| c.position()[2]).collect();
+        let [even, eased]: [Vec<f32>; 2] =
+            [Pace::Even, Pace::Eased].map(|pace| heights(Circle { pace, ..spiral }));
+        // 0, 1/4, 1/2 ... of 60 degrees; eased, 5/32 instead of 1/4.
+        let height = |share: f32| 3.0 + 2.0 * (down + 2.0 * up * share).sin();
+        assert!(near(&even, &[0.0, 0.25, 0.5, 0.75, 1.0].map(height)), "{even:?}");
+        assert!(near(&eased, &[0.0, 0.15625, 0.5, 0.84375, 1.0].map(height)), "{eased:?}");
+        // A whole turn between the first, the third and the last: they are on one side.
+        let sides = spiral.cameras();
+        assert!([0, 2, 4].iter().all(|i| sides[*i].position()[0] > 2.0), "{sides:?}");
         // The first camera's right is +y, its up leans back from +z.
         let m = cameras[0].camera_to_world;
         assert!(near(&[m[0], m[4], m[8]], &[0.0, 1.0, 0.0]), "{m:?}");

@@ -10,7 +10,7 @@ use std::f32::consts::TAU;
 
 use glam::{Mat4, Vec3};
 
-use super::nearest_to_axes;
+use super::{Pace, nearest_to_axes};
 use ellipse::Ellipse;
 use ring::Ring;
 use trail::Trail;
@@ -30,13 +30,13 @@ const SPACINGS: f32 = 1.2;
 /// they were taken; to and fro where they leave a side out; an ellipse where all of them look in
 /// one direction; to and fro from photograph to photograph where they have no such order. `None` for fewer than three photographs.
 #[must_use]
-pub fn tour(photographs: &[[f32; 16]], n: usize) -> Option<Vec<[f32; 16]>> {
+pub fn tour(photographs: &[[f32; 16]], n: usize, pace: Pace) -> Option<Vec<[f32; 16]>> {
     let photographs: Vec<Photograph> = photographs.iter().map(Photograph::new).collect();
     if photographs.len() < 3 {
         return None;
     }
     let up = up(&photographs)?;
-    let turn = |i: usize| TAU * i as f32 / n as f32;
+    let turn = |i: usize| TAU * pace.at(i as f32 / n as f32);
     let back = mean(&photographs, |photograph| photograph.back);
     if back.length() > FORWARD {
         let ellipse = Ellipse::new(&photographs, back.normalize(), up);

@@ -52,7 +52,7 @@ fn around_what_photographs_look_at() {
     let photographs: Vec<_> = (0..100)
         .map(|i| looking(137.508 * i as f32, ((i as f32 + 0.5) / 105.0).asin().to_degrees()))
         .collect();
-    let path = tour(&photographs, 90).unwrap();
+    let path = tour(&photographs, 90, Pace::Even).unwrap();
     is_smooth(&path);
     assert!(furthest(&path, &photographs) < 12.0);
     let mut around = 0.0;
@@ -70,7 +70,7 @@ fn on_one_of_two_circles_not_between_them() {
     let photographs: Vec<_> = (0..40)
         .flat_map(|i| [looking(9.0 * i as f32, 0.0), looking(9.0 * i as f32 + 4.0, 50.0)])
         .collect();
-    let path = tour(&photographs, 120).unwrap();
+    let path = tour(&photographs, 120, Pace::Even).unwrap();
     is_smooth(&path);
     assert!(furthest(&path, &photographs) < 7.0);
 }
@@ -79,7 +79,7 @@ fn on_one_of_two_circles_not_between_them() {
 fn to_and_fro_along_an_arc() {
     let photographs: Vec<_> =
         (0..30).map(|i| looking(200.0 + 6.0 * i as f32, 20.0 + (i % 3) as f32)).collect();
-    let path = tour(&photographs, 120).unwrap();
+    let path = tour(&photographs, 120, Pace::Even).unwrap();
     is_smooth(&path);
     assert!(furthest(&path, &photographs) < 5.0);
     // From one end to the other, 174 degrees.
@@ -98,7 +98,7 @@ fn it_ends_where_photographs_move_on_by_a_stride() {
             Camera::look_at(eye.into(), TARGET.into(), [0.0, 0.0, 1.0])
         })
         .collect();
-    let path = tour(&photographs, 100).unwrap();
+    let path = tour(&photographs, 100, Pace::Even).unwrap();
     is_smooth(&path);
     let distances: Vec<f32> = path.iter().map(|p| position(p).distance(TARGET)).collect();
     let (low, high) = distances.iter().fold((9f32, 0f32), |(l, h), d| (l.min(*d), h.max(*d)));
@@ -113,7 +113,7 @@ fn from_photograph_to_photograph_where_there_is_no_ring() {
     let climb = (0..40).map(|i| looking(10.0 + 0.2 * i as f32, 1.8 * i as f32));
     let aside = (0..4).map(|i| looking(90.0 * i as f32 + 60.0, 1.0));
     let photographs: Vec<_> = aside.chain(climb).collect();
-    let path = tour(&photographs, 120).unwrap();
+    let path = tour(&photographs, 120, Pace::Even).unwrap();
     assert!(furthest(&path, &photographs) < 3.0);
     let elevations: Vec<f32> = path.iter().map(|p| back(p).z.asin().to_degrees()).collect();
     let (low, high) = elevations.iter().fold((90f32, 0f32), |(l, h), e| (l.min(*e), h.max(*e)));
@@ -132,7 +132,7 @@ fn an_ellipse_where_all_look_in_one_direction() {
             Camera::look_at(eye, [2.0, 20.0, 0.75], [0.0, 0.0, 1.0])
         })
         .collect();
-    let path = tour(&photographs, 60).unwrap();
+    let path = tour(&photographs, 60, Pace::Even).unwrap();
     is_smooth(&path);
     let middle = Vec3::new(2.0, 0.0, 0.75);
     for pose in &path {
@@ -154,7 +154,7 @@ fn in_a_room_it_looks_around() {
             Camera::look_at(eye.into(), (eye + out).into(), [0.0, 0.0, 1.0])
         })
         .collect();
-    let path = tour(&photographs, 120).unwrap();
+    let path = tour(&photographs, 120, Pace::Even).unwrap();
     is_smooth(&path);
     assert!(furthest(&path, &photographs) < 12.0);
     for pose in &path {
@@ -166,9 +166,9 @@ fn in_a_room_it_looks_around() {
 
 #[test]
 fn few_or_equal_photographs() {
-    assert_eq!(tour(&[looking(0.0, 0.0), looking(9.0, 0.0)], 4), None);
-    let path = tour(&[looking(30.0, 10.0); 3], 4).unwrap();
+    assert_eq!(tour(&[looking(0.0, 0.0), looking(9.0, 0.0)], 4, Pace::Even), None);
+    let path = tour(&[looking(30.0, 10.0); 3], 4, Pace::Even).unwrap();
     assert!(path.iter().flatten().all(|x| x.is_finite()), "{path:?}");
-    let not_poses = tour(&[[0.0; 16]; 3], 4);
+    let not_poses = tour(&[[0.0; 16]; 3], 4, Pace::Even);
     assert_eq!(not_poses, None);
 }

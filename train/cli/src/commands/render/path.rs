@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use pocketnerf_core::Camera;
 use pocketnerf_core::camera::Orbit;
+use pocketnerf_core::{Camera, Space};
 use pocketnerf_formats::ModelFile;
-use pocketnerf_train::cameras::{self, CameraPath, Circle, Wanted, tour};
+use pocketnerf_train::cameras::{self, CameraPath, Circle, Pace, Wanted, tour};
 
 use crate::commands::Failure;
 
@@ -30,13 +30,17 @@ pub(super) struct Path {
     /// the model's own camera]
     #[arg(long, value_name = "R")]
     radius: Option<f32>,
-    /// Angle of the circle's cameras above its centre, degrees [default: 29]
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
-    elevation: Option<f32>,
-    /// Part of the circle, from one angle to another, degrees: 0 lies in x, 90 in y [default:
-    /// 0,360]
+    /// Angle of the circle's cameras above its centre, degrees, or from where to where they rise:
+    /// with an --arc of several turns, a spiral [default: 29]
+    #[arg(long, value_name = "DEG|FROM,TO", value_parser = parse_rise, allow_hyphen_values = true)]
+    elevation: Option<[f32; 2]>,
+    /// Part of the circle, from one angle to another, degrees: 0 lies in x, 90 in y; 0,720 goes
+    /// around twice [default: 0,360]
     #[arg(long, value_name = "FROM,TO", value_parser = parse_numbers::<2>, allow_hyphen_values = true)]
     arc: Option<[f32; 2]>,
+    /// Begin and end slowly
+    #[arg(long, conflicts_with_all = ["pose", "camera_path"])]
+    ease: bool,
     /// Camera-to-world pose in the dataset's coordinates, as text or a file: 16 numbers or
     /// 4 rows of 4
     #[arg(long, value_name = "JSON", conflicts_with_all = ["camera_path", "orbit"], conflicts_with_all = CIRCLE)]
@@ -129,27 +133,34 @@ impl Path {
         }
         let photographs = file.about.photographs.filter(|_| !is_circle);
         let poses: Vec<[f32; 16]> = photographs.iter().flat_map(|all| all.poses()).collect();
-        if let Some(path) = tour(&poses, views) {
+        let pace = if self.ease { Pace::Eased } else { Pace::Even };
+        if let Some(path) = tour(&poses, views, pace) {
             return Ok(path.into_iter().map(camera).collect());
         }
         let mut circle = Circle::around(&file.model.space, own.as_ref(), views, fov_x);
         circle.first = self.fitted(circle.first, file)?;
-        Ok(Circle { size, arc: self.arc.map(|arc| arc.map(f32::to_radians)), ..circle }.cameras())
+        let arc = self.arc.map(|arc| arc.map(f32::to_radians));
+        let rise = self.elevation.map(|[_, to]| to.to_radians());
+        Ok(Circle { size, arc, rise, pace, ..circle }.cameras())
     }
 
     /// The circle that is asked for.
     fn fitted(&self, first: Orbit, file: &ModelFile<'_>) -> Result<Orbit, Failure> {
         let scene = &file.about.scene;
-        let [axis, up] = [first.axis, first.up].map(|d| scene.to_model_direction(d));
+        let [axis, up] = match file.model.space {
+            Space::Ndc(_) => [first.axis, first.up],
+            _ => [scene.to_model_direction(file.about.world.up()); 2],
+        };
         let radius = self.radius.map_or(first.radius, |radius| radius / scene.scale);
         if let (Some(asked), false) = (self.radius, radius > 0.0 && radius < 1e6) {
             return Err(format!("--radius {asked}: expected more than 0, and less than 1e6").into());
         }
-        let elevation = self.elevation.map_or(first.elevation, f32::to_radians);
-        if !(-1.57..1.57).contains(&elevation) {
+        let elevations = self.elevation.map(|both| both.map(f32::to_radians));
+        let [elevation, _] = elevations.unwrap_or([first.elevation; 2]);
+        if let Some(steep) = elevations.iter().flatten().find(|e| !(-1.57..1.57).contains(*e)) {
             return Err(format!(
                 "--elevation {}: expected less than 90 degrees up or down",
-                elevation.to_degrees()
+                steep.to_degrees()
             )
             .into());
         }
@@ -163,6 +174,16 @@ fn check_size(size: [u32; 2]) -> Result<(), Failure> {
         return Err(format!("picture size {size:?}: expected 1 to 16384 a side").into());
     }
     Ok(())
+}
+
+/// A number, or two with a comma between them: from and to.
+fn parse_rise(text: &str) -> Result<[f32; 2], String> {
+    match text.contains(',') {
+        true => parse_numbers(text),
+        false => parse_numbers::<1>(text)
+            .map(|[both]| [both; 2])
+            .map_err(|_| "expected a number, or two: FROM,TO".to_owned()),
+    }
 }
 
 /// So many numbers, between commas.

@@ -1,5 +1,6 @@
 //! Many pictures: circles, and paths among photographs.
 
+use pocketnerf_train::picture::image_file;
 use serde_json::Value;
 
 use super::MODEL;
@@ -11,31 +12,39 @@ fn a_circle_as_it_is_asked_for() {
     let place = Place::new();
     let size = "--width 40 --height 30 --fov 50";
     let circle = "--orbit 3 --center 0.1,-0.2,0.3 --radius 3 --elevation 0 --arc 0,180";
-    place.ok(&format!("render {MODEL} {size} {circle} --out circle"));
-    // From x, y and -x, three units away, upright.
-    for (i, pose) in [
-        "[0,0,1,3.1, 1,0,0,-0.2, 0,1,0,0.3, 0,0,0,1]",
-        "[-1,0,0,0.1, 0,0,1,2.8, 0,1,0,0.3, 0,0,0,1]",
-        "[0,0,-1,-2.9, -1,0,0,-0.2, 0,1,0,0.3, 0,0,0,1]",
-    ]
-    .iter()
-    .enumerate()
-    {
+    place.ok(&format!("render {MODEL} {size} {circle} --ease --out circle"));
+    let spiral = circle.replace("--elevation 0 --arc 0,180", "--elevation 0,30 --arc 0,720");
+    place.ok(&format!("render {MODEL} {size} {spiral} --out spiral"));
+    // From x, y and -x, three units away, upright; half way up after a turn, and 30 degrees up.
+    for (picture, pose) in [
+        ("circle/000.png", "[0,0,1,3.1, 1,0,0,-0.2, 0,1,0,0.3, 0,0,0,1]"),
+        ("circle/001.png", "[-1,0,0,0.1, 0,0,1,2.8, 0,1,0,0.3, 0,0,0,1]"),
+        ("circle/002.png", "[0,0,-1,-2.9, -1,0,0,-0.2, 0,1,0,0.3, 0,0,0,1]"),
+        ("spiral/000.png", "[0,0,1,3.1, 1,0,0,-0.2, 0,1,0,0.3, 0,0,0,1]"),
+        (
+            "spiral/001.png",
+            "[0,-0.258819,0.965926,2.997777, 1,0,0,-0.2, 0,0.965926,0.258819,1.076457, 0,0,0,1]",
+        ),
+        ("spiral/002.png", "[0,-0.5,0.866025,2.698076, 1,0,0,-0.2, 0,0.866025,0.5,1.8, 0,0,0,1]"),
+    ] {
         let mut command = place.command(&format!("render {MODEL} {size} --out one.png"));
         assert!(command.args(["--pose", pose]).output().unwrap().status.success());
-        let open = |name: &str| image::open(place.path(name)).unwrap().to_rgb8().into_raw();
-        let [circle, one] = [open(&format!("circle/00{i}.png")), open("one.png")];
+        let open = |name: &str| image_file::open(place.path(name)).unwrap().to_rgb8().into_raw();
+        let [circle, one] = [open(picture), open("one.png")];
         let far = circle.iter().zip(&one).filter(|(a, b)| a.abs_diff(**b) > 2).count();
-        assert!(far < 12, "{i}: {far} of {}", one.len());
+        assert!(far < 12, "{picture}: {far} of {}", one.len());
     }
     for (options, expected) in [
         ("--radius 0", "--radius 0: expected more than 0, and less than 1e6"),
         ("--elevation 90", "--elevation 90: expected less than 90 degrees up or down"),
+        ("--elevation 0,95", "--elevation 95: expected less than 90 degrees up or down"),
         ("--orbit 0", "--orbit 0: expected 1 to 10000 views"),
     ] {
         assert_eq!(place.line(&format!("render {MODEL} {options} --out x")), expected);
     }
-    for options in ["--center 1,2", "--arc 3", "--radius x", "--arc 0,90 --pose [1]"] {
+    for options in
+        ["--center 1,2", "--arc 3", "--radius x", "--arc 0,90 --pose [1]", "--ease --pose [1]"]
+    {
         assert_eq!(place.run(&format!("render {MODEL} {options}")).status.code(), Some(2));
     }
 }
@@ -88,7 +97,7 @@ fn a_path_through_keyframes() {
     let fov = 2.0 * (40.0 / 30.0 * 20f64.to_radians().tan()).atan().to_degrees();
     let pose = ["--pose", &last, "--fov", &fov.to_string()];
     assert!(command.args(pose).output().unwrap().status.success());
-    let open = |name: &str| image::open(place.path(name)).unwrap().to_rgb8().into_raw();
+    let open = |name: &str| image_file::open(place.path(name)).unwrap().to_rgb8().into_raw();
     let far = |name: &str| {
         let pairs = open(name).into_iter().zip(open("one.png"));
         pairs.filter(|(a, b)| a.abs_diff(*b) > 2).count()
