@@ -98,10 +98,8 @@ namespace Pocketnerf
         {
             get
             {
-                var up = new Float3();
-                var metres = 0f;
-                Native.Check(error => Native.pnrf_world(Handle, out up, out metres, error));
-                return up;
+                float metres;
+                return World(out metres);
             }
         }
 
@@ -110,11 +108,19 @@ namespace Pocketnerf
         {
             get
             {
-                var up = new Float3();
-                var metres = 0f;
-                Native.Check(error => Native.pnrf_world(Handle, out up, out metres, error));
+                float metres;
+                World(out metres);
                 return metres;
             }
+        }
+
+        Float3 World(out float metresPerUnit)
+        {
+            var up = new Float3();
+            var metres = 0f;
+            Native.Check(error => Native.pnrf_world(Handle, out up, out metres, error));
+            metresPerUnit = metres;
+            return up;
         }
 
         /// How many photographs' cameras the file has.

@@ -239,6 +239,13 @@ mod tests {
         let around = View::around(start, &space([0.0; 3]), Vec3::Z);
         let cameras = |view: View| view.orbit(4).iter().map(|v| v.camera(8, 8)).collect::<Vec<_>>();
         assert_eq!(cameras(around), cameras(view()));
+        let moved = |mut view: View| {
+            view.turn(0.3, -0.2);
+            view.approach(2.0);
+            view.shift(0.1, 0.1);
+            cameras(view)
+        };
+        assert_eq!(moved(around), moved(view()));
         // The centre lies behind the camera: around a point a tenth of the cube's side ahead.
         let away = View::around(start, &space([6.0, 0.0, 0.0]), Vec3::Z).orbit(2)[1];
         assert!(is_at(&away, [2.0, 0.0, 0.0]), "{:?}", away.camera(200, 100).position());

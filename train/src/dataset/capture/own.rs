@@ -1,8 +1,8 @@
 //! The coordinates of a dataset's own files.
 //!
-//! Captures of structure from motion lie anyhow. They are moved, turned and scaled as they are
-//! read, so that a scene stands upright in the middle; what users ask and get is in the
-//! coordinates of their files all the same.
+//! Structure from motion leaves a capture anywhere, at any angle and at any scale. The loader
+//! moves, turns and scales it, so that the scene stands upright around the origin. Users still give
+//! and get coordinates as their files have them.
 
 use pocketnerf_core::Camera;
 use pocketnerf_core::query::Similarity;
@@ -10,18 +10,18 @@ use pocketnerf_formats::{Scene, World};
 
 use crate::dataset::Dataset;
 
-/// The coordinates of a capture's files, beside those in which it is read.
+/// How to get from the loader's coordinates back to those of the capture's files.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Own {
-    /// From the coordinates in which the capture is read to those of its files.
+    /// From the loader's coordinates to those of the files.
     pub similarity: Similarity,
-    /// What is up in those of its files, a unit vector.
+    /// Which way is up in the files' coordinates, a unit vector.
     pub up: [f32; 3],
 }
 
 impl Dataset {
-    /// What a model trained on these views says of coordinates: from those in which the dataset is
-    /// read to those of its files.
+    /// The transform that a model trained on these views stores: from the loader's coordinates,
+    /// which are the model's, to those of the files.
     #[must_use]
     pub fn scene(&self) -> Scene<'static> {
         self.own.map_or_else(Scene::default, |own| own.similarity.into())
@@ -40,7 +40,7 @@ impl Dataset {
     }
 
     /// A camera of one of the views in the coordinates of a model whose file has this scene. A
-    /// model that says nothing of them was trained in those in which the dataset is read.
+    /// model without a transform of its own is taken to be in the loader's coordinates.
     #[must_use]
     pub fn camera_in_model(&self, camera: &Camera, scene: &Scene<'_>) -> Camera {
         match self.own {
@@ -53,8 +53,8 @@ impl Dataset {
         }
     }
 
-    /// The box, in the coordinates in which the dataset is read, around this one in those of its
-    /// files: smallest and largest corner.
+    /// The box in the loader's coordinates around one in those of the files: smallest and largest
+    /// corner.
     #[must_use]
     pub fn box_as_read(&self, corners: [[f32; 3]; 2]) -> [[f32; 3]; 2] {
         self.scene().box_to_model(corners)
