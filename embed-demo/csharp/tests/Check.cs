@@ -67,6 +67,7 @@ internal static class Check
         Console.WriteLine(string.Join(" ", Array.ConvertAll(numbers,
             v => BitConverter.ToUInt32(BitConverter.GetBytes(v), 0).ToString("x8"))));
         That(model.Text(Text.Kind) == "hash-grid", "a kind");
+        That(Is(model.Up, 0, 0, 1) && model.MetresPerUnit == 0, "a world of which nothing is said");
     }
 
     private static void Pictures(Model model)
