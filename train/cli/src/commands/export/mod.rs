@@ -51,14 +51,14 @@ pub(super) struct Export {
     /// Close the surface: what no camera sees counts as solid
     #[arg(long)]
     watertight: bool,
-    /// What is up in the dataset's coordinates: x, y, z, -x, -y, -z or three numbers [default: what
-    /// the model says, or the axis nearest to what is up in the cameras]
+    /// Up direction in the dataset's coordinates: x, y, z, -x, -y, -z or three numbers [default: as
+    /// the model says, or the axis nearest to the up direction of the cameras]
     ///
     /// It becomes +y in a .glb file, where that is up.
     #[arg(long, value_name = "AXIS", value_parser = parse_direction, allow_hyphen_values = true)]
     up: Option<[f32; 3]>,
     /// Metres per unit of the dataset's coordinates, for .glb files, which are in metres [default:
-    /// what the model says, or 1]
+    /// as the model says, or 1]
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
     scale: Option<f32>,
     /// Look from this dataset's training cameras [default: from those photographs whose cameras the

@@ -4,16 +4,16 @@ use pocketnerf_formats::World;
 
 use crate::commands::parse::parse_direction;
 
-/// What the model file is to say of the dataset's coordinates.
+/// What the model file stores about the dataset's coordinates.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(in crate::commands) struct WorldOptions {
-    /// What is up in the dataset's coordinates: x, y, z, -x, -y, -z or three numbers [default: for
-    /// captures that are turned as they are read, what is up in their cameras; else z]
+    /// Up direction in the dataset's coordinates: x, y, z, -x, -y, -z or three numbers [default: as
+    /// the dataset or the model says, else z]
     ///
     /// Viewers turn about it, and it becomes +y in .glb files.
     #[arg(long, value_name = "AXIS", value_parser = parse_direction, allow_hyphen_values = true)]
     pub(in crate::commands) up: Option<[f32; 3]>,
-    /// Metres per unit of the dataset's coordinates
+    /// Metres per unit of the dataset's coordinates [default: as the dataset or the model says]
     ///
     /// .glb files are in metres. Everything else is in the dataset's units.
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
@@ -21,7 +21,7 @@ pub(in crate::commands) struct WorldOptions {
 }
 
 impl WorldOptions {
-    /// With what is known otherwise.
+    /// These options where they are given, else what is known already.
     pub(in crate::commands) fn or(self, known: World) -> World {
         World { up: self.up.or(known.up), metres: self.scale.or(known.metres) }
     }
