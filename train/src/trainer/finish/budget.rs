@@ -22,8 +22,8 @@ const WORTH: f64 = 1.8;
 /// On a GPU, where a second is worth more steps: this share of the run, if that is less. Then no
 /// smaller cells are tried, whose time is not told well enough for runs that short.
 const SHARE_ON_GPU: f64 = 0.1;
-/// Without a time limit, all is calibrated after so many times the steps in which a field takes
-/// shape, a share of it before: a run is not to finish for longer than it trains.
+/// Without a time limit, all tiles are rendered after so many times the steps in which a field takes
+/// shape, a share of them before: a run is not to finish for longer than it trains.
 const ALL_AFTER: u32 = 2;
 /// This share at least.
 const LEAST_PART: f64 = 0.2;
@@ -33,12 +33,12 @@ const LATER: f64 = 1.15;
 /// How much a finished model is calibrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinishingBudget {
-    /// Share of all density samples and calibration tiles.
+    /// Share of all density samples, and of all photographs that are looked at.
     part: f64,
+    /// Share of all calibration tiles.
+    tiled: f64,
     /// Whether smaller cells are tried.
     pub(crate) finer: bool,
-    /// Share of all photographs that are looked at.
-    looked_at: f64,
 }
 
 /// The choices, best first.
@@ -57,16 +57,16 @@ impl FinishingBudget {
     pub const NONE: Self = Self::of(0.0, false);
 
     const fn of(part: f64, finer: bool) -> Self {
-        Self { part, finer, looked_at: part }
+        Self { part, tiled: part, finer }
     }
 
-    /// Without a time limit, after so many steps: all, or half for a costly field; less of the cells
-    /// where steps are few. What is wrong with photographs is looked for all the same.
+    /// Without a time limit, after so many steps: all, or half for a costly field; fewer tiles where
+    /// steps are few. Fewer density samples would empty cells that show.
     #[must_use]
     pub fn usual(config: &TrainConfig, steps: u32) -> Self {
         let most = if config.field.kind().is_costly() { 0.5 } else { 1.0 };
         let learnt = f64::from(steps) / f64::from(ALL_AFTER * config.settled());
-        Self { looked_at: most, ..Self::of(most * learnt.clamp(LEAST_PART, 1.0), true) }
+        Self { tiled: most * learnt.clamp(LEAST_PART, 1.0), ..Self::of(most, true) }
     }
 
     /// Looks at each cell.
@@ -76,12 +76,12 @@ impl FinishingBudget {
 
     /// The number of tiles, where a full budget has `all`.
     pub(crate) fn tiles(self, all: usize) -> usize {
-        some(self.part, all)
+        some(self.tiled, all)
     }
 
     /// The number of photographs that are looked at.
     pub(crate) fn views(self) -> usize {
-        some(self.looked_at, photos::VIEWS)
+        some(self.part, photos::VIEWS)
     }
 }
 
