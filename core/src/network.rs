@@ -34,8 +34,8 @@ impl Dense<'_> {
         if n_in == 0 || n_out == 0 || n_in > 4096 || n_out > 4096 {
             return Err(Error::Range("network: width of a layer"));
         }
-        if self.weight.dtype() == DType::I8 {
-            return Err(Error::Shape("network: weights of eight bits"));
+        if matches!(self.weight.dtype(), DType::I8 | DType::U16) {
+            return Err(Error::Shape("network: weights of whole numbers"));
         }
         if self.weight.dtype() != dtype {
             return Err(Error::Shape("network: layers of different types"));
@@ -132,7 +132,7 @@ pub fn dense<S: Simd>(
     match layer.weight.dtype() {
         DType::F32 => dense_stored::<S, F32>(simd, layer, x, y, n, stride, relu, panel),
         // Layers are stored in no other type.
-        DType::F16 | DType::I8 => {
+        DType::F16 | DType::I8 | DType::U16 => {
             dense_stored::<S, F16>(simd, layer, x, y, n, stride, relu, panel);
         }
     }

@@ -17,6 +17,8 @@ pub enum DType {
     F16,
     /// A whole number from -128 to 127, 1 byte. For the tables of grids.
     I8,
+    /// A whole number from 0 to 65,535, 2 bytes. For indices.
+    U16,
 }
 
 impl DType {
@@ -25,7 +27,7 @@ impl DType {
     pub const fn size(self) -> usize {
         match self {
             Self::F32 => 4,
-            Self::F16 => 2,
+            Self::F16 | Self::U16 => 2,
             Self::I8 => 1,
         }
     }
@@ -151,6 +153,10 @@ impl<'a> TensorView<'a> {
                 None => 0.0,
             },
             DType::I8 => self.bytes.get(index).map_or(0.0, |b| f32::from(b.cast_signed())),
+            DType::U16 => match self.bytes.as_chunks::<2>().0.get(index) {
+                Some(b) => f32::from(u16::from_le_bytes(*b)),
+                None => 0.0,
+            },
         };
         stored * self.scale()
     }
@@ -168,7 +174,7 @@ impl<'a> TensorView<'a> {
                 .0
                 .iter()
                 .all(|b| u16::from_le_bytes(*b) & 0x7c00 != 0x7c00),
-            DType::I8 => true,
+            DType::I8 | DType::U16 => true,
         }
     }
 }

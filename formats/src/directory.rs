@@ -38,6 +38,7 @@ pub(crate) fn write_directory<'a, W: Extend<u8>>(
                 DType::F32 => 0,
                 DType::F16 => 1,
                 DType::I8 => 2,
+                DType::U16 => 3,
                 _ => return None,
             },
             rows: view.shape()[0],
@@ -146,11 +147,12 @@ impl TensorV1 {
             0 => DType::F32,
             1 => DType::F16,
             2 => DType::I8,
+            3 => DType::U16,
             code => return Err(fields.unknown("type of a tensor", code)),
         };
-        // A scaled f32 could overflow.
-        let unscaled = dtype != DType::F32 || self.scale_log2 == 0;
-        fields.check("scale_log2 of an f32 tensor", unscaled)?;
+        // A scaled f32 could overflow, and an index has no scale.
+        let unscaled = !matches!(dtype, DType::F32 | DType::U16) || self.scale_log2 == 0;
+        fields.check("scale_log2 of an f32 or index tensor", unscaled)?;
         let layout = match self.layout {
             0 => Layout::RowMajor,
             code => return Err(fields.unknown("layout of a tensor", code)),

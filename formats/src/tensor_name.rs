@@ -21,6 +21,8 @@ pub enum Role {
     Network,
     /// Constants in f32, whatever the precision.
     Exact,
+    /// Whole numbers of two bytes, whatever the precision.
+    Index,
 }
 
 /// A row of the list that each kind of field keeps of its names.
@@ -62,7 +64,7 @@ impl TensorName {
 impl fmt::Display for TensorName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match field::known(*self) {
-            Some(known) if known.role == Role::Exact => f.write_str(known.text),
+            Some(known) if !known.several => f.write_str(known.text),
             Some(known) => write!(f, "{} {}", known.text, self.index),
             None => write!(f, "of name {} {}", self.code, self.index),
         }

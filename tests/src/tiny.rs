@@ -1,9 +1,11 @@
 //! Models small enough for golden files, the same on every machine.
 
 use pocketnerf_core::encoding::{
-    Affine, Fourier, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, Waves,
+    Affine, Fourier, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, VoxelGrid, Waves,
 };
-use pocketnerf_core::field::{Activation, Decoder, HashGridField, NerfField, NerfNetwork, Shading};
+use pocketnerf_core::field::{
+    Activation, Decoder, HashGridField, NerfField, NerfNetwork, PlenoxelField, Shading,
+};
 use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::space::Ndc;
@@ -21,6 +23,8 @@ pub struct Tiny {
     fine: Vec<u8>,
     /// Cells along an axis.
     resolution: u32,
+    /// Numbers of the bricks of a grid of eight voxels along an axis.
+    numbers: Vec<u8>,
 }
 
 /// Cuts tensors off the front of a buffer.
@@ -66,7 +70,10 @@ impl Tiny {
         coarse[0] = 1;
         coarse[10] = 2;
         let fine = (0..128u32).map(|i| (i * 37 % 251) as u8).collect();
-        Self { weights, coarse, fine, resolution: 16 }
+        // Of 27 bricks the one in the middle and one beside it hold something, the same.
+        let number = |place: u16| u16::from(place == 12 || place == 13);
+        let numbers = (0..27).flat_map(|place| number(place).to_le_bytes()).collect();
+        Self { weights, coarse, fine, resolution: 16, numbers }
     }
 
     /// Most weights are 0 and the cells are those of a ball: what packing makes smaller.
@@ -173,6 +180,19 @@ impl Tiny {
 }
 
 impl Tiny {
+    /// Voxels with four harmonics a colour in two bricks.
+    #[must_use]
+    pub fn plenoxels(&self) -> Model<'_> {
+        let shape = [27, 1];
+        let index = TensorView::new(&self.numbers, DType::U16, shape, 0, Layout::RowMajor).unwrap();
+        let values =
+            TensorView::new(&self.weights, DType::F32, [128, 16], 0, Layout::RowMajor).unwrap();
+        let grid = VoxelGrid { resolution: 8, index, values };
+        let model = self.hash_grid();
+        let field = PlenoxelField { grid, sh_degree: 2, log_density_bias: 1.5 };
+        Model { field: AnyField::Plenoxels(field), ..model }
+    }
+
     /// A vanilla NeRF whose coarse network is smaller than the fine one, with random
     /// frequencies for directions and hierarchical sampling.
     #[must_use]

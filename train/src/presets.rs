@@ -2,7 +2,9 @@
 
 use pocketnerf_core::field::Activation;
 
-use crate::field::{FieldConfig, HashGridFieldConfig, HierarchicalTraining, NerfConfig};
+use crate::field::{
+    FieldConfig, HashGridFieldConfig, HierarchicalTraining, NerfConfig, PlenoxelsConfig,
+};
 use crate::trainer::{Length, TrainConfig, USUAL_SAMPLES};
 
 impl TrainConfig {
@@ -31,6 +33,20 @@ impl TrainConfig {
             backdrop: None,
             smooth_surfaces: 0.0,
             refine_poses: false,
+        }
+    }
+
+    /// A sparse grid of voxels, as in Plenoxels.
+    #[must_use]
+    pub fn plenoxels() -> Self {
+        Self {
+            field: FieldConfig::Plenoxels(PlenoxelsConfig::default()),
+            samples_per_side: 384.0,
+            grid_rate: 5e-2,
+            grid_decay: 0.0,
+            kept: [0.3, 0.5],
+            first_step_scale: 1.5,
+            ..Self::hash_grid()
         }
     }
 

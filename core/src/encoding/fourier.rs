@@ -71,7 +71,7 @@ impl Fourier<'_> {
                 return Err(Error::Range("Fourier features: octaves"));
             }
             Waves::Gaussian(matrix) => {
-                if matrix.rows() != 3 || matrix.dtype() == DType::I8 {
+                if matrix.rows() != 3 || matches!(matrix.dtype(), DType::I8 | DType::U16) {
                     return Err(Error::Shape("Fourier features: the frequencies"));
                 }
                 if !(1..=MAX_FREQUENCIES).contains(&matrix.cols()) {
@@ -136,7 +136,7 @@ impl Fourier<'_> {
             }
             Waves::Gaussian(matrix) => match matrix.dtype() {
                 DType::F32 => gaussian::<S, F32>(simd, matrix, x, &mut rows[row..], at),
-                DType::F16 | DType::I8 => {
+                DType::F16 | DType::I8 | DType::U16 => {
                     gaussian::<S, F16>(simd, matrix, x, &mut rows[row..], at);
                 }
             },

@@ -39,7 +39,10 @@ pub fn encode<S: Simd>(
         match table.dtype() {
             DType::F32 => encode_table::<S, F32>(simd, &level, table, points, out, stride),
             DType::F16 => encode_table::<S, F16>(simd, &level, table, points, out, stride),
-            DType::I8 => encode_table::<S, I8>(simd, &level, table, points, out, stride),
+            // `validate` refuses all others.
+            DType::I8 | DType::U16 => {
+                encode_table::<S, I8>(simd, &level, table, points, out, stride);
+            }
         }
     }
 }

@@ -3,7 +3,11 @@
 pub mod fourier;
 pub mod hash_grid;
 pub mod spherical_harmonics;
+#[cfg(feature = "plenoxels")]
+pub mod voxel_grid;
 
 pub use fourier::{Affine, Fourier, Waves};
 pub use hash_grid::{CornerLevel, CornerLevels};
 pub use hash_grid::{GridIndex, HashGrid, HashGridConfig, MAX_LEVELS};
+#[cfg(feature = "plenoxels")]
+pub use voxel_grid::VoxelGrid;

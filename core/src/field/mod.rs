@@ -9,12 +9,16 @@ mod decoder;
 mod hash_grid;
 #[cfg(feature = "nerf")]
 mod nerf;
+#[cfg(feature = "plenoxels")]
+pub mod plenoxels;
 
 pub use decoder::{Decoder, Shading};
 #[cfg(feature = "hash-grid")]
 pub use hash_grid::HashGridField;
 #[cfg(feature = "nerf")]
 pub use nerf::{Activation, NerfField, NerfNetwork};
+#[cfg(feature = "plenoxels")]
+pub use plenoxels::PlenoxelField;
 
 use fearless_simd::{Level, Simd, dispatch};
 
@@ -22,8 +26,10 @@ use crate::Error;
 use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
 
-#[cfg(not(any(feature = "hash-grid", feature = "nerf")))]
-compile_error!("pocketnerf-core needs at least one kind of field: feature `hash-grid` or `nerf`");
+#[cfg(not(any(feature = "hash-grid", feature = "nerf", feature = "plenoxels")))]
+compile_error!(
+    "pocketnerf-core needs at least one kind of field: feature `hash-grid`, `nerf` or `plenoxels`"
+);
 
 /// Most features that a ray may accumulate.
 pub const MAX_CHANNELS: usize = 32;
@@ -128,6 +134,9 @@ pub enum AnyField<'a> {
     /// The original NeRF networks.
     #[cfg(feature = "nerf")]
     Nerf(NerfField<'a>),
+    /// A sparse grid of densities and spherical harmonics.
+    #[cfg(feature = "plenoxels")]
+    Plenoxels(PlenoxelField<'a>),
 }
 
 /// The one match over kinds: evaluates an expression with `$field` bound to the field.
@@ -138,6 +147,8 @@ macro_rules! each_kind {
             $crate::AnyField::HashGrid($field) => $of,
             #[cfg(feature = "nerf")]
             $crate::AnyField::Nerf($field) => $of,
+            #[cfg(feature = "plenoxels")]
+            $crate::AnyField::Plenoxels($field) => $of,
         }
     };
 }

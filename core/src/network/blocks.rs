@@ -55,7 +55,9 @@ pub fn dense_blocks<S: Simd>(
     match layer.weight.dtype() {
         DType::F32 => dense_blocks_stored::<S, F32>(simd, layer, x, y, relu, panel),
         // Layers are stored in no other type.
-        DType::F16 | DType::I8 => dense_blocks_stored::<S, F16>(simd, layer, x, y, relu, panel),
+        DType::F16 | DType::I8 | DType::U16 => {
+            dense_blocks_stored::<S, F16>(simd, layer, x, y, relu, panel);
+        }
     }
 }
 

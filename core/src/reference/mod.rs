@@ -45,6 +45,8 @@ mod math;
 #[cfg(feature = "nerf")]
 mod nerf;
 mod network;
+#[cfg(feature = "plenoxels")]
+mod plenoxels;
 mod ray;
 mod space;
 #[cfg(test)]

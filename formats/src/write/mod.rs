@@ -163,6 +163,7 @@ impl<'a> ContainerWriter<'a> {
                 return Err(WriteError::Unsupported("tensor layout"));
             }
             let (dtype, bytes, scale_log2) = match (precision, name.role()) {
+                (_, Role::Index) => (DType::U16, view.bytes().to_vec(), 0),
                 (_, Role::Exact) | (Precision::F32, _) => {
                     (DType::F32, f16::to_f32(name, &view)?, 0)
                 }
@@ -182,6 +183,8 @@ impl<'a> ContainerWriter<'a> {
         for (name, shape, dtype, scale_log2, bytes) in &stored {
             let section = match name.role() {
                 Role::Table => SectionId { kind: kind::GRID, index: name.index },
+                // Beside the only table of its kind.
+                Role::Index => SectionId { kind: kind::GRID, index: 1 },
                 _ => SectionId { kind: kind::NETWORK, index: n_network },
             };
             n_network += u32::from(section.kind == kind::NETWORK);

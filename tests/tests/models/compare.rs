@@ -31,6 +31,14 @@ pub(crate) fn assert_same_but_weights(found: &Model<'_>, expected: &Model<'_>) {
         (AnyField::Nerf(found), AnyField::Nerf(expected)) => {
             return assert_same_nerf(found, expected);
         }
+        (AnyField::Plenoxels(found), AnyField::Plenoxels(expected)) => {
+            assert_eq!(found.grid.resolution, expected.grid.resolution);
+            // To the last bit, whatever the precision of the values.
+            assert_eq!(found.grid.index.bytes(), expected.grid.index.bytes());
+            assert_eq!(found.sh_degree, expected.sh_degree);
+            assert_eq!(found.log_density_bias, expected.log_density_bias);
+            return;
+        }
         _ => panic!("fields of different kinds"),
     }
     let (Some(found), Some(expected)) = (found.field.decoder(), expected.field.decoder()) else {

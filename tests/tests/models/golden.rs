@@ -155,6 +155,33 @@ fn detail_f16() {
     assert!(open(&usual).unwrap().container().find(SectionId::first(kind::DETAIL)).is_none());
 }
 
+/// A sparse grid of voxels: an index of whole numbers, and values of eight bits.
+#[test]
+fn plenoxels_i8() {
+    let tiny = Tiny::new();
+    let model = tiny.plenoxels();
+    let bytes = write(&model, &tiny::about(), Precision::I8).unwrap();
+    let bytes = golden("plenoxels-i8.pnerf", &bytes);
+    let file = open_verified(&bytes).unwrap();
+    assert_eq!(file.about, tiny::about());
+    assert_same_but_weights(&file.model, &model);
+    let types = [("voxel index", DType::U16, Role::Index), ("voxels", DType::I8, Role::Table)];
+    for ((name, view), expected) in file.tensors().zip(types) {
+        assert_eq!((&*name.to_string(), view.dtype(), name.role()), expected);
+    }
+    // Half of the smallest unit that cuts off nothing, or a few values cut off.
+    let field = |model: &Model<'_>| {
+        let AnyField::Plenoxels(field) = model.field else { unreachable!() };
+        let values = field.grid.values;
+        (0..values.rows() * values.cols()).map(|i| values.get(i)).collect::<Vec<f32>>()
+    };
+    for (found, value) in field(&file.model).into_iter().zip(field(&model)) {
+        assert!((found - value).abs() <= 0.5 / 128.0, "{found} {value}");
+    }
+    // What was read writes the same file again.
+    assert!(write(&file.model, &file.about, Precision::I8).unwrap() == bytes);
+}
+
 /// A vanilla NeRF with hierarchical sampling.
 #[test]
 fn nerf_f16() {

@@ -31,7 +31,7 @@ fn use_everything(bytes: &[u8]) -> bool {
     true
 }
 
-fn goldens() -> [Vec<u8>; 4] {
+fn goldens() -> [Vec<u8>; 5] {
     let tiny = Tiny::new();
     // One with sections DETAIL and PHOTOGRAPHS.
     let photographs = tiny::photographs();
@@ -43,6 +43,7 @@ fn goldens() -> [Vec<u8>; 4] {
         write(&tiny.per_sample(), &tiny::about(), Precision::F32).unwrap(),
         write(&detailed, &about, Precision::I8).unwrap(),
         write(&tiny.nerf(), &tiny::about(), Precision::F16).unwrap(),
+        write(&tiny.plenoxels(), &tiny::about(), Precision::I8).unwrap(),
     ]
 }
 

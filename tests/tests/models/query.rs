@@ -27,7 +27,14 @@ fn point(random: &mut Random, [min, max]: [[f32; 3]; 2]) -> [f32; 3] {
 fn answers_are_in_the_units_of_the_dataset() {
     let mut random = Random::new(1, [0; 3]);
     let mut worst = 0.0f32;
-    for name in ["hash-grid-f16", "hash-grid-f32", "hash-grid-i8", "per-sample-f16", "nerf-f16"] {
+    for name in [
+        "hash-grid-f16",
+        "hash-grid-f32",
+        "hash-grid-i8",
+        "per-sample-f16",
+        "nerf-f16",
+        "plenoxels-i8",
+    ] {
         let bytes = golden(&format!("{name}.pnerf"));
         let file = open_verified(&bytes).unwrap();
         let (model, scene) = (&file.model, &file.about.scene);

@@ -1,9 +1,9 @@
 //! Random models whose pictures have edges, mist and empty places.
 
 use pocketnerf_core::encoding::{
-    CornerLevel, CornerLevels, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS,
+    CornerLevel, CornerLevels, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, VoxelGrid,
 };
-use pocketnerf_core::field::{AnyField, Decoder, HashGridField, Shading};
+use pocketnerf_core::field::{AnyField, Decoder, HashGridField, PlenoxelField, Shading, plenoxels};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::space::{Contracted, Ndc};
 use pocketnerf_core::{
@@ -38,6 +38,8 @@ pub(crate) enum Encoding {
     Corners(u32),
     /// Vanilla NeRFs, which have their own shading.
     Nerf(Nerf),
+    /// A grid of so many voxels along an axis, which has its own shading.
+    Voxels(u32),
 }
 
 /// What to build.
@@ -85,7 +87,19 @@ impl Recipe {
                 seed: 1000 + 8 * e as u64 + u64::from(n) + if n < 8 { 0 } else { 1000 },
             })
         });
-        decoded.chain(Self::nerfs())
+        decoded.chain(Self::nerfs()).chain(Self::voxels())
+    }
+
+    /// Those of grids of voxels, with each number of harmonics.
+    pub(crate) fn voxels() -> impl Iterator<Item = Self> {
+        (0..9).map(|n| Self {
+            encoding: Encoding::Voxels([4, 12, 20][n % 3]),
+            dtype: [DType::F32, DType::F16, DType::I8][n / 3],
+            sh_degree: 1 + (n as u32 + 1) % 3,
+            occupancy: [None, Some(16), Some(24)][(n + n / 3) % 3],
+            seed: 4000 + n as u64,
+            ..Self::PLAIN
+        })
     }
 
     /// Those of vanilla NeRFs.
@@ -116,6 +130,11 @@ impl Recipe {
                 AnyField::HashGrid(HashGridField { grid, decoder })
             }
             Encoding::Nerf(nerf) => AnyField::Nerf(nerf.build(&mut tensors)),
+            Encoding::Voxels(resolution) => AnyField::Plenoxels(PlenoxelField {
+                grid: tensors.voxels(resolution, plenoxels::n_values(self.sh_degree)),
+                sh_degree: self.sh_degree,
+                log_density_bias: -1.0,
+            }),
         };
         let model = Model {
             field,
@@ -201,6 +220,21 @@ impl Tensors {
     ) -> Dense<'static> {
         let weight = self.tensor(n_in, n_out, gain * (6.0 / n_in as f32).sqrt());
         Dense { weight, bias: bias.then(|| self.tensor(1, n_out, 0.5)) }
+    }
+
+    /// Half of the bricks hold nothing, and some share what they hold.
+    fn voxels(&mut self, resolution: u32, n_values: usize) -> VoxelGrid<'static> {
+        const N_BRICKS: u32 = 20;
+        let along = resolution / 4 + 1;
+        let numbers = (0..along.pow(3)).flat_map(|_| {
+            let number = (2.0 * self.random.signed() * N_BRICKS as f32) as i32;
+            (number.clamp(0, N_BRICKS as i32 - 1) as u16).to_le_bytes()
+        });
+        let numbers: Vec<u8> = numbers.collect();
+        let shape = [along.pow(3), 1];
+        let index =
+            TensorView::new(numbers.leak(), DType::U16, shape, 0, Layout::RowMajor).unwrap();
+        VoxelGrid { resolution, index, values: self.tensor(64 * N_BRICKS as usize, n_values, 1.0) }
     }
 
     /// Coarse levels are dense, fine ones hashed.

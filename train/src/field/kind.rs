@@ -2,8 +2,8 @@
 
 use std::fmt::Debug;
 
-use pocketnerf_core::Error;
 use pocketnerf_core::march::{Hierarchical, Reach};
+use pocketnerf_core::{Error, Occupancy};
 
 use super::{FieldConfig, HierarchicalTraining, Layout, TrainableField};
 
@@ -41,6 +41,33 @@ pub trait FieldKind: Debug {
         None
     }
 
+    /// Whether it keeps nothing of cells that hold nothing.
+    fn is_sparse(&self) -> bool {
+        false
+    }
+
+    /// The same field where these cells alone may hold anything; `None` where it is not sparse,
+    /// and where that is known already.
+    fn within(&self, _: &Occupancy<'_>) -> Option<FieldConfig> {
+        None
+    }
+
+    /// Whether the field is to become finer, when so much of a run is over.
+    fn is_due_to_grow(&self, _progress: f32) -> bool {
+        false
+    }
+
+    /// The finer field that is due, where these cells alone hold anything, with the values of
+    /// this one: parameters and second moments.
+    fn grown(
+        &self,
+        _progress: f32,
+        _cells: &Occupancy<'_>,
+        [_parameters, _square]: [&[f32]; 2],
+    ) -> Option<Grown> {
+        None
+    }
+
     /// What a checkpoint holds beside the model, where the kind has such a section.
     fn section(&self) -> Option<Vec<u8>> {
         None
@@ -54,6 +81,17 @@ impl HierarchicalTraining {
         noise: 0.0,
         crop_steps: 0,
     };
+}
+
+/// A field that became finer.
+#[derive(Debug)]
+pub struct Grown {
+    /// Its shape.
+    pub field: FieldConfig,
+    /// Its parameters, which say the same.
+    pub parameters: Vec<f32>,
+    /// Their second moments.
+    pub square: Vec<f32>,
 }
 
 /// Why a field cannot be trained on.

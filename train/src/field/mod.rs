@@ -10,14 +10,16 @@ mod layout;
 mod logistic;
 pub mod nerf;
 mod network;
+pub mod plenoxels;
 mod rounded;
 pub mod rounding;
 mod trainable;
 
 pub use hash_grid::HashGridFieldConfig;
-pub use kind::{FieldKind, Unusable};
+pub use kind::{FieldKind, Grown, Unusable};
 pub use layout::{Layout, Part, Range, Role};
 pub use nerf::{FourierConfig, NerfConfig, NetworksReport, WavesConfig};
+pub use plenoxels::PlenoxelsConfig;
 pub use rounded::Rounded;
 pub use trainable::{
     BATCH, Back, Context, HIERARCHICAL_RAYS, HierarchicalTraining, Network, STRIDE,
@@ -34,6 +36,8 @@ pub enum FieldConfig {
     HashGrid(HashGridFieldConfig),
     /// A deep network over encoded positions (vanilla NeRF).
     Nerf(NerfConfig),
+    /// A sparse grid of voxels without networks (Plenoxels).
+    Plenoxels(PlenoxelsConfig),
 }
 
 impl FieldConfig {
@@ -43,6 +47,7 @@ impl FieldConfig {
         match self {
             Self::HashGrid(config) => config,
             Self::Nerf(config) => config,
+            Self::Plenoxels(config) => config,
         }
     }
 
@@ -54,6 +59,9 @@ impl FieldConfig {
         match field {
             AnyField::HashGrid(field) => Ok(Self::HashGrid(HashGridFieldConfig::of(field))),
             AnyField::Nerf(field) => NerfConfig::restored(field, section).map(Self::Nerf),
+            AnyField::Plenoxels(field) => {
+                PlenoxelsConfig::restored(field, section).map(Self::Plenoxels)
+            }
             _ => Err(Unusable::Model("a kind of field unknown to this build")),
         }
     }
@@ -66,6 +74,11 @@ impl FieldConfig {
     /// The vanilla NeRF, where it is one.
     pub const fn nerf_mut(&mut self) -> Option<&mut NerfConfig> {
         if let Self::Nerf(config) = self { Some(config) } else { None }
+    }
+
+    /// The grid of voxels, where it is one.
+    pub const fn plenoxels_mut(&mut self) -> Option<&mut PlenoxelsConfig> {
+        if let Self::Plenoxels(config) = self { Some(config) } else { None }
     }
 }
 

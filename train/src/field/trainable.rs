@@ -37,7 +37,7 @@ pub trait TrainableField: Debug + Send + Sync {
     ///
     /// # Errors
     /// Whatever core's validation reports.
-    fn view<'a>(&self, parameters: &'a [f32]) -> Result<AnyField<'a>, Error>;
+    fn view<'a>(&'a self, parameters: &'a [f32]) -> Result<AnyField<'a>, Error>;
 
     /// The field as training evaluates it, perhaps of rounded parameters.
     ///
@@ -136,6 +136,8 @@ pub struct SampleGradients<'s> {
     pub directions: [&'s [f32]; 3],
     /// Density of each.
     pub sigma: &'s [f32],
+    /// Colour of each, where samples have their own.
+    pub colors: [&'s [f32]; 3],
     /// `[sample][row_len]`: gradients of the logarithm of the density, then of the
     /// channels.
     pub gradients: &'s [f32],

@@ -146,14 +146,18 @@ impl Trainer {
     /// # Errors
     /// As [`with_prepass`](Self::with_prepass).
     pub fn from_prepared(prepared: Prepared, simd: SimdLevel) -> Result<Self, Error> {
-        let Prepared { source, space, candidates, hull, config } = prepared;
+        let Prepared { source, space, candidates, hull, mut config } = prepared;
         let sampling = config.sampling(&space)?;
         let n_levels = config.field.kind().layout().tables().len();
         let refined = config.refine_poses && n_levels > 0;
         let poses = refined.then(|| Poses::new(source.cameras(), &space, n_levels)).flatten();
         let gains = learnt_gains(&source, &config);
-        let backend = backend(&config, &space, poses.as_ref(), gains, simd)?;
         let resolution = config.occupancy_resolution;
+        let grid = DensityGrid::new(resolution, candidates.clone());
+        if let Some(field) = config.field.kind().within(&grid.view()) {
+            config.field = field;
+        }
+        let backend = backend(&config, &space, poses.as_ref(), gains, simd)?;
         // Coordinates that hold all that the cameras see: every tile sees something.
         let seen = if space.scene_box().is_some() { &candidates[..] } else { &[] };
         let visibility = PixelVisibility::new(&source, &space, resolution, seen);
@@ -171,7 +175,7 @@ impl Trainer {
             space,
             sampling,
             coarse_step_below: step::COARSE_STEP_BELOW,
-            grid: DensityGrid::new(resolution, candidates),
+            grid,
             step: 0,
             n_rays: FIRST_RAYS,
             roulette: 0.0,
@@ -223,6 +227,29 @@ impl Trainer {
         if !matches!(self.device, Device::Cpu) {
             self.move_to_device();
         }
+        Ok(())
+    }
+
+    /// The field becomes finer, where that is due.
+    fn grow(&mut self, progress: f32) -> Result<(), Error> {
+        let kind = self.config.field.kind();
+        if !kind.is_due_to_grow(progress) {
+            return Ok(());
+        }
+        let state = self.backend.download().clone();
+        let values = [&state.field().parameters[..], &state.field().square[..]];
+        let Some(grown) = kind.grown(progress, &self.grid.grown(), values) else { return Ok(()) };
+        let config = TrainConfig { field: grown.field, ..self.config.clone() };
+        let field = config.field.kind().build(self.space.unit_map().scale);
+        let mut group = ParameterGroup::of_field(field.layout(), config.adam());
+        group.parameters.copy_from_slice(&grown.parameters);
+        group.square.copy_from_slice(&grown.square);
+        let mut groups = state.groups;
+        groups[0] = group;
+        let state = State { groups, averaged: 0, scales: Vec::new() };
+        let mut backend = Cpu::new(field, state.clone(), self.backend.simd())?;
+        backend.upload(state);
+        (self.config, self.backend, self.best) = (config, Box::new(backend), None);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! The shape of a hash grid: levels, and how corners are numbered.
 
-use crate::{Error, TensorView};
+use crate::{DType, Error, TensorView};
 
 /// Most levels a grid may have.
 pub const MAX_LEVELS: usize = 16;
@@ -212,6 +212,9 @@ impl HashGrid<'_> {
     pub fn validate(&self) -> Result<(), Error> {
         self.config.validate()?;
         let n_levels = self.config.n_levels as usize;
+        if self.levels[0].dtype() == DType::U16 {
+            return Err(Error::Shape("hash grid: the type of a table"));
+        }
         for (l, table) in self.levels.iter().enumerate().take(n_levels) {
             let level = self.config.level(l);
             if table.shape() != [level.entries, self.config.n_features_per_level]

@@ -141,8 +141,15 @@ fn misuse_is_refused_and_damaged_files_are_survived() {
     build("tests/c/misuse.c");
     run(Command::new(&program).args([golden("hash-grid-f16"), golden("unknown-critical")]));
     build("tests/c/mutated.c");
-    let kinds =
-        ["hash-grid-f16", "per-sample-f16", "nerf-f16", "ndc-f16", "detail-f16", "hash-grid-i8"];
+    let kinds = [
+        "hash-grid-f16",
+        "per-sample-f16",
+        "nerf-f16",
+        "ndc-f16",
+        "detail-f16",
+        "hash-grid-i8",
+        "plenoxels-i8",
+    ];
     let said = run(Command::new(&program).arg("10000").args(kinds.map(golden)));
     println!("{}", String::from_utf8_lossy(&said.stdout));
 }

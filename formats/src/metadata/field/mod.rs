@@ -12,6 +12,8 @@ mod decoder;
 mod hash_grid;
 #[cfg(feature = "nerf")]
 mod nerf;
+#[cfg(feature = "plenoxels")]
+mod plenoxels;
 mod widths;
 
 use pocketnerf_core::{AnyField, TensorView, field};
@@ -107,6 +109,7 @@ macro_rules! kinds {
 kinds! {
     0 "hash-grid" HashGrid(HashGridField);
     2 "nerf" Nerf(NerfField);
+    3 "plenoxels" Plenoxels(PlenoxelField);
 }
 
 /// The field that FIELD describes, of the listed tensors and no others.
@@ -187,14 +190,18 @@ mod tests {
         0,
     ];
 
+    /// Eight voxels along an axis, four harmonics a colour.
+    const PLENOXELS: [u8; 7] = [3, 8, 2, 0, 0, 0, 0];
+
     #[test]
     fn a_kind_that_is_left_out_is_refused_by_name() {
-        for (bytes, (code, kind)) in [&HASH_GRID[..], &NERF].into_iter().zip(KINDS) {
+        for (bytes, (code, kind)) in [&HASH_GRID[..], &NERF, &PLENOXELS].into_iter().zip(KINDS) {
             assert_eq!(bytes[0], *code);
             // What is linked is read up to its tensors.
             let linked = match *kind {
                 "hash-grid" => cfg!(feature = "hash-grid"),
-                _ => cfg!(feature = "nerf"),
+                "nerf" => cfg!(feature = "nerf"),
+                _ => cfg!(feature = "plenoxels"),
             };
             let expected = if linked { TENSORS } else { FormatError::FieldKind(kind) };
             assert_eq!(error(bytes), expected);
@@ -205,7 +212,7 @@ mod tests {
     fn codes_without_a_kind() {
         let section = SectionId::first(kind::FIELD);
         // 1 is reserved.
-        for found in [1, 3, 0x7f] {
+        for found in [1, 4, 0x7f] {
             let unknown =
                 FormatError::UnknownCode { section, field: "kind of field", found: found.into() };
             assert_eq!(error(&[found, 10, 1]), unknown);

@@ -5,6 +5,8 @@ mod cells;
 mod halves;
 mod tables;
 mod unused;
+#[cfg(feature = "plenoxels")]
+mod unused_voxels;
 
 use alloc::borrow::Cow;
 use alloc::vec::Vec;
@@ -81,6 +83,12 @@ fn side(file: &ModelFile<'_>) -> usize {
 
 /// Bytes of the entries of a table that are used together: eight entries.
 fn block_of(file: &ModelFile<'_>, level: usize) -> u8 {
+    #[cfg(feature = "plenoxels")]
+    if let (pocketnerf_core::AnyField::Plenoxels(field), 0) = (&file.model.field, level) {
+        // Of one corner.
+        let values = field.grid.values;
+        return u8::try_from(values.bytes().len() / values.rows().max(1)).unwrap_or(BLOCK);
+    }
     let grid = unused::grid(file);
     let table = grid.and_then(|grid| grid.levels.get(level));
     let bytes = table.map(|table| 8 * table.bytes().len() / table.rows().max(1));

@@ -31,16 +31,31 @@ pub(super) fn grid<'f, 'a>(file: &'f ModelFile<'a>) -> Option<&'f HashGrid<'a>> 
 /// A level's table in which blocks that no sample reads are 0.
 pub(super) fn cleared<'a>(file: &ModelFile<'a>, level: usize, table: &'a [u8]) -> Cow<'a, [u8]> {
     let occupancy = file.model.occupancy.filter(|occupancy| occupancy.n_cascades() == 1);
-    let (Some(grid), Some(occupancy)) = (grid(file), occupancy) else { return table.into() };
-    // Other numberings are other programs'; and hierarchical samples may lie in empty cells.
+    let Some(occupancy) = occupancy else { return table.into() };
+    // Hierarchical samples may lie in empty cells.
     let reach = file.model.hierarchical.map(|hierarchical| hierarchical.reach);
-    let anywhere = reach.is_some_and(|reach| reach != Reach::Clipped);
-    if anywhere || !matches!(grid.config.index, GridIndex::Blocked) {
+    if reach.is_some_and(|reach| reach != Reach::Clipped) {
+        return table.into();
+    }
+    #[cfg(feature = "plenoxels")]
+    if let (pocketnerf_core::AnyField::Plenoxels(field), 0) = (&file.model.field, level) {
+        let beyond = gradient_spacing(&file.model.field);
+        let used = super::unused_voxels::used(&occupancy, &field.grid, beyond);
+        return without(table, &used);
+    }
+    let Some(grid) = grid(file) else { return table.into() };
+    // Other numberings are other programs'.
+    if !matches!(grid.config.index, GridIndex::Blocked) {
         return table.into();
     }
     let shape = grid.config.level(level);
     let used = used(&occupancy, &shape, gradient_spacing(&file.model.field));
-    let block_bytes = BLOCK * table.len() / shape.entries as usize;
+    without(table, &used)
+}
+
+/// A table in which blocks that are not used are 0.
+fn without<'a>(table: &'a [u8], used: &[bool]) -> Cow<'a, [u8]> {
+    let block_bytes = table.len() / used.len().max(1);
     let mut table = Cow::Borrowed(table);
     for (block, _) in used.iter().enumerate().filter(|(_, used)| !**used) {
         let bytes = block * block_bytes..(block + 1) * block_bytes;

@@ -71,6 +71,7 @@ impl Inputs {
                 points: [x, y, z],
                 directions: [dx, dy, dz],
                 sigma: &[1.0; BATCH],
+                colors: [&[0.5; BATCH]; 3],
                 gradients: &[1e-3; BATCH * ROW],
                 row_len: ROW,
             });

@@ -8,6 +8,7 @@ mod data;
 mod doubts;
 mod eval;
 mod export;
+mod kinds;
 mod packed;
 mod page;
 mod peers;

@@ -99,6 +99,7 @@ impl Packed {
             AnyField::Nerf(field) => {
                 PackedField::Vanilla(Box::new(vanilla::pack(field, &mut weights)))
             }
+            // Voxels have no program yet.
             _ => return Err(Error::Feature("this kind of field on a GPU")),
         };
         packed.weights = weights.rows;

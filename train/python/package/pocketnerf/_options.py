@@ -32,7 +32,7 @@ class TrainOptions(TypedDict, total=False):
     learning_rate: float
     log2_hashmap_size: int
     max_bytes: int
-    method: Literal["hash-grid", "nerf"]
+    method: Literal["hash-grid", "nerf", "plenoxels"]
     n_levels: int
     near: float
     no_hierarchy: bool
@@ -45,6 +45,7 @@ class TrainOptions(TypedDict, total=False):
     samples: Sequence[int]
     sampling: Literal["occupancy", "hierarchical"]
     scale: float
+    sh_bands: int
     simd: str
     smooth_surfaces: Union[bool, float]
     space: Literal["box", "ndc", "contracted"]
@@ -52,6 +53,7 @@ class TrainOptions(TypedDict, total=False):
     target_psnr: float
     up: Union[str, Sequence[float]]
     views: int
+    voxels: int
     width: int
 
 

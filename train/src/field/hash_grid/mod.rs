@@ -93,7 +93,7 @@ impl TrainableField for TrainableHashGrid {
         init::initialize(&self.layout, seed, parameters);
     }
 
-    fn view<'a>(&self, parameters: &'a [f32]) -> Result<AnyField<'a>, Error> {
+    fn view<'a>(&'a self, parameters: &'a [f32]) -> Result<AnyField<'a>, Error> {
         let tensor = |range: &Range| range.of(parameters);
         let field = self.config.view(&self.layout, self.log_density_bias, tensor)?;
         validated(AnyField::HashGrid(field))

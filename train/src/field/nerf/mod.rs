@@ -107,7 +107,7 @@ impl TrainableField for TrainableNerf {
         init::initialize(self.networks.config(), &self.layout, seed, parameters);
     }
 
-    fn view<'a>(&self, parameters: &'a [f32]) -> Result<AnyField<'a>, Error> {
+    fn view<'a>(&'a self, parameters: &'a [f32]) -> Result<AnyField<'a>, Error> {
         let field = AnyField::Nerf(self.field(parameters)?);
         field.validate()?;
         Ok(field)

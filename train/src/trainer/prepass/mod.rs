@@ -104,7 +104,7 @@ fn prepared(
     let kind = config.field.kind();
     let prepared = carved(source, hull.as_ref(), space, config.clone());
     deadline.check()?;
-    if !kind.is_costly() || kind.hierarchical_training().is_some() {
+    if !(kind.is_costly() || kind.is_sparse()) || kind.hierarchical_training().is_some() {
         return Ok(Prepared { hull, ..prepared });
     }
     let (candidates, source) = coarse_field::cells(prepared, hull.as_ref(), (simd, deadline))?;

@@ -73,7 +73,7 @@ impl Group {
         let all = std::mem::take(&mut self.kept);
         for kept in all.chunks(BATCH) {
             let padded = kept.len().next_multiple_of(32);
-            let Worker { points, directions, sigma, d_values, .. } = &mut *worker;
+            let Worker { points, directions, sigma, colors, d_values, .. } = &mut *worker;
             for row in points.iter_mut().chain(&mut *directions) {
                 row[kept.len()..padded].fill(0.0);
             }
@@ -87,12 +87,14 @@ impl Group {
                 for (row, p) in points.iter_mut().zip(record.point) {
                     row[column] = p;
                 }
+                let values = &self.values[record.row as usize * row_len..][..row_len];
+                sigma[column] = values[0];
                 if per_sample {
                     for (row, d) in directions.iter_mut().zip(self.rays[ray].ray.direction) {
                         row[column] = d;
                     }
+                    colors.iter_mut().zip(&values[1..]).for_each(|(row, c)| row[column] = *c);
                 }
-                sigma[column] = self.values[record.row as usize * row_len];
                 let d_sums = &self.sums[ray * row_len..][..row_len];
                 for (value, d) in row.iter_mut().zip(d_sums) {
                     *value = k.weight * d;
@@ -104,6 +106,7 @@ impl Group {
                 points: points.each_ref().map(|row| &row[..padded]),
                 directions: directions.each_ref().map(|row| &row[..padded]),
                 sigma: &sigma[..kept.len()],
+                colors: colors.each_ref().map(|row| &row[..kept.len()]),
                 gradients: d_values,
                 row_len,
             });

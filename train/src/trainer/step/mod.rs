@@ -96,6 +96,7 @@ impl Trainer {
                 stopwatch.add(Stage::Occupancy, time, 1);
             }
         }
+        self.grow(settings.progress).expect("a shape that the kind itself gives");
         let output = self.backend_step(settings);
         self.correct_photographs();
         let stats = self.stats(&output);

@@ -29,6 +29,8 @@ pub(crate) struct Worker {
     pub(super) d_values: Aligned<f32>,
     /// Densities of a batch.
     pub(super) sigma: Aligned<f32>,
+    /// Colours of a batch, where samples have their own.
+    pub(super) colors: [Aligned<f32>; 3],
 }
 
 impl Worker {
@@ -50,6 +52,7 @@ impl Worker {
             d_colors: rows(3),
             d_values: Aligned::new(BATCH * values),
             sigma: rows(1),
+            colors: axes(),
         }
     }
 }

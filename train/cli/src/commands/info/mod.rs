@@ -152,7 +152,8 @@ impl Info {
 fn precision(file: &ModelFile<'_>) -> String {
     let name = |dtype| format!("{dtype:?}").to_lowercase();
     let networks = file.model.field.dtype();
-    let weights = file.tensors().filter(|(name, _)| name.role() != Role::Exact);
+    let weights =
+        file.tensors().filter(|(name, _)| !matches!(name.role(), Role::Exact | Role::Index));
     match weights.map(|(_, view)| view.dtype()).find(|dtype| *dtype != networks) {
         Some(tables) => format!("{} tables, {} networks", name(tables), name(networks)),
         None => name(networks),

@@ -6,6 +6,7 @@ mod model;
 mod nerf;
 mod options;
 mod origin;
+mod plenoxels;
 mod refined;
 mod saving;
 mod scene;

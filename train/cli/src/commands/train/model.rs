@@ -4,6 +4,7 @@ use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
 use pocketnerf_train::trainer::{Length, Size, TrainConfig, Trainer};
 
 use super::nerf::NerfOptions;
+use super::plenoxels::PlenoxelOptions;
 use crate::commands::Failure;
 use crate::commands::parse::parse_psnr;
 
@@ -15,6 +16,8 @@ pub(in crate::commands) enum Method {
     HashGrid,
     /// The original NeRF MLP (about 1,000 times slower)
     Nerf,
+    /// A sparse grid of voxels with spherical harmonics, without networks
+    Plenoxels,
 }
 
 impl Method {
@@ -23,6 +26,7 @@ impl Method {
         match self {
             Self::HashGrid => "hash-grid",
             Self::Nerf => "nerf",
+            Self::Plenoxels => "plenoxels",
         }
     }
 
@@ -33,6 +37,7 @@ impl Method {
             Self::Nerf => {
                 &["--method", "nerf", "--depth", "4", "--width", "64", "--batch-rays", "1024"]
             }
+            Self::Plenoxels => &["--method", "plenoxels", "--voxels", "128"],
         }
     }
 
@@ -98,6 +103,8 @@ pub(super) struct ModelOptions {
     learning_rate: Option<f32>,
     #[command(flatten)]
     nerf: NerfOptions,
+    #[command(flatten)]
+    plenoxels: PlenoxelOptions,
 }
 
 /// log2 of the entries per level that are worth so many bytes: twice as many in half the bits. The
@@ -129,7 +136,9 @@ impl ModelOptions {
     /// Refuses options that make no sense, alone or when resuming.
     pub(super) fn check(&self, resumes: bool) -> Result<(), Failure> {
         let nerf = self.method == Some(Method::Nerf);
+        let plenoxels = self.method == Some(Method::Plenoxels);
         let shape = self.method.map(|_| "--method").or_else(|| self.nerf.given());
+        let shape = shape.or_else(|| self.plenoxels.given());
         let shape = shape.or(self.no_view_dependence.then_some("--no-view-dependence"));
         if let (Some(option), true) = (shape, resumes) {
             return Err(format!("{option}: the checkpoint knows; leave it out").into());
@@ -137,7 +146,11 @@ impl ModelOptions {
         if let (Some(option), false) = (self.nerf.given(), nerf) {
             return Err(format!("{option}: give --method nerf too").into());
         }
-        if nerf && self.profile == Profile::Fast {
+        if let (Some(option), false) = (self.plenoxels.given(), plenoxels) {
+            return Err(format!("{option}: give --method plenoxels too").into());
+        }
+        let other = nerf || plenoxels;
+        if other && self.profile == Profile::Fast {
             return Err("--profile fast: for --method hash-grid alone".into());
         }
         let of_grids = [
@@ -146,7 +159,7 @@ impl ModelOptions {
             ("--hidden-width", self.hidden_width.is_some()),
         ];
         let given = of_grids.iter().find(|(_, given)| *given).map(|(option, _)| *option);
-        if let (true, Some(option)) = (nerf, given.or(self.size_option())) {
+        if let (true, Some(option)) = (other, given.or(self.size_option())) {
             return Err(format!("{option}: for --method hash-grid alone").into());
         }
         self.nerf.check()
@@ -206,12 +219,14 @@ impl ModelOptions {
     pub(super) fn config(&self, has_alpha: bool, length: Length) -> TrainConfig {
         let mut config = match self.method.unwrap_or_default() {
             Method::Nerf => self.nerf.config(has_alpha),
+            Method::Plenoxels => self.plenoxels.config(),
             Method::HashGrid => TrainConfig::hash_grid().for_length(length),
         };
         if self.no_view_dependence {
             match &mut config.field {
                 FieldConfig::HashGrid(field) => field.sh_degree = 1,
                 FieldConfig::Nerf(nerf) => nerf.directions = None,
+                FieldConfig::Plenoxels(voxels) => voxels.sh_degree = 1,
             }
         }
         if self.profile == Profile::Fast {

@@ -133,7 +133,7 @@ impl SceneOptions {
         let usual = one.then(|| dataset.background.unwrap_or([1.0; 3]));
         config.backdrop = self.background.or(usual);
         if self.refine_poses && config.field.hash_grid_mut().is_none() {
-            return Err("--refine-poses: expected a hash grid, without --method nerf".into());
+            return Err("--refine-poses: for --method hash-grid alone".into());
         }
         config.refine_poses = self.refine_poses;
         if self.smooth_surfaces.is_some() && config.hierarchical_training().is_some() {

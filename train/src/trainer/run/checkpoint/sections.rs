@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use pocketnerf_core::{DType, SimdLevel};
-use pocketnerf_formats::{ModelFile, Section, SectionId};
+use pocketnerf_formats::{ModelFile, Role, Section, SectionId};
 
 use super::record::RecordV1;
 use super::{Checkpoint, Learnt, Problem};
@@ -293,14 +293,19 @@ fn floats(bytes: &[u8]) -> Vec<f32> {
 
 /// The weights, in the order of the flat buffer, which is that of the file.
 fn parameters(file: &ModelFile<'_>, layout: &Layout) -> Result<Vec<f32>, Problem> {
-    let shapes = || file.tensors().map(|(_, view)| [view.rows(), view.cols()]);
-    if !shapes().eq(layout.ranges().iter().map(|range| range.shape)) {
+    // An index is no weight: it is part of the field's shape.
+    let tensors = || {
+        let weights = file.tensors().filter(|(name, _)| name.role() != Role::Index);
+        weights.map(|(_, view)| view)
+    };
+    let shapes = tensors().map(|view| [view.rows(), view.cols()]);
+    if !shapes.eq(layout.ranges().iter().map(|range| range.shape)) {
         return Err(Problem::Untrainable("a bias is missing"));
     }
-    if file.tensors().any(|(_, view)| view.dtype() != DType::F32) {
+    if tensors().any(|view| view.dtype() != DType::F32) {
         return Err(Problem::Untrainable("weights in f16"));
     }
-    Ok(file.tensors().flat_map(|(_, view)| floats(view.bytes())).collect())
+    Ok(tensors().flat_map(|view| floats(view.bytes())).collect())
 }
 
 /// The shape of the field, for training.

@@ -6,7 +6,7 @@ use pocketnerf_formats::open_verified;
 use pocketnerf_train::field::{FourierConfig, HierarchicalTraining, NerfConfig, WavesConfig};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
-use super::setup::{self, advance, begin, finish, read, resume, save, with_threads};
+use crate::setup::{self, advance, begin, finish, read, resume, save, with_threads};
 
 const STEPS: u32 = 24;
 

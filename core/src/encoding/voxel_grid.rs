@@ -1,0 +1,208 @@
+//! Sparse grid of voxels, trilinear (Fridovich-Keil et al. 2022, "Plenoxels", section 3.1).
+//!
+//! `resolution` voxels lie along a unit length; a point u lies at grid position
+//! `u * resolution`, between the corners `floor` and `floor + 1`. Corners are kept in bricks
+//! of 4 x 4 x 4, and only of bricks that hold something: an index gives the number of each,
+//! row after row along x, then y, then z. Number 0 is a brick for all that hold nothing.
+
+use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat};
+
+use super::hash_grid::Corners;
+use crate::lanes::{LANES, transpose};
+use crate::store::{F16, F32, I8, Store};
+use crate::{DType, Error, TensorView};
+
+/// Corners along an axis of a brick.
+pub const BRICK_SIDE: u32 = 4;
+/// Corners of a brick.
+pub const BRICK: usize = 64;
+/// Most voxels along a unit length.
+pub const MAX_RESOLUTION: u32 = 512;
+
+/// A sparse grid of voxels.
+#[derive(Clone, Copy, Debug)]
+pub struct VoxelGrid<'a> {
+    /// Voxels along a unit length: a multiple of 4, from 4 to [`MAX_RESOLUTION`].
+    pub resolution: u32,
+    /// Numbers of the bricks, [`DType::U16`], `[bricks_along³, 1]`.
+    pub index: TensorView<'a>,
+    /// Values of the corners of all bricks that are kept, `[64 * bricks, values]`. Corner
+    /// (x, y, z) of a brick is number `x + 4 y + 16 z`. Of each 4, 16 or 32.
+    pub values: TensorView<'a>,
+}
+
+/// Bricks along an axis of a grid of so many voxels: corners 0 to `resolution + 1` have one.
+#[must_use]
+pub const fn bricks_along(resolution: u32) -> u32 {
+    resolution / BRICK_SIDE + 1
+}
+
+impl VoxelGrid<'_> {
+    /// Values of a corner.
+    #[must_use]
+    pub const fn n_values(&self) -> usize {
+        self.values.cols()
+    }
+
+    /// Checks sizes and types, but not that each number has its brick: reading one that has
+    /// none reads the last.
+    ///
+    /// # Errors
+    /// [`Error::Range`] or [`Error::Shape`].
+    pub fn validate(&self) -> Result<(), Error> {
+        let resolution = self.resolution;
+        if !(BRICK_SIDE..=MAX_RESOLUTION).contains(&resolution)
+            || !resolution.is_multiple_of(BRICK_SIDE)
+        {
+            return Err(Error::Range("voxel grid resolution: a multiple of 4, from 4 to 512"));
+        }
+        if self.index.shape() != [bricks_along(resolution).pow(3), 1]
+            || self.index.dtype() != DType::U16
+        {
+            return Err(Error::Shape("voxel grid: the index and the resolution"));
+        }
+        let (corners, values) = (self.values.rows(), self.values.cols());
+        let whole = corners.is_multiple_of(BRICK) && matches!(values, 4 | 16 | 32);
+        if !whole || corners == 0 || corners / BRICK > 1 << 16 {
+            return Err(Error::Shape("voxel grid: values of whole bricks"));
+        }
+        if self.values.dtype() == DType::U16 {
+            return Err(Error::Shape("voxel grid: the type of values"));
+        }
+        Ok(())
+    }
+
+    /// Finds the corners around 16 points, as numbers of rows of `values`, which need not be
+    /// there; weights are multiplied by `factor`. Corner c is `floor + (c & 1, c >> 1 & 1, c >> 2)`.
+    #[inline(always)]
+    pub fn place<S: Simd>(
+        &self,
+        simd: S,
+        points: [&[f32; LANES]; 3],
+        factor: f32,
+        corners: &mut Corners,
+    ) {
+        let n = S::f32s::LEN;
+        let one = S::f32s::splat(simd, 1.0);
+        let along = bricks_along(self.resolution);
+        let multipliers = [1, along, along * along];
+        // A brick's place above the six bits of a corner's place in it.
+        let term = |corner: S::u32s, axis: usize| {
+            (((corner >> 2) * multipliers[axis]) << 6) | ((corner & 3) << (2 * axis as u32))
+        };
+        for lane in (0..LANES).step_by(n) {
+            let lanes = lane..lane + n;
+            let mut low = [S::u32s::splat(simd, 0); 3];
+            let mut high = low;
+            let mut weight = [[one; 2]; 3];
+            for axis in 0..3 {
+                let u = S::f32s::from_slice(simd, &points[axis][lanes.clone()]);
+                // max first: NaN becomes 0.
+                let p = u.max_precise(0.0).min(one) * self.resolution as f32;
+                let floor = p.floor();
+                let fraction = p - floor;
+                let corner: S::u32s = floor.to_int::<S::i32s>().bitcast();
+                low[axis] = term(corner, axis);
+                high[axis] = term(corner + 1, axis);
+                weight[axis] = [one - fraction, fraction];
+            }
+            for w in &mut weight[0] {
+                *w *= factor;
+            }
+            for c in 0..8 {
+                let pick = |axis: usize| if c >> axis & 1 == 0 { low[axis] } else { high[axis] };
+                let place = pick(0) + pick(1) + pick(2);
+                place.store_slice(&mut corners.entry[c][lanes.clone()]);
+                let w = weight[0][c & 1] * weight[1][c >> 1 & 1] * weight[2][c >> 2];
+                w.store_slice(&mut corners.weight[c][lanes.clone()]);
+            }
+        }
+        let index = self.index.bytes().as_chunks::<2>().0;
+        for places in &mut corners.entry {
+            for place in places {
+                let number = u16::from_le_bytes(index[(*place >> 6) as usize]);
+                *place = u32::from(number) << 6 | (*place & 63);
+            }
+        }
+    }
+}
+
+/// Interpolates at points: writes a row of `x.len()` values for each value of a corner.
+///
+/// `points` are unit coordinates (clamped to [0, 1]; NaN counts as 0), a multiple of 16 of them.
+/// Value v of point s goes to `out[v * stride + s]`.
+#[inline(always)]
+pub fn interpolate<S: Simd>(
+    simd: S,
+    grid: &VoxelGrid<'_>,
+    points: [&[f32]; 3],
+    out: &mut [f32],
+    stride: usize,
+) {
+    match grid.values.dtype() {
+        DType::F32 => interpolate_stored::<S, F32>(simd, grid, points, out, stride),
+        DType::F16 => interpolate_stored::<S, F16>(simd, grid, points, out, stride),
+        // `validate` refuses all others.
+        _ => interpolate_stored::<S, I8>(simd, grid, points, out, stride),
+    }
+}
+
+#[inline(always)]
+fn interpolate_stored<S: Simd, T: Store>(
+    simd: S,
+    grid: &VoxelGrid<'_>,
+    points: [&[f32]; 3],
+    out: &mut [f32],
+    stride: usize,
+) {
+    match grid.n_values() {
+        4 => interpolate_rows::<S, T, 4>(simd, grid, points, out, stride),
+        16 => interpolate_rows::<S, T, 16>(simd, grid, points, out, stride),
+        _ => interpolate_rows::<S, T, 32>(simd, grid, points, out, stride),
+    }
+}
+
+/// A point at a time, a value in every lane: corners lie anywhere in memory, but their values
+/// together.
+#[inline(always)]
+fn interpolate_rows<S: Simd, T: Store, const V: usize>(
+    simd: S,
+    grid: &VoxelGrid<'_>,
+    points: [&[f32]; 3],
+    out: &mut [f32],
+    stride: usize,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let rows = T::values(grid.values.bytes()).as_chunks::<V>().0;
+            // A number without a brick counts as the last one's.
+            let last = rows.len() as u32 - 1;
+            let factor = grid.values.scale() * T::FACTOR;
+            let [x, y, z] = points.map(|p| p.as_chunks::<LANES>().0);
+            let mut corners = Corners::ZERO;
+            for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
+                grid.place(simd, [x, y, z], factor, &mut corners);
+                let mut sums = [[0.0f32; V]; LANES];
+                for (s, sums) in sums.iter_mut().enumerate() {
+                    for (entry, weight) in corners.entry.iter().zip(&corners.weight) {
+                        let row = &rows[entry[s].min(last) as usize];
+                        for (sum, value) in sums.iter_mut().zip(row) {
+                            *sum += weight[s] * T::decode_divided(*value);
+                        }
+                    }
+                }
+                let out = &mut out[g * LANES..];
+                if V.is_multiple_of(LANES) {
+                    transpose(simd, (sums.as_flattened(), V, LANES), (out, stride), V);
+                } else {
+                    for v in 0..V {
+                        for (to, sums) in out[v * stride..][..LANES].iter_mut().zip(&sums) {
+                            *to = sums[v];
+                        }
+                    }
+                }
+            }
+        },
+    );
+}

@@ -1,0 +1,44 @@
+//! Corners of voxels that no occupied cell reaches.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use pocketnerf_core::Occupancy;
+use pocketnerf_core::encoding::VoxelGrid;
+use pocketnerf_core::encoding::voxel_grid::{BRICK, bricks_along};
+
+/// Distance by which a point's place in the grid may be off by rounding, voxels.
+const SLACK: f32 = 0.01;
+
+/// Which rows of values are read by points in occupied cells, and as far beyond them as gradients
+/// reach, unit coordinates.
+pub(super) fn used(occupancy: &Occupancy<'_>, grid: &VoxelGrid<'_>, beyond: f32) -> Vec<bool> {
+    let (n, resolution) = (occupancy.resolution(), grid.resolution as f32);
+    let slack = SLACK + beyond * resolution;
+    // The corners that the points of a cell lie between, along any axis.
+    let reach = |cell: u32| {
+        let at = |cell: u32| cell as f32 / n as f32 * resolution;
+        let (low, high) = (at(cell) - slack, (at(cell + 1) + slack).min(resolution));
+        low.max(0.0) as u32..=high as u32 + 1
+    };
+    let along = bricks_along(grid.resolution);
+    let n_bricks = grid.values.rows() / BRICK;
+    let mut used = vec![false; grid.values.rows()];
+    let mut mark = |[x, y, z]: [u32; 3]| {
+        let place = x / 4 + along * (y / 4 + along * (z / 4));
+        let number = (grid.index.get(place as usize) as usize).min(n_bricks - 1);
+        used[BRICK * number + (x % 4 + 4 * (y % 4) + 16 * (z % 4)) as usize] = true;
+    };
+    for z in 0..n {
+        for y in 0..n {
+            for x in (0..n).filter(|x| occupancy.cell(*x, y, z)) {
+                for z in reach(z) {
+                    for y in reach(y) {
+                        reach(x).for_each(|x| mark([x, y, z]));
+                    }
+                }
+            }
+        }
+    }
+    used
+}

@@ -1,0 +1,4 @@
+//! Kinds of field beside the hash grid.
+
+mod nerf;
+mod plenoxels;

@@ -1,0 +1,3 @@
+//! Kinds of field beside the hash grid.
+
+mod plenoxels;
