@@ -15,6 +15,7 @@ pub(crate) mod pixels;
 pub(crate) mod poses;
 pub mod prepass;
 mod run;
+mod shape;
 mod snapshot;
 pub(crate) mod step;
 
@@ -46,7 +47,6 @@ pub use run::{NoTime, Progress, Run, RunError, Summary, run};
 pub use step::{StepSettings, StepStats};
 
 use crate::dataset::Dataset;
-use crate::field::FieldConfig;
 use crate::picture::Device;
 use crate::stopwatch::Stopwatch;
 use backend::{Backend, Cpu};
@@ -211,46 +211,6 @@ impl Trainer {
         let pace = share * f64::from(PACE_STEPS) / begun.elapsed().as_secs_f64().max(1e-9);
         self.begin(0);
         pace
-    }
-
-    /// Begins anew with a field of another shape, and samples closer together or less close.
-    ///
-    /// # Errors
-    /// When these do not make a valid field.
-    pub fn reshape(&mut self, field: FieldConfig, samples_per_side: f32) -> Result<(), Error> {
-        let config = TrainConfig { field, samples_per_side, ..self.config.clone() };
-        let sampling = config.sampling(&self.space)?;
-        let (poses, gains) = (self.poses.as_ref(), learnt_gains(&self.source, &config));
-        let backend = backend(&config, &self.space, poses, gains, self.backend.simd())?;
-        (self.config, self.sampling, self.backend) = (config, sampling, Box::new(backend));
-        self.begin(0);
-        if !matches!(self.device, Device::Cpu) {
-            self.move_to_device();
-        }
-        Ok(())
-    }
-
-    /// The field becomes finer, where that is due.
-    fn grow(&mut self, progress: f32) -> Result<(), Error> {
-        let kind = self.config.field.kind();
-        if !kind.is_due_to_grow(progress) {
-            return Ok(());
-        }
-        let state = self.backend.download().clone();
-        let values = [&state.field().parameters[..], &state.field().square[..]];
-        let Some(grown) = kind.grown(progress, &self.grid.grown(), values) else { return Ok(()) };
-        let config = TrainConfig { field: grown.field, ..self.config.clone() };
-        let field = config.field.kind().build(self.space.unit_map().scale);
-        let mut group = ParameterGroup::of_field(field.layout(), config.adam());
-        group.parameters.copy_from_slice(&grown.parameters);
-        group.square.copy_from_slice(&grown.square);
-        let mut groups = state.groups;
-        groups[0] = group;
-        let state = State { groups, averaged: 0, scales: Vec::new() };
-        let mut backend = Cpu::new(field, state.clone(), self.backend.simd())?;
-        backend.upload(state);
-        (self.config, self.backend, self.best) = (config, Box::new(backend), None);
-        Ok(())
     }
 
     /// The model as it stands.

@@ -9,9 +9,10 @@ use crate::trainer::pack;
 
 /// Samples of a group.
 const SAMPLES: usize = 300;
-/// The places of samples, and what more of the logarithm of their density and of their colour
-/// adds to the loss.
-type Samples = Vec<([f32; 3], [f32; 3], [f32; 4])>;
+/// The place of a sample, its direction, and what more of the logarithm of its density and of its
+/// colour adds to the loss.
+type Sample = ([f32; 3], [f32; 3], [f32; 4]);
+type Samples = Vec<Sample>;
 
 /// A ball of cells in a grid of so many voxels.
 fn config(resolution: u32, sh_degree: u32) -> PlenoxelsConfig {
@@ -65,7 +66,7 @@ fn model(field: AnyField<'_>) -> Model<'_> {
 /// By the oracle, in f64.
 fn loss(field: &dyn TrainableField, values: &[f32], samples: &Samples) -> f64 {
     let model = model(field.view(values).unwrap());
-    let of = |(point, direction, [density, colors @ ..]): &([f32; 3], [f32; 3], [f32; 4])| {
+    let of = |(point, direction, [density, colors @ ..]): &Sample| {
         let (sigma, rgb) = reference::query_f64(&model, *point, *direction).unwrap();
         let colors = colors.iter().zip(rgb).map(|(d, c)| f64::from(*d) * c).sum::<f64>();
         f64::from(*density) * sigma.ln() + colors
@@ -78,7 +79,7 @@ fn gradient(field: &mut dyn TrainableField, values: &[f32], samples: &Samples) -
     let level: Level = SimdLevel::detect().token().unwrap();
     field.prepare(values, 2);
     for (group, samples) in samples.chunks(SAMPLES).enumerate() {
-        let row = |of: &dyn Fn(&([f32; 3], [f32; 3], [f32; 4])) -> f32| -> Vec<f32> {
+        let row = |of: &dyn Fn(&Sample) -> f32| -> Vec<f32> {
             let padded = samples.len().next_multiple_of(32) - samples.len();
             samples.iter().map(of).chain(std::iter::repeat_n(0.0, padded)).collect()
         };
