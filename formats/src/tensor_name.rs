@@ -64,7 +64,9 @@ impl TensorName {
 impl fmt::Display for TensorName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match field::known(*self) {
-            Some(known) if !known.several => f.write_str(known.text),
+            Some(known) if matches!(known.role, Role::Exact | Role::Index) => {
+                f.write_str(known.text)
+            }
             Some(known) => write!(f, "{} {}", known.text, self.index),
             None => write!(f, "of name {} {}", self.code, self.index),
         }

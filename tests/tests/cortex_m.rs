@@ -63,12 +63,9 @@ fn still_life() -> PathBuf {
     Path::new(ROOT).join("embed-demo/still-life.pnerf")
 }
 
-/// One after another: they share a build folder.
-#[test]
-fn a_microcontroller_shows_a_model_or_says_why_not() {
-    let Some(run) = Run::new(&still_life(), &[]) else { return };
-    println!("{}", run.said);
-    let bytes = std::fs::read(still_life()).unwrap();
+/// dB, against the oracle.
+fn psnr(run: &Run, model: &Path) -> f64 {
+    let bytes = std::fs::read(model).unwrap();
     let file = pocketnerf_formats::open(&bytes).unwrap();
     let own = file.about.camera.unwrap();
     let camera = Camera::from_fov_x(SIDE as u32, SIDE as u32, own.fov_x, own.camera_to_world);
@@ -77,7 +74,16 @@ fn a_microcontroller_shows_a_model_or_says_why_not() {
         pixel::rgb8(pixel.unwrap().over(file.model.display.background), ColorSpace::Srgb)
     });
     let squares: u32 = truth.zip(&run.rgb).map(|(a, b)| u32::from(a.abs_diff(*b)).pow(2)).sum();
-    let psnr = 20.0 * 255f64.log10() - 10.0 * (f64::from(squares) / run.rgb.len() as f64).log10();
+    20.0 * 255f64.log10() - 10.0 * (f64::from(squares) / run.rgb.len() as f64).log10()
+}
+
+/// One after another: they share a build folder.
+#[test]
+fn a_microcontroller_shows_a_model_or_says_why_not() {
+    let Some(run) = Run::new(&still_life(), &[]) else { return };
+    println!("{}", run.said);
+    let bytes = std::fs::read(still_life()).unwrap();
+    let psnr = psnr(&run, &still_life());
     println!("{psnr:.1} dB of the oracle");
     assert!(psnr >= 50.0, "{psnr}");
     // All of RAM, as far as it was ever used.
@@ -92,6 +98,12 @@ fn a_microcontroller_shows_a_model_or_says_why_not() {
     let damaged = folder.path().join("damaged.pnerf");
     std::fs::write(&damaged, &bytes[..bytes.len() / 2]).unwrap();
     let golden = |name: &str| Path::new(ROOT).join("tests/golden").join(name);
+    // Voxels, in a program that has no other kind.
+    let voxels: &[&str] = &["--no-default-features", "--features", "plenoxels"];
+    let run = Run::new(&golden("plenoxels-i8.pnerf"), voxels).unwrap();
+    let psnr = self::psnr(&run, &golden("plenoxels-i8.pnerf"));
+    println!("voxels: {psnr:.1} dB of the oracle");
+    assert!(psnr >= 50.0 && run.number("samples") > 1000, "{psnr}: {}", run.said);
     for (model, options) in [
         (still_life(), &["--features", "less-memory"][..]),
         (golden("nerf-f16.pnerf"), &[]),

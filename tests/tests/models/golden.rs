@@ -165,7 +165,7 @@ fn plenoxels_i8() {
     let file = open_verified(&bytes).unwrap();
     assert_eq!(file.about, tiny::about());
     assert_same_but_weights(&file.model, &model);
-    let types = [("voxel index", DType::U16, Role::Index), ("voxels", DType::I8, Role::Table)];
+    let types = [("voxel index", DType::U16, Role::Index), ("voxels 0", DType::I8, Role::Table)];
     for ((name, view), expected) in file.tensors().zip(types) {
         assert_eq!((&*name.to_string(), view.dtype(), name.role()), expected);
     }

@@ -259,12 +259,13 @@ mod tests {
     use super::*;
 
     /// Headings of options, in the order of every command.
-    const HEADINGS: [&str; 10] = [
+    const HEADINGS: [&str; 11] = [
         "Options",
         "Dataset",
         "Scene",
         "Model",
         "With --method nerf",
+        "With --method plenoxels",
         "Distillation",
         "Window",
         "Without a window",
