@@ -156,16 +156,15 @@ fn interpolate_stored<S: Simd, T: Store>(
     stride: usize,
 ) {
     match grid.n_values() {
-        4 => interpolate_rows::<S, T, 4>(simd, grid, points, out, stride),
-        16 => interpolate_rows::<S, T, 16>(simd, grid, points, out, stride),
-        _ => interpolate_rows::<S, T, 32>(simd, grid, points, out, stride),
+        4 => interpolate_parts::<S, T, 4>(simd, grid, points, out, stride),
+        _ => interpolate_parts::<S, T, LANES>(simd, grid, points, out, stride),
     }
 }
 
 /// A point at a time, a value in every lane: corners lie anywhere in memory, but their values
-/// together.
+/// together, in parts of so many.
 #[inline(always)]
-fn interpolate_rows<S: Simd, T: Store, const V: usize>(
+fn interpolate_parts<S: Simd, T: Store, const V: usize>(
     simd: S,
     grid: &VoxelGrid<'_>,
     points: [&[f32]; 3],
@@ -175,30 +174,33 @@ fn interpolate_rows<S: Simd, T: Store, const V: usize>(
     simd.vectorize(
         #[inline(always)]
         || {
-            let rows = T::values(grid.values.bytes()).as_chunks::<V>().0;
+            let values = T::values(grid.values.bytes()).as_chunks::<V>().0;
+            let parts = grid.n_values() / V;
             // A number without a brick counts as the last one's.
-            let last = rows.len() as u32 - 1;
+            let last = grid.values.rows() as u32 - 1;
             let factor = grid.values.scale() * T::FACTOR;
             let [x, y, z] = points.map(|p| p.as_chunks::<LANES>().0);
             let mut corners = Corners::ZERO;
             for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
                 grid.place(simd, [x, y, z], factor, &mut corners);
-                let mut sums = [[0.0f32; V]; LANES];
-                for (s, sums) in sums.iter_mut().enumerate() {
-                    for (entry, weight) in corners.entry.iter().zip(&corners.weight) {
-                        let row = &rows[entry[s].min(last) as usize];
-                        for (sum, value) in sums.iter_mut().zip(row) {
-                            *sum += weight[s] * T::decode_divided(*value);
+                for part in 0..parts {
+                    let mut sums = [[0.0f32; V]; LANES];
+                    for (s, sums) in sums.iter_mut().enumerate() {
+                        for (entry, weight) in corners.entry.iter().zip(&corners.weight) {
+                            let row = &values[entry[s].min(last) as usize * parts + part];
+                            for (sum, value) in sums.iter_mut().zip(row) {
+                                *sum += weight[s] * T::decode_divided(*value);
+                            }
                         }
                     }
-                }
-                let out = &mut out[g * LANES..];
-                if V.is_multiple_of(LANES) {
-                    transpose(simd, (sums.as_flattened(), V, LANES), (out, stride), V);
-                } else {
-                    for v in 0..V {
-                        for (to, sums) in out[v * stride..][..LANES].iter_mut().zip(&sums) {
-                            *to = sums[v];
+                    let out = &mut out[part * V * stride + g * LANES..];
+                    if V == LANES {
+                        transpose(simd, (sums.as_flattened(), V, LANES), (out, stride), V);
+                    } else {
+                        for v in 0..V {
+                            for (to, sums) in out[v * stride..][..LANES].iter_mut().zip(&sums) {
+                                *to = sums[v];
+                            }
                         }
                     }
                 }
