@@ -162,11 +162,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_steps_are_calibrated_less() {
+    fn few_steps_are_calibrated_on_fewer_tiles() {
         let usual = |steps| FinishingBudget::usual(&TrainConfig::hash_grid(), steps);
         let [least, some, all] = [0, 512, 1024].map(usual);
-        assert_eq!((least.looks(), least.tiles(24), least.finer), (4, 5, true));
-        assert_eq!((some.looks(), some.tiles(24)), (4, 12));
+        assert_eq!((least.looks(), least.tiles(24), least.finer), (8, 5, true));
+        assert_eq!((some.looks(), some.tiles(24)), (8, 12));
         assert_eq!((all, usual(99_999)), (LADDER[0], LADDER[0]));
         assert_eq!([least, some, all].map(FinishingBudget::views), [32; 3]);
         // A costly field takes shape in 100 steps, and is calibrated half as much.
