@@ -115,8 +115,6 @@ impl Corners {
         points: [&[f32; LANES]; 3],
         factor: f32,
     ) {
-        let n = S::f32s::LEN;
-        let one = S::f32s::splat(simd, 1.0);
         let by_corner = level.is_by_corner();
         let multipliers = match level.dense_side {
             0 => HASH_PRIMES,
@@ -126,6 +124,33 @@ impl Corners {
             let corners = corner * multipliers[axis];
             if by_corner { corners } else { in_blocks(corner, multipliers[axis], axis as u32) }
         };
+        let entry = |[x, y, z]: [S::u32s; 3]| {
+            if level.dense_side == 0 {
+                return (x ^ y ^ z) & (level.entries - 1);
+            }
+            let entry = x + y + z;
+            // The corner behind the last of a row is the first of the next one,
+            // and behind the last of all come the first: less than zero is huge.
+            if by_corner { entry.min(entry - level.entries) } else { entry }
+        };
+        let grid = [level.scale, level.shift()];
+        self.number(simd, grid, points, factor, term, entry);
+    }
+
+    /// The same in a grid of any kind, whose points lie at `u * scale + shift`: a corner's
+    /// number is what `entry` makes of the three terms of its coordinates.
+    #[inline(always)]
+    pub(super) fn number<S: Simd>(
+        &mut self,
+        simd: S,
+        [scale, shift]: [f32; 2],
+        points: [&[f32; LANES]; 3],
+        factor: f32,
+        term: impl Fn(S::u32s, usize) -> S::u32s,
+        entry: impl Fn([S::u32s; 3]) -> S::u32s,
+    ) {
+        let n = S::f32s::LEN;
+        let one = S::f32s::splat(simd, 1.0);
         for lane in (0..LANES).step_by(n) {
             let lanes = lane..lane + n;
             let mut low = [S::u32s::splat(simd, 0); 3];
@@ -135,10 +160,7 @@ impl Corners {
                 let u = S::f32s::from_slice(simd, &points[axis][lanes.clone()]);
                 // max first: NaN becomes 0.
                 let u = u.max_precise(0.0).min(one);
-                let p = u.mul_add(
-                    S::f32s::splat(simd, level.scale),
-                    S::f32s::splat(simd, level.shift()),
-                );
+                let p = u.mul_add(S::f32s::splat(simd, scale), S::f32s::splat(simd, shift));
                 let floor = p.floor();
                 let fraction = p - floor;
                 let corner: S::u32s = floor.to_int::<S::i32s>().bitcast();
@@ -151,15 +173,7 @@ impl Corners {
             }
             for c in 0..8 {
                 let pick = |axis: usize| if c >> axis & 1 == 0 { low[axis] } else { high[axis] };
-                let entry = if level.dense_side > 0 {
-                    let entry = pick(0) + pick(1) + pick(2);
-                    // The corner behind the last of a row is the first of the next one,
-                    // and behind the last of all come the first: less than zero is huge.
-                    if by_corner { entry.min(entry - level.entries) } else { entry }
-                } else {
-                    (pick(0) ^ pick(1) ^ pick(2)) & (level.entries - 1)
-                };
-                entry.store_slice(&mut self.entry[c][lanes.clone()]);
+                entry([pick(0), pick(1), pick(2)]).store_slice(&mut self.entry[c][lanes.clone()]);
                 let w = weight[0][c & 1] * weight[1][c >> 1 & 1] * weight[2][c >> 2];
                 w.store_slice(&mut self.weight[c][lanes.clone()]);
             }

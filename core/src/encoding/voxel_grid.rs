@@ -5,7 +5,7 @@
 //! of 4 x 4 x 4, and only of bricks that hold something: an index gives the number of each,
 //! row after row along x, then y, then z. Number 0 is a brick for all that hold nothing.
 
-use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat};
+use fearless_simd::Simd;
 
 use super::hash_grid::Corners;
 use crate::lanes::{LANES, transpose};
@@ -82,41 +82,14 @@ impl VoxelGrid<'_> {
         factor: f32,
         corners: &mut Corners,
     ) {
-        let n = S::f32s::LEN;
-        let one = S::f32s::splat(simd, 1.0);
         let along = bricks_along(self.resolution);
         let multipliers = [1, along, along * along];
         // A brick's place above the six bits of a corner's place in it.
         let term = |corner: S::u32s, axis: usize| {
             (((corner >> 2) * multipliers[axis]) << 6) | ((corner & 3) << (2 * axis as u32))
         };
-        for lane in (0..LANES).step_by(n) {
-            let lanes = lane..lane + n;
-            let mut low = [S::u32s::splat(simd, 0); 3];
-            let mut high = low;
-            let mut weight = [[one; 2]; 3];
-            for axis in 0..3 {
-                let u = S::f32s::from_slice(simd, &points[axis][lanes.clone()]);
-                // max first: NaN becomes 0.
-                let p = u.max_precise(0.0).min(one) * self.resolution as f32;
-                let floor = p.floor();
-                let fraction = p - floor;
-                let corner: S::u32s = floor.to_int::<S::i32s>().bitcast();
-                low[axis] = term(corner, axis);
-                high[axis] = term(corner + 1, axis);
-                weight[axis] = [one - fraction, fraction];
-            }
-            for w in &mut weight[0] {
-                *w *= factor;
-            }
-            for c in 0..8 {
-                let pick = |axis: usize| if c >> axis & 1 == 0 { low[axis] } else { high[axis] };
-                let place = pick(0) + pick(1) + pick(2);
-                place.store_slice(&mut corners.entry[c][lanes.clone()]);
-                let w = weight[0][c & 1] * weight[1][c >> 1 & 1] * weight[2][c >> 2];
-                w.store_slice(&mut corners.weight[c][lanes.clone()]);
-            }
-        }
+        let grid = [self.resolution as f32, 0.0];
+        corners.number(simd, grid, points, factor, term, |[x, y, z]| x + y + z);
         let index = self.index.bytes().as_chunks::<2>().0;
         for places in &mut corners.entry {
             for place in places {

@@ -10,7 +10,7 @@ mod hash_grid;
 #[cfg(feature = "nerf")]
 mod nerf;
 #[cfg(feature = "plenoxels")]
-pub mod plenoxels;
+mod plenoxels;
 
 pub use decoder::{Decoder, Shading};
 #[cfg(feature = "hash-grid")]

@@ -9,12 +9,6 @@ use crate::lanes;
 use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
 
-/// What value 0 of a corner is multiplied by for the logarithm of the density. Densities vary by
-/// more powers of e than colours vary at all, and both are stored alike.
-pub const DENSITY_GAIN: f32 = 8.0;
-/// Highest degree of the harmonics: nine a colour.
-pub const MAX_SH_DEGREE: u32 = 3;
-
 /// A sparse grid of voxels (Fridovich-Keil et al. 2022).
 ///
 /// Between its corners values are interpolated: value 0 is a multiple of the logarithm of the
@@ -25,7 +19,7 @@ pub const MAX_SH_DEGREE: u32 = 3;
 /// voxel grid optimization", section 4.2).
 #[derive(Clone, Copy, Debug)]
 pub struct PlenoxelField<'a> {
-    /// The grid, of [`n_values`] a corner.
+    /// The grid, of [`n_values`](Self::n_values) a corner.
     pub grid: VoxelGrid<'a>,
     /// Degree of the spherical harmonics, 1 to 3; 1 is independent of the view.
     pub sh_degree: u32,
@@ -33,13 +27,19 @@ pub struct PlenoxelField<'a> {
     pub log_density_bias: f32,
 }
 
-/// Values of a corner: what is used of them and so many more that they fill whole registers.
-#[must_use]
-pub const fn n_values(sh_degree: u32) -> usize {
-    (1 + 3 * spherical_harmonics::n_output(sh_degree)).next_power_of_two()
-}
-
 impl PlenoxelField<'_> {
+    /// What value 0 of a corner is multiplied by for the logarithm of the density. Densities vary
+    /// by more powers of e than colours vary at all, and both are stored alike.
+    pub const DENSITY_GAIN: f32 = 8.0;
+    /// Highest degree of the harmonics: nine a colour.
+    pub const MAX_SH_DEGREE: u32 = 3;
+
+    /// Values of a corner: what is used of them and so many more that they fill whole registers.
+    #[must_use]
+    pub const fn n_values(sh_degree: u32) -> usize {
+        (1 + 3 * spherical_harmonics::n_output(sh_degree)).next_power_of_two()
+    }
+
     /// Harmonics of a colour.
     const fn n_harmonics(&self) -> usize {
         spherical_harmonics::n_output(self.sh_degree)
@@ -56,7 +56,7 @@ impl PlenoxelField<'_> {
                 let bias = S::f32s::splat(simd, self.log_density_bias);
                 for (from, to) in lanes.zip(work.output[..n].chunks_exact_mut(S::f32s::LEN)) {
                     let value = S::f32s::from_slice(simd, from);
-                    let log = value.mul_add(S::f32s::splat(simd, DENSITY_GAIN), bias);
+                    let log = value.mul_add(S::f32s::splat(simd, Self::DENSITY_GAIN), bias);
                     // Cut off after `exp`, which takes NaN to 0.
                     lanes::exp(simd, log).min(most).store_slice(to);
                 }
@@ -72,7 +72,8 @@ impl PlenoxelField<'_> {
             #[inline(always)]
             || {
                 let splat = |v: f32| S::f32s::splat(simd, v);
-                let mut harmonics = [splat(0.0); spherical_harmonics::n_output(MAX_SH_DEGREE)];
+                let mut harmonics =
+                    [splat(0.0); spherical_harmonics::n_output(Self::MAX_SH_DEGREE)];
                 for first in (0..samples.len()).step_by(S::f32s::LEN) {
                     let load = |from: &[f32]| S::f32s::from_slice(simd, &from[..S::f32s::LEN]);
                     let direction = samples.directions.map(|axis| load(&axis[first..]));
@@ -125,10 +126,10 @@ impl Field for PlenoxelField<'_> {
 
     fn validate(&self) -> Result<(), Error> {
         self.grid.validate()?;
-        if !(1..=MAX_SH_DEGREE).contains(&self.sh_degree) {
+        if !(1..=Self::MAX_SH_DEGREE).contains(&self.sh_degree) {
             return Err(Error::Range("degree of the spherical harmonics"));
         }
-        if self.grid.n_values() != n_values(self.sh_degree) {
+        if self.grid.n_values() != Self::n_values(self.sh_degree) {
             return Err(Error::Shape("voxel grid and the degree of the spherical harmonics"));
         }
         if self.log_density_bias.is_nan() || self.log_density_bias.abs() >= 64.0 {

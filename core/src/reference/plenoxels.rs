@@ -5,18 +5,17 @@ use super::harmonics::harmonics;
 use super::math::exp;
 use super::{Features, ReferenceField};
 use crate::encoding::VoxelGrid;
-use crate::field::MAX_CHANNELS;
-use crate::field::plenoxels::{DENSITY_GAIN, MAX_SH_DEGREE, PlenoxelField};
+use crate::field::{MAX_CHANNELS, PlenoxelField};
 
 /// Highest log density.
 const MAX_LOG_DENSITY: f64 = 15.0;
 /// Values of a corner that are read, at most.
-const MAX_READ: usize = 1 + 3 * (MAX_SH_DEGREE * MAX_SH_DEGREE) as usize;
+const MAX_READ: usize = 1 + 3 * PlenoxelField::MAX_SH_DEGREE.pow(2) as usize;
 
 impl ReferenceField for PlenoxelField<'_> {
     fn reference(&self, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
         let values = interpolated(&self.grid, u);
-        let log = values[0] * f64::from(DENSITY_GAIN) + f64::from(self.log_density_bias);
+        let log = values[0] * f64::from(Self::DENSITY_GAIN) + f64::from(self.log_density_bias);
         let sigma = if log.is_nan() { 0.0 } else { exp(log.min(MAX_LOG_DENSITY)) };
         let n = (self.sh_degree * self.sh_degree) as usize;
         let harmonics = harmonics(self.sh_degree, direction);

@@ -130,7 +130,7 @@ fn every_program_is_valid_everywhere() {
             let (name, model) = build(recipe, place);
             if matches!(recipe.encoding, Encoding::Voxels(_)) {
                 let refused = Packed::new(&model).unwrap_err();
-                assert_eq!(refused, Error::Feature("this kind of field on a GPU"));
+                assert_eq!(refused, Error::Unsupported("this kind of field"));
                 continue;
             }
             let packed = Packed::new(&model).unwrap();

@@ -3,7 +3,7 @@
 use pocketnerf_core::encoding::{
     CornerLevel, CornerLevels, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, VoxelGrid,
 };
-use pocketnerf_core::field::{AnyField, Decoder, HashGridField, PlenoxelField, Shading, plenoxels};
+use pocketnerf_core::field::{AnyField, Decoder, HashGridField, PlenoxelField, Shading};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::space::{Contracted, Ndc};
 use pocketnerf_core::{
@@ -131,7 +131,7 @@ impl Recipe {
             }
             Encoding::Nerf(nerf) => AnyField::Nerf(nerf.build(&mut tensors)),
             Encoding::Voxels(resolution) => AnyField::Plenoxels(PlenoxelField {
-                grid: tensors.voxels(resolution, plenoxels::n_values(self.sh_degree)),
+                grid: tensors.voxels(resolution, PlenoxelField::n_values(self.sh_degree)),
                 sh_degree: self.sh_degree,
                 log_density_bias: -1.0,
             }),

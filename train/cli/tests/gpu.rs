@@ -200,3 +200,28 @@ fn training_goes_on_wherever_it_began() {
     let read = |name: &str| std::fs::read(folder.path().join(name)).expect("a model");
     assert_eq!(read("again.pnerf").len(), read("gpu.pnerf").len());
 }
+
+/// Voxels have no program for GPUs: the CPU renders and trains, and it is said.
+#[test]
+fn voxels_are_left_to_the_cpu() {
+    if !has_gpu() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let train = "train builtin --method plenoxels --voxels 16 --downscale-factor 16 --steps 10";
+    let run = |arguments: &str| {
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        json(folder.path(), &arguments, &[(SOFTWARE, "1")])
+    };
+    let trained = run(&format!("{train} --out gpu.pnerf --device gpu"));
+    assert_eq!(trained["device"], "cpu");
+    let why = warnings(&trained);
+    assert!(why.contains("GPUs do not train this kind of field: the CPU trains"), "{why}");
+    run(&format!("{train} --out cpu.pnerf --device cpu"));
+    let read = |name: &str| std::fs::read(folder.path().join(name)).expect("a file");
+    assert!(read("gpu.pnerf") == read("cpu.pnerf"));
+    let rendered = run("render gpu.pnerf --width 20 --height 20 --out p.png --device gpu");
+    assert_eq!(rendered["device"], "cpu");
+    let why = warnings(&rendered);
+    assert!(why.contains("GPUs do not render this kind of field: pictures are rendered"), "{why}");
+}

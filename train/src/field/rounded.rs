@@ -63,6 +63,29 @@ impl Rounded {
         }
     }
 
+    /// What a checkpoint holds of how tables are rounded: exponents of units, and, where they are
+    /// rounded coarsely, steps.
+    #[must_use]
+    pub fn scales(&self, coarse: bool) -> Vec<u8> {
+        let scales = self.scales.iter();
+        let units = scales.clone().map(|scale| scale.scale_log2().cast_unsigned());
+        units.chain(scales.map(|scale| scale.step()).filter(|_| coarse)).collect()
+    }
+
+    /// Rounds the tables as [`scales`](Self::scales) says, and gives whether coarsely; `None` for
+    /// bytes that it never gives.
+    pub fn restore_scales(
+        &mut self,
+        simd: Level,
+        layout: &Layout,
+        scales: &[u8],
+        parameters: &[f32],
+    ) -> Option<bool> {
+        let (scales, coarse) = EightBits::all_of(scales, self.scales.len())?;
+        self.round_tables(simd, layout, &scales, parameters);
+        Some(coarse)
+    }
+
     /// A range of the layout as a tensor.
     ///
     /// # Errors

@@ -78,7 +78,7 @@ fn used(occupancy: &Occupancy<'_>, level: &Level, beyond: f32) -> vec::Vec<bool>
         (low.max(0.0) as u32) >> 1..((high as u32 + 1) >> 1) + 1
     };
     let mut used = vec![false; level.entries as usize / BLOCK];
-    let mut mark = |[x, y, z]: [u32; 3]| {
+    let mark = |[x, y, z]: [u32; 3]| {
         let block = match level.dense_side {
             0 => {
                 let [x, y, z] =
@@ -92,6 +92,17 @@ fn used(occupancy: &Occupancy<'_>, level: &Level, beyond: f32) -> vec::Vec<bool>
             *used = true;
         }
     };
+    each_reached(occupancy, reach, mark);
+    used
+}
+
+/// All places within the reach of an occupied cell along each axis.
+pub(super) fn each_reached<R: Iterator<Item = u32>>(
+    occupancy: &Occupancy<'_>,
+    reach: impl Fn(u32) -> R,
+    mut mark: impl FnMut([u32; 3]),
+) {
+    let n = occupancy.resolution();
     for z in 0..n {
         for y in 0..n {
             for x in (0..n).filter(|x| occupancy.cell(*x, y, z)) {
@@ -103,5 +114,4 @@ fn used(occupancy: &Occupancy<'_>, level: &Level, beyond: f32) -> vec::Vec<bool>
             }
         }
     }
-    used
 }

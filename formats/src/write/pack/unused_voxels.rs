@@ -7,6 +7,8 @@ use pocketnerf_core::Occupancy;
 use pocketnerf_core::encoding::VoxelGrid;
 use pocketnerf_core::encoding::voxel_grid::{BRICK, bricks_along};
 
+use super::unused::each_reached;
+
 /// Distance by which a point's place in the grid may be off by rounding, voxels.
 const SLACK: f32 = 0.01;
 
@@ -24,21 +26,11 @@ pub(super) fn used(occupancy: &Occupancy<'_>, grid: &VoxelGrid<'_>, beyond: f32)
     let along = bricks_along(grid.resolution);
     let n_bricks = grid.values.rows() / BRICK;
     let mut used = vec![false; grid.values.rows()];
-    let mut mark = |[x, y, z]: [u32; 3]| {
+    let mark = |[x, y, z]: [u32; 3]| {
         let place = x / 4 + along * (y / 4 + along * (z / 4));
         let number = (grid.index.get(place as usize) as usize).min(n_bricks - 1);
         used[BRICK * number + (x % 4 + 4 * (y % 4) + 16 * (z % 4)) as usize] = true;
     };
-    for z in 0..n {
-        for y in 0..n {
-            for x in (0..n).filter(|x| occupancy.cell(*x, y, z)) {
-                for z in reach(z) {
-                    for y in reach(y) {
-                        reach(x).for_each(|x| mark([x, y, z]));
-                    }
-                }
-            }
-        }
-    }
+    each_reached(occupancy, reach, mark);
     used
 }

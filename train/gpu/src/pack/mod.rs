@@ -78,7 +78,7 @@ impl Packed {
     /// Lays out `model`.
     ///
     /// # Errors
-    /// Whatever [`Model::validate`] reports, or [`Error::Feature`].
+    /// Whatever [`Model::validate`] reports, [`Error::Feature`], or [`Error::Unsupported`] for voxels.
     pub fn new(model: &Model<'_>) -> Result<Self, Error> {
         model.validate()?;
         match model.space {
@@ -99,8 +99,8 @@ impl Packed {
             AnyField::Nerf(field) => {
                 PackedField::Vanilla(Box::new(vanilla::pack(field, &mut weights)))
             }
-            // Voxels have no program yet.
-            _ => return Err(Error::Feature("this kind of field on a GPU")),
+            // Voxels have no program.
+            _ => return Err(Error::Unsupported("this kind of field")),
         };
         packed.weights = weights.rows;
         Ok(packed)

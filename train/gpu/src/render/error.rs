@@ -28,6 +28,9 @@ pub enum Error {
         /// What there is room for.
         most: u64,
     },
+    /// It cannot render what it is asked to.
+    #[error("GPUs do not render {0}")]
+    Unrenderable(&'static str),
     /// It cannot train what it is asked to.
     #[error("GPUs do not train {0}")]
     Untrainable(&'static str),

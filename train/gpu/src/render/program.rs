@@ -39,7 +39,10 @@ impl Program {
         model: &Model<'_>,
         options: &RenderOptions,
     ) -> Result<Self, Error> {
-        let packed = Packed::new(model)?;
+        let packed = Packed::new(model).map_err(|error| match error {
+            pocketnerf_core::Error::Unsupported(what) => Error::Unrenderable(what),
+            error => error.into(),
+        })?;
         let source = shader::source(model, &packed, options);
         let mean = 16 * shader::quads_to_shade(&packed) as u64;
         let names = if mean == 0 { &["render"][..] } else { &["render", "shade"] };

@@ -19,7 +19,6 @@ use pocketnerf_core::{AnyField, Error};
 
 pub use config::HashGridFieldConfig;
 
-use super::rounding::EightBits;
 use super::{
     Back, Context, FieldConfig, FieldKind, Layout, Range, Rounded, TrainableField, Update,
 };
@@ -143,19 +142,13 @@ impl TrainableField for TrainableHashGrid {
     }
 
     fn scales(&self) -> Vec<u8> {
-        let scales = self.rounded.scales.iter();
-        let units = scales.clone().map(|scale| scale.scale_log2().cast_unsigned());
-        let steps = scales.map(|scale| scale.step()).filter(|_| self.coarse);
-        units.chain(steps).collect()
+        self.rounded.scales(self.coarse)
     }
 
     fn restore_scales(&mut self, level: Level, scales: &[u8], parameters: &[f32]) -> bool {
-        let Some(scales) = EightBits::all_of(scales, self.rounded.scales.len()) else {
-            return false;
-        };
-        self.coarse = scales.1;
-        self.rounded.round_tables(level, &self.layout, &scales.0, parameters);
-        true
+        let coarse = self.rounded.restore_scales(level, &self.layout, scales, parameters);
+        self.coarse = coarse.unwrap_or(self.coarse);
+        coarse.is_some()
     }
 }
 

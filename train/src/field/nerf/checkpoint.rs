@@ -1,4 +1,4 @@
-//! What a checkpoint adds to the model: section NERF.
+//! What a checkpoint adds to the model: section KIND.
 //!
 //! postcard is positional: the structs here never change.
 

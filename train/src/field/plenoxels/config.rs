@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use pocketnerf_core::encoding::{VoxelGrid, voxel_grid};
 use pocketnerf_core::field::PlenoxelField;
-use pocketnerf_core::field::plenoxels::{self, MAX_SH_DEGREE};
 use pocketnerf_core::{AnyField, DType, Error, Layout as Order, Occupancy, TensorView};
 
 use super::bricks::Bricks;
@@ -75,7 +74,7 @@ impl PlenoxelsConfig {
         if !sound(self.resolution) || !sound(self.last_resolution) {
             return Err(Error::Range("voxel grid resolution: a multiple of 4, from 4 to 512"));
         }
-        if !(1..=MAX_SH_DEGREE).contains(&self.sh_degree) {
+        if !(1..=PlenoxelField::MAX_SH_DEGREE).contains(&self.sh_degree) {
             return Err(Error::Range("degree of the spherical harmonics"));
         }
         Ok(())
@@ -111,7 +110,7 @@ impl PlenoxelsConfig {
 
     /// Values of a corner.
     pub(super) const fn n_values(&self) -> usize {
-        plenoxels::n_values(self.sh_degree)
+        PlenoxelField::n_values(self.sh_degree)
     }
 
     /// The bricks: all where nothing else is known.

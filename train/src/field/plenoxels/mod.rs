@@ -15,7 +15,6 @@ use pocketnerf_core::{AnyField, Error, Occupancy};
 
 pub use config::PlenoxelsConfig;
 
-use super::rounding::EightBits;
 use super::{
     Back, Context, FieldConfig, FieldKind, Grown, HashGridFieldConfig, Layout, Rounded,
     TrainableField, Update,
@@ -153,14 +152,10 @@ impl TrainableField for TrainablePlenoxels {
     }
 
     fn scales(&self) -> Vec<u8> {
-        self.rounded.scales.iter().map(|scale| scale.scale_log2().cast_unsigned()).collect()
+        self.rounded.scales(false)
     }
 
     fn restore_scales(&mut self, level: Level, scales: &[u8], parameters: &[f32]) -> bool {
-        let Some((scales, false)) = EightBits::all_of(scales, self.rounded.scales.len()) else {
-            return false;
-        };
-        self.rounded.round_tables(level, &self.layout, &scales, parameters);
-        true
+        self.rounded.restore_scales(level, &self.layout, scales, parameters) == Some(false)
     }
 }

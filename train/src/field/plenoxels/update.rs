@@ -11,7 +11,7 @@ use pocketnerf_core::encoding::VoxelGrid;
 use pocketnerf_core::encoding::hash_grid::Corners;
 use pocketnerf_core::encoding::spherical_harmonics;
 use pocketnerf_core::encoding::voxel_grid::BRICK;
-use pocketnerf_core::field::plenoxels::DENSITY_GAIN;
+use pocketnerf_core::field::PlenoxelField;
 use pocketnerf_core::lanes::LANES;
 use rayon::prelude::*;
 
@@ -181,7 +181,7 @@ fn scatter_rows<'s, S: Simd, const V: usize>(
             let mut harmonics = [0.0; 9];
             spherical_harmonics::evaluate(sh_degree, [dx[s], dy[s], dz[s]], &mut harmonics);
             let mut gradient = [0.0; V];
-            gradient[0] = DENSITY_GAIN * log_density[s];
+            gradient[0] = PlenoxelField::DENSITY_GAIN * log_density[s];
             for (color, d) in [red[s], green[s], blue[s]].into_iter().enumerate() {
                 let own = gradient[1 + color * n..][..n].iter_mut();
                 own.zip(harmonics).for_each(|(value, harmonic)| *value = d * harmonic);

@@ -129,7 +129,7 @@ pub fn write(
         add(kind::SMOOTH_SURFACES, &smooth);
     }
     if let Some(field) = &field {
-        add(kind::NERF, field);
+        add(kind::KIND, field);
     }
     for group in state.groups.iter().filter(|_| state.averaged > 0) {
         add(group.sections.sum, bytemuck::must_cast_slice(&group.sum));

@@ -35,8 +35,8 @@ pub mod kind {
     /// Programs that had none drew all alike, and without it so does this one until it
     /// has looked again.
     pub const PIXEL_ERRORS: u32 = PROGRAM + 6;
-    /// What else a run needs of its kind of field; for vanilla NeRFs.
-    pub const NERF: u32 = PROGRAM + 7;
+    /// What else a run needs of its kind of field: vanilla NeRFs and voxels.
+    pub const KIND: u32 = PROGRAM + 7;
     /// What was seen of the held-out views. Programs that held none out wrote none, and a run
     /// of theirs goes on without.
     pub const WATCH: u32 = PROGRAM + 8;
@@ -85,7 +85,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::SUM => Some("SUM"),
         kind::SCALES => Some("SCALES"),
         kind::PIXEL_ERRORS => Some("PIXEL_ERRORS"),
-        kind::NERF => Some("NERF"),
+        kind::KIND => Some("KIND"),
         kind::WATCH => Some("WATCH"),
         kind::BEST => Some("BEST"),
         kind::SIMD => Some("SIMD"),
@@ -310,11 +310,11 @@ fn parameters(file: &ModelFile<'_>, layout: &Layout) -> Result<Vec<f32>, Problem
 
 /// The shape of the field, for training.
 fn field_config(file: &ModelFile<'_>) -> Result<FieldConfig, Problem> {
-    let id = SectionId::first(kind::NERF);
-    let own = file.container().find(id).map(|_| section(file, kind::NERF)).transpose()?;
+    let id = SectionId::first(kind::KIND);
+    let own = file.container().find(id).map(|_| section(file, kind::KIND)).transpose()?;
     FieldConfig::of(&file.model.field, own.map(|section| section.bytes)).map_err(|why| match why {
         Unusable::Model(what) => Problem::Untrainable(what),
         Unusable::NoSection => Problem::NotACheckpoint,
-        Unusable::Section => Problem::State("section NERF"),
+        Unusable::Section => Problem::State("section KIND"),
     })
 }
