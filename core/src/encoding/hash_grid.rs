@@ -120,64 +120,70 @@ impl Corners {
             0 => HASH_PRIMES,
             side => [1, side, side * side],
         };
-        let term = |corner: S::u32s, axis: usize| {
-            let corners = corner * multipliers[axis];
-            if by_corner { corners } else { in_blocks(corner, multipliers[axis], axis as u32) }
-        };
-        let entry = |[x, y, z]: [S::u32s; 3]| {
-            if level.dense_side == 0 {
-                return (x ^ y ^ z) & (level.entries - 1);
-            }
-            let entry = x + y + z;
-            // The corner behind the last of a row is the first of the next one,
-            // and behind the last of all come the first: less than zero is huge.
-            if by_corner { entry.min(entry - level.entries) } else { entry }
-        };
         let grid = [level.scale, level.shift()];
-        self.number(simd, grid, points, factor, term, entry);
+        let n = S::f32s::LEN;
+        for lane in (0..LANES).step_by(n) {
+            let mut axes = self.weigh(simd, grid, points, factor, lane);
+            for (axis, corners) in axes.iter_mut().enumerate() {
+                for corner in corners {
+                    let term = *corner * multipliers[axis];
+                    *corner = if by_corner {
+                        term
+                    } else {
+                        in_blocks(*corner, multipliers[axis], axis as u32)
+                    };
+                }
+            }
+            let [x, y, z] = axes;
+            for (c, entries) in self.entry.iter_mut().enumerate() {
+                let (x, y, z) = (x[c & 1], y[c >> 1 & 1], z[c >> 2]);
+                let entry = if level.dense_side > 0 {
+                    let entry = x + y + z;
+                    // The corner behind the last of a row is the first of the next one,
+                    // and behind the last of all come the first: less than zero is huge.
+                    if by_corner { entry.min(entry - level.entries) } else { entry }
+                } else {
+                    (x ^ y ^ z) & (level.entries - 1)
+                };
+                entry.store_slice(&mut entries[lane..lane + n]);
+            }
+        }
     }
 
-    /// The same in a grid of any kind, whose points lie at `u * scale + shift`: a corner's
-    /// number is what `entry` makes of the three terms of its coordinates.
+    /// Weighs the corners around points from `lane` on, in a grid where points lie at
+    /// `u * scale + shift`. Returns the corners' coordinates: below and above, along each axis.
     #[inline(always)]
-    pub(super) fn number<S: Simd>(
+    pub(super) fn weigh<S: Simd>(
         &mut self,
         simd: S,
         [scale, shift]: [f32; 2],
         points: [&[f32; LANES]; 3],
         factor: f32,
-        term: impl Fn(S::u32s, usize) -> S::u32s,
-        entry: impl Fn([S::u32s; 3]) -> S::u32s,
-    ) {
-        let n = S::f32s::LEN;
+        lane: usize,
+    ) -> [[S::u32s; 2]; 3] {
+        let lanes = lane..lane + S::f32s::LEN;
         let one = S::f32s::splat(simd, 1.0);
-        for lane in (0..LANES).step_by(n) {
-            let lanes = lane..lane + n;
-            let mut low = [S::u32s::splat(simd, 0); 3];
-            let mut high = low;
-            let mut weight = [[one; 2]; 3];
-            for axis in 0..3 {
-                let u = S::f32s::from_slice(simd, &points[axis][lanes.clone()]);
-                // max first: NaN becomes 0.
-                let u = u.max_precise(0.0).min(one);
-                let p = u.mul_add(S::f32s::splat(simd, scale), S::f32s::splat(simd, shift));
-                let floor = p.floor();
-                let fraction = p - floor;
-                let corner: S::u32s = floor.to_int::<S::i32s>().bitcast();
-                low[axis] = term(corner, axis);
-                high[axis] = term(corner + 1, axis);
-                weight[axis] = [one - fraction, fraction];
-            }
-            for w in &mut weight[0] {
-                *w *= factor;
-            }
-            for c in 0..8 {
-                let pick = |axis: usize| if c >> axis & 1 == 0 { low[axis] } else { high[axis] };
-                entry([pick(0), pick(1), pick(2)]).store_slice(&mut self.entry[c][lanes.clone()]);
-                let w = weight[0][c & 1] * weight[1][c >> 1 & 1] * weight[2][c >> 2];
-                w.store_slice(&mut self.weight[c][lanes.clone()]);
-            }
+        let mut coordinates = [[S::u32s::splat(simd, 0); 2]; 3];
+        let mut weight = [[one; 2]; 3];
+        for axis in 0..3 {
+            let u = S::f32s::from_slice(simd, &points[axis][lanes.clone()]);
+            // max first: NaN becomes 0.
+            let u = u.max_precise(0.0).min(one);
+            let p = u.mul_add(S::f32s::splat(simd, scale), S::f32s::splat(simd, shift));
+            let floor = p.floor();
+            let fraction = p - floor;
+            let corner: S::u32s = floor.to_int::<S::i32s>().bitcast();
+            coordinates[axis] = [corner, corner + 1];
+            weight[axis] = [one - fraction, fraction];
         }
+        for w in &mut weight[0] {
+            *w *= factor;
+        }
+        for c in 0..8 {
+            let w = weight[0][c & 1] * weight[1][c >> 1 & 1] * weight[2][c >> 2];
+            w.store_slice(&mut self.weight[c][lanes.clone()]);
+        }
+        coordinates
     }
 }
 

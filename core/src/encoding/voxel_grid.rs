@@ -5,7 +5,7 @@
 //! of 4 x 4 x 4, and only of bricks that hold something: an index gives the number of each,
 //! row after row along x, then y, then z. Number 0 is a brick for all that hold nothing.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, SimdBase};
 
 use super::hash_grid::Corners;
 use crate::lanes::{LANES, transpose};
@@ -84,12 +84,22 @@ impl VoxelGrid<'_> {
     ) {
         let along = bricks_along(self.resolution);
         let multipliers = [1, along, along * along];
-        // A brick's place above the six bits of a corner's place in it.
-        let term = |corner: S::u32s, axis: usize| {
-            (((corner >> 2) * multipliers[axis]) << 6) | ((corner & 3) << (2 * axis as u32))
-        };
-        let grid = [self.resolution as f32, 0.0];
-        corners.number(simd, grid, points, factor, term, |[x, y, z]| x + y + z);
+        let n = S::f32s::LEN;
+        for lane in (0..LANES).step_by(n) {
+            let mut axes = corners.weigh(simd, [self.resolution as f32, 0.0], points, factor, lane);
+            for (axis, corners) in axes.iter_mut().enumerate() {
+                for corner in corners {
+                    // A brick's place above the six bits of a corner's place in it.
+                    let brick = (*corner >> 2) * multipliers[axis];
+                    *corner = (brick << 6) | ((*corner & 3) << (2 * axis as u32));
+                }
+            }
+            let [x, y, z] = axes;
+            for (c, places) in corners.entry.iter_mut().enumerate() {
+                let place = x[c & 1] + y[c >> 1 & 1] + z[c >> 2];
+                place.store_slice(&mut places[lane..lane + n]);
+            }
+        }
         let index = self.index.bytes().as_chunks::<2>().0;
         for places in &mut corners.entry {
             for place in places {

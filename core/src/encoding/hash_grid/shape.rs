@@ -212,13 +212,11 @@ impl HashGrid<'_> {
     pub fn validate(&self) -> Result<(), Error> {
         self.config.validate()?;
         let n_levels = self.config.n_levels as usize;
-        if self.levels[0].dtype() == DType::U16 {
-            return Err(Error::Shape("hash grid: the type of a table"));
-        }
         for (l, table) in self.levels.iter().enumerate().take(n_levels) {
             let level = self.config.level(l);
             if table.shape() != [level.entries, self.config.n_features_per_level]
                 || table.dtype() != self.levels[0].dtype()
+                || table.dtype() == DType::U16
             {
                 return Err(Error::Shape("hash grid: a level's table and the configuration"));
             }
