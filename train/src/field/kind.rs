@@ -68,6 +68,11 @@ pub trait FieldKind: Debug {
         None
     }
 
+    /// What to say of a field that could not become what was asked for.
+    fn doubt(&self) -> Option<String> {
+        None
+    }
+
     /// What a checkpoint holds beside the model, where the kind has such a section.
     fn section(&self) -> Option<Vec<u8>> {
         None

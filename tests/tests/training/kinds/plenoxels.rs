@@ -2,6 +2,7 @@
 
 use pocketnerf_core::AnyField;
 use pocketnerf_formats::{open_verified, pack, unpacked};
+use pocketnerf_train::field::PlenoxelsConfig;
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
 use crate::setup::{self, advance, begin, finish, read, resume, save, with_threads};
@@ -44,8 +45,7 @@ fn threads_and_interruptions_leave_no_trace() {
 #[test]
 fn what_is_empty_is_not_kept() {
     let mut config = config();
-    let field = config.field.plenoxels_mut().unwrap();
-    (field.resolution, field.last_resolution) = (64, 64);
+    *config.field.plenoxels_mut().unwrap() = PlenoxelsConfig::new(64, 2);
     let (mut trainer, mut run) = begin(config, Length::Steps(600));
     let mut first = None;
     while advance(&mut trainer, &mut run, 10).unwrap() {

@@ -16,16 +16,16 @@ const VOXELS: &str = "voxels";
 const GROWN_BY: f32 = 0.3;
 /// The fewest voxels that training begins with, unless it ends with fewer.
 const FEWEST: u32 = 128;
-/// Bytes of the section: the last resolution.
-const SECTION_BYTES: usize = 4;
 
 /// A sparse grid of voxels, without networks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlenoxelsConfig {
     /// Voxels along the longest side of the scene now: a multiple of 4.
     pub resolution: u32,
-    /// In the end.
+    /// In the end: as asked for, or less where these are too many.
     pub last_resolution: u32,
+    /// What was asked for.
+    pub(super) asked: u32,
     /// Degree of the spherical harmonics, 1 to 3; 1 is independent of the view.
     pub sh_degree: u32,
     /// Which bricks are kept; `None`: all, or those that training chooses when it begins.
@@ -34,36 +34,41 @@ pub struct PlenoxelsConfig {
 
 impl Default for PlenoxelsConfig {
     fn default() -> Self {
-        Self { resolution: 128, last_resolution: 256, sh_degree: 2, bricks: None }
+        Self::new(256, 2)
     }
 }
 
 impl PlenoxelsConfig {
+    /// A grid that ends with so many voxels along the longest side of the scene, a multiple of 4,
+    /// and so many bands of harmonics. It begins with half as many or a quarter, but no fewer than 128.
+    #[must_use]
+    pub fn new(last_resolution: u32, sh_degree: u32) -> Self {
+        let resolution = last_resolution >> stages(last_resolution);
+        Self { resolution, last_resolution, asked: last_resolution, sh_degree, bricks: None }
+    }
+
     /// The shape of a model's field, with what a checkpoint adds to it.
     pub(in crate::field) fn restored(
         field: &PlenoxelField<'_>,
         section: Option<&[u8]>,
     ) -> Result<Self, Unusable> {
         let resolution = field.grid.resolution;
-        let section: [u8; SECTION_BYTES] =
-            section.ok_or(Unusable::NoSection)?.try_into().map_err(|_| Unusable::Section)?;
-        let last_resolution = u32::from_le_bytes(section);
+        let section = section.ok_or(Unusable::NoSection)?.as_chunks::<4>();
+        let &([last_resolution, asked], []) = &section else { return Err(Unusable::Section) };
+        let [last_resolution, asked] = [*last_resolution, *asked].map(u32::from_le_bytes);
         let n_bricks = field.grid.values.rows() / voxel_grid::BRICK;
         let bricks = Bricks::read(field.grid.index.bytes(), resolution, n_bricks);
         let bricks = bricks.ok_or(Unusable::Model("voxels that are not numbered row after row"))?;
-        let config = Self {
-            resolution,
-            last_resolution,
-            sh_degree: field.sh_degree,
-            bricks: Some(bricks.into()),
-        };
+        let sh_degree = field.sh_degree;
+        let bricks = Some(bricks.into());
+        let config = Self { resolution, last_resolution, asked, sh_degree, bricks };
         config.check().map_err(|_| Unusable::Section)?;
         Ok(config)
     }
 
     /// What [`restored`](Self::restored) reads.
     pub(super) fn section(&self) -> Vec<u8> {
-        self.last_resolution.to_le_bytes().to_vec()
+        [self.last_resolution, self.asked].map(u32::to_le_bytes).as_flattened().to_vec()
     }
 
     pub(super) fn check(&self) -> Result<(), Error> {
@@ -71,7 +76,7 @@ impl PlenoxelsConfig {
             n.is_multiple_of(voxel_grid::BRICK_SIDE)
                 && (voxel_grid::BRICK_SIDE..=voxel_grid::MAX_RESOLUTION).contains(&n)
         };
-        if !sound(self.resolution) || !sound(self.last_resolution) {
+        if ![self.resolution, self.last_resolution, self.asked].into_iter().all(sound) {
             return Err(Error::Range("voxel grid resolution: a multiple of 4, from 4 to 512"));
         }
         if !(1..=PlenoxelField::MAX_SH_DEGREE).contains(&self.sh_degree) {
@@ -80,19 +85,13 @@ impl PlenoxelsConfig {
         Ok(())
     }
 
-    /// Voxels with which training begins: each time half as many, but no fewer than 128.
-    #[must_use]
-    pub fn first_resolution(last_resolution: u32) -> u32 {
-        last_resolution >> stages(last_resolution)
-    }
-
     /// With the bricks that these cells touch; coarser where these are too many.
     pub(super) fn within(&self, cells: &Occupancy<'_>) -> Self {
-        let Self { mut resolution, mut last_resolution, sh_degree, .. } = *self;
+        let Self { mut resolution, mut last_resolution, asked, sh_degree, .. } = *self;
         loop {
             if let Some(bricks) = Bricks::around(cells, resolution) {
                 let bricks = Some(Arc::new(bricks));
-                return Self { resolution, last_resolution, sh_degree, bricks };
+                return Self { resolution, last_resolution, asked, sh_degree, bricks };
             }
             // All bricks of 144 voxels fit.
             resolution = (resolution / 5 * 4).max(144) / 16 * 16;

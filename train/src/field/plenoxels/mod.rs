@@ -95,6 +95,17 @@ impl FieldKind for PlenoxelsConfig {
         Some(Grown { field: FieldConfig::Plenoxels(new), parameters, square })
     }
 
+    fn doubt(&self) -> Option<String> {
+        let Self { last_resolution, asked, .. } = self;
+        (last_resolution < asked).then(|| {
+            format!(
+                "the scene fills more than the 65,535 bricks of 4 x 4 x 4 voxels that a file \
+                 numbers: {last_resolution} voxels along its longest side, expected {asked}; ask \
+                 for fewer, or give a smaller box"
+            )
+        })
+    }
+
     fn section(&self) -> Option<Vec<u8>> {
         Some(self.section())
     }

@@ -23,7 +23,7 @@ fn config(resolution: u32, sh_degree: u32) -> PlenoxelsConfig {
     };
     let (coarse, fine) = pack(n, (0..n.pow(3)).filter(inside)).unwrap();
     let cells = Occupancy::new(n, 1, &coarse, &fine).unwrap();
-    let whole = PlenoxelsConfig { resolution, sh_degree, ..PlenoxelsConfig::default() };
+    let whole = PlenoxelsConfig::new(resolution, sh_degree);
     whole.within(&cells)
 }
 
@@ -203,14 +203,14 @@ fn shapes_come_back_from_models() {
     let section = FieldKind::section(&config).unwrap();
     assert_eq!(FieldConfig::of(&view, Some(&section)), Ok(FieldConfig::Plenoxels(config.clone())));
     assert_eq!(FieldConfig::of(&view, None), Err(super::super::Unusable::NoSection));
-    for damaged in [&section[1..], &[3, 0, 0, 0]] {
+    for damaged in [&section[1..], &section[4..], &[3, 0, 0, 0, 64, 0, 0, 0]] {
         assert_eq!(FieldConfig::of(&view, Some(damaged)), Err(super::super::Unusable::Section));
     }
 }
 
 #[test]
 fn resolutions_double_up_to_the_last() {
-    let of = |last: u32| PlenoxelsConfig::first_resolution(last);
+    let of = |last: u32| PlenoxelsConfig::new(last, 1).resolution;
     assert_eq!(
         [of(16), of(128), of(200), of(256), of(504), of(512)],
         [16, 128, 200, 128, 252, 128]
@@ -222,4 +222,26 @@ fn resolutions_double_up_to_the_last() {
     };
     assert_eq!([at(128, 0.0), at(128, 0.2), at(128, 0.31)], [None, Some(256), Some(512)]);
     assert_eq!([at(256, 0.2), at(256, 0.5), at(512, 1.0)], [None, Some(512), None]);
+}
+
+#[test]
+fn a_scene_that_fills_too_many_bricks_has_fewer_voxels_and_says_so() {
+    let n = 16;
+    let (coarse, fine) = pack(n, 0..n * n * n).unwrap();
+    let cells = Occupancy::new(n, 1, &coarse, &fine).unwrap();
+    let whole = PlenoxelsConfig::new(256, 2);
+    assert_eq!((whole.resolution, FieldKind::doubt(&whole)), (128, None));
+    let begun = whole.within(&cells);
+    assert_eq!(
+        (begun.resolution, begun.last_resolution, FieldKind::doubt(&begun)),
+        (128, 256, None)
+    );
+    // 65 bricks along an axis are too many, and 49 too.
+    let values = vec![0.0; begun.layout().len()];
+    let grown = FieldKind::grown(&begun, 1.0, &cells, [&values, &values]).unwrap();
+    let FieldConfig::Plenoxels(grown) = grown.field else { unreachable!() };
+    assert_eq!((grown.resolution, grown.last_resolution), (144, 144));
+    assert!(!grown.is_due_to_grow(1.0));
+    let doubt = FieldKind::doubt(&grown).unwrap();
+    assert!(doubt.contains("144 voxels along its longest side, expected 256"), "{doubt}");
 }

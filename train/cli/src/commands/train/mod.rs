@@ -285,6 +285,9 @@ pub(super) fn finish(
     if let Some(line) = Refined::of(trainer, origin).and_then(|refined| refined.doubt()) {
         bar.warn(line);
     }
+    if let Some(line) = trainer.config().field.kind().doubt() {
+        bar.warn(line);
+    }
     if let Some(overfitted) = run.overfitted() {
         bar.warn(overfitted.to_string());
     }

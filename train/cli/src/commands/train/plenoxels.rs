@@ -31,12 +31,10 @@ impl PlenoxelOptions {
     pub(super) fn config(&self) -> TrainConfig {
         let mut config = TrainConfig::plenoxels();
         if let Some(field) = config.field.plenoxels_mut() {
-            let last = self.voxels.unwrap_or(field.last_resolution);
-            field.last_resolution = last;
-            field.resolution = PlenoxelsConfig::first_resolution(last);
-            field.sh_degree = self.sh_bands.unwrap_or(field.sh_degree);
-            config.samples_per_side *=
-                last as f32 / PlenoxelsConfig::default().last_resolution as f32;
+            let usual = field.last_resolution;
+            let last = self.voxels.unwrap_or(usual);
+            *field = PlenoxelsConfig::new(last, self.sh_bands.unwrap_or(field.sh_degree));
+            config.samples_per_side *= last as f32 / usual as f32;
         }
         config
     }
