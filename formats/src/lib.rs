@@ -112,7 +112,8 @@ pub use metadata::field::tensors;
 #[cfg(feature = "alloc")]
 pub use packed::unpacked;
 pub use packed::{
-    PACKED_BLOCKS, PACKED_CELLS, PACKED_HALVES, PACKED_TABLE, is_packed, unpack_into, unpacked_len,
+    PACKED_BLOCKS, PACKED_CELLS, PACKED_HALVES, PACKED_TABLE, PACKED_VOXELS, is_packed,
+    unpack_into, unpacked_len,
 };
 #[cfg(feature = "alloc")]
 pub use photographs::PhotographList;

@@ -26,6 +26,14 @@ impl Probability {
     }
 }
 
+/// Codes bits in either direction: a writer writes the bit that it is told, a reader gives the
+/// next one, whatever it is told.
+#[cfg(feature = "plenoxels")]
+pub(crate) trait Bits {
+    /// The bit that was written or read.
+    fn code(&mut self, bit: bool, probability: &mut Probability) -> bool;
+}
+
 /// Reads bits.
 pub(crate) struct BitReader<'b> {
     bytes: &'b [u8],
@@ -66,5 +74,13 @@ impl<'b> BitReader<'b> {
     /// Whether the bytes end where the bits do.
     pub(crate) fn is_at_end(&self) -> bool {
         self.bytes.len() <= Self::SLACK
+    }
+}
+
+#[cfg(feature = "plenoxels")]
+impl Bits for BitReader<'_> {
+    #[inline(always)]
+    fn code(&mut self, _: bool, probability: &mut Probability) -> bool {
+        self.next(probability)
     }
 }

@@ -5,13 +5,15 @@ pub(crate) mod bits;
 pub(crate) mod cells;
 pub(crate) mod halves;
 pub(crate) mod tables;
+#[cfg(feature = "plenoxels")]
+pub(crate) mod voxels;
 
 use crate::FormatError;
 use crate::container::header::seal;
 use crate::container::section::{ENTRY_BYTES, Entry};
 use crate::container::{ALIGNMENT, Container, HEADER_BYTES, Header, RAW, Section, checksum};
 
-/// Encoding of tables: SPEC, section 8.
+/// Encoding of tables: SPEC, section 11.
 pub const PACKED_TABLE: u16 = 1;
 /// Encoding of OCC_COARSE.
 pub const PACKED_BLOCKS: u16 = 2;
@@ -20,9 +22,11 @@ pub const PACKED_CELLS: u16 = 3;
 
 /// Encoding of networks in half precision.
 pub const PACKED_HALVES: u16 = 4;
+/// Encoding of the values of voxels.
+pub const PACKED_VOXELS: u16 = 5;
 
 /// A packed payload stands for at most so many times its bytes.
-const MOST_RATIO: u64 = 1 << 12;
+pub(crate) const MOST_RATIO: u64 = 1 << 12;
 
 /// Bytes of the ordinary file that a file, packed or not, stands for. O(sections); no payload is
 /// touched.
@@ -50,16 +54,18 @@ pub fn is_packed(bytes: &[u8]) -> Result<bool, FormatError> {
 /// Whether sections of this encoding are unpacked here. Others, of newer programs, stay as they
 /// are: whoever opens the file decides whether it can do without them.
 const fn is_known(encoding: u16) -> bool {
-    matches!(encoding, PACKED_TABLE | PACKED_BLOCKS | PACKED_CELLS | PACKED_HALVES)
+    matches!(encoding, PACKED_TABLE..=PACKED_VOXELS)
 }
 
 /// Writes the ordinary file that a file, packed or not, stands for into the first
 /// [`unpacked_len`] bytes of `out`, and gives their number. Every payload is compared with its
-/// checksum first. O(bytes), about 250 bytes of stack and tables of a kilobyte; with `std`, five.
+/// checksum first. O(bytes), about 250 bytes of stack and tables of a kilobyte; with `std`, five. Voxels have
+/// tables of four kilobytes.
 ///
 /// # Errors
 /// Those of [`unpacked_len`]; [`FormatError::Room`] for too short an `out`;
-/// [`FormatError::Checksum`]; [`FormatError::Packed`] for a payload that cannot be decoded.
+/// [`FormatError::Checksum`]; [`FormatError::Packed`] for a payload that cannot be decoded;
+/// [`FormatError::FieldKind`] for voxels, where they are left out.
 pub fn unpack_into(bytes: &[u8], out: &mut [u8]) -> Result<usize, FormatError> {
     let needed = unpacked_len(bytes)?;
     let given = out.len() as u64;
@@ -142,10 +148,33 @@ fn unpack_section(section: &Section<'_>, out: &mut [u8]) -> Result<(), FormatErr
         PACKED_BLOCKS => cells::unpack_blocks(section.bytes, out),
         PACKED_CELLS => cells::unpack_bits(section.bytes, out),
         PACKED_HALVES => halves::unpack(section.bytes, out),
+        #[cfg(feature = "plenoxels")]
+        PACKED_VOXELS => voxels::unpack(section.bytes, out),
+        #[cfg(not(feature = "plenoxels"))]
+        PACKED_VOXELS => return Err(FormatError::FieldKind("plenoxels")),
         _ => {
             out.copy_from_slice(section.bytes);
             Some(())
         }
     };
     done.ok_or(FormatError::Packed(section.id))
+}
+
+#[cfg(all(test, feature = "alloc"))]
+mod tests {
+    use super::*;
+    use crate::{ContainerWriter, SectionId, kind};
+
+    /// A program without voxels says so, instead of that the section is damaged.
+    #[test]
+    fn voxels_that_are_left_out_are_refused_by_name() {
+        let id = SectionId::first(kind::GRID);
+        let mut writer = ContainerWriter::new();
+        writer.add_packed((id, 1, true), PACKED_VOXELS, 64, alloc::vec![0; 8]);
+        let expected = match cfg!(feature = "plenoxels") {
+            true => FormatError::Packed(id),
+            false => FormatError::FieldKind("plenoxels"),
+        };
+        assert_eq!(unpacked(&writer.finish().unwrap()).unwrap_err(), expected);
+    }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::rounded;
 use pocketnerf_formats::{
-    Container, ContainerWriter, Precision, Section, kind, pack, unpacked, write,
+    Container, ContainerWriter, Precision, Section, SectionId, kind, pack, unpacked, write,
 };
 use pocketnerf_tests::tiny::{self, Tiny};
 
@@ -21,6 +21,30 @@ fn by_hand_from_the_specification() {
     let plain = rounded::networks(&plain, 4096.0);
     let packed = golden("hash-grid-rounded-packed.pnerf", &pack(&plain).unwrap());
     assert_eq!(unpacked_by_hand(&packed), [0, 1, 2, 3, 4]);
+    let plain = write(&Tiny::trained().plenoxels(), &tiny::about(), Precision::I8).unwrap();
+    let packed = golden("plenoxels-i8-packed.pnerf", &pack(&smooth(&plain)).unwrap());
+    assert!(unpacked_by_hand(&packed).contains(&5));
+}
+
+/// Voxels as training makes them: each is like those beside it, and so are the colours.
+fn smooth(plain: &[u8]) -> Vec<u8> {
+    let mut writer = ContainerWriter::new();
+    for section in Container::open(plain).unwrap().sections() {
+        let mut payload = section.bytes.to_vec();
+        if section.id == SectionId::first(kind::GRID) {
+            for (i, values) in payload.chunks_mut(16).enumerate() {
+                let [x, y, z] = [i % 4, i / 4 % 4, i / 16 % 4].map(|c| c as f32);
+                let brick = (i / 64) as f32;
+                values[13..].fill(0);
+                for (v, value) in values[..13].iter_mut().enumerate() {
+                    let wave = (0.2 * x + 0.1 * y - 0.3 * z + brick + 0.1 * v as f32).sin();
+                    *value = ((60.0 * wave) as i8 + (*value % 8) as i8).cast_unsigned();
+                }
+            }
+        }
+        writer.add(section.id, section.version, section.is_critical(), payload);
+    }
+    writer.finish().unwrap()
 }
 
 #[test]
@@ -60,6 +84,7 @@ fn unpacked_by_hand(packed: &[u8]) -> Vec<u16> {
             2 => blocks_by_hand(section.bytes, n),
             3 => cells_by_hand(section.bytes, n),
             4 => halves_by_hand(section.bytes, n),
+            5 => voxels_by_hand(section.bytes, n),
             other => panic!("{other}"),
         };
         assert!(found == expected.bytes, "{}", section.id);
@@ -147,13 +172,13 @@ struct Bits<'b> {
     bytes: &'b [u8],
     range: u32,
     code: u32,
-    contexts: [u32; 512],
+    contexts: Vec<u32>,
 }
 
 impl<'b> Bits<'b> {
     fn new(bytes: &'b [u8]) -> Self {
         let code = u32::from_be_bytes(bytes[..4].try_into().unwrap());
-        Self { bytes: &bytes[4..], range: u32::MAX, code, contexts: [1024; 512] }
+        Self { bytes: &bytes[4..], range: u32::MAX, code, contexts: vec![1024; 4096] }
     }
 
     fn next(&mut self, context: usize) -> bool {
@@ -233,4 +258,75 @@ fn cells_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
     }
     assert!(bits.bytes.len() <= 4);
     out
+}
+
+/// Encoding 5.
+fn voxels_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
+    let (width, h) = (payload[0] as usize, payload[1] as usize);
+    let mut bits = Bits::new(&payload[2..]);
+    let mut out = Vec::new();
+    let mut held = false;
+    for _ in 0..n / (64 * width) {
+        held = bits.next(usize::from(held));
+        let mut brick: Vec<Option<Vec<i32>>> = Vec::new();
+        for corner in 0..64i32 {
+            let at = [corner % 4, corner / 4 % 4, corner / 16];
+            let steps = [1, 4, 16].map(|step| corner - step);
+            let beside: Vec<Option<Vec<i32>>> = (0..3)
+                .map(|axis| (at[axis] > 0).then(|| brick[steps[axis] as usize].clone()).flatten())
+                .collect();
+            let context =
+                (0..3).map(|axis| usize::from(beside[axis].is_some()) << axis).sum::<usize>();
+            let holds = held && bits.next(2 + context);
+            let beside: Vec<Vec<i32>> = beside.into_iter().flatten().collect();
+            brick.push(holds.then(|| corner_by_hand(&mut bits, h, &beside)));
+        }
+        for corner in brick {
+            let mut values = corner.unwrap_or_default();
+            values.resize(width, 0);
+            out.extend(values.iter().map(|value| i8::try_from(*value).unwrap().cast_unsigned()));
+        }
+    }
+    assert!(bits.bytes.len() <= 4 && out.len() == n);
+    out
+}
+
+/// The values of a corner that holds something.
+fn corner_by_hand(bits: &mut Bits<'_>, h: usize, beside: &[Vec<i32>]) -> Vec<i32> {
+    let mut values: Vec<i32> = Vec::new();
+    let mut means: Vec<i32> = Vec::new();
+    for i in 0..1 + 3 * h {
+        let told = || beside.iter().map(|corner| corner[i]);
+        let mean = if beside.is_empty() { 0 } else { told().sum::<i32>() / beside.len() as i32 };
+        let s = if i > h { values[i - h] - means[i - h] } else { 0 };
+        let class = match beside.len() {
+            0 => 7,
+            1 => (format!("{:b}", s.abs() + 4).len()).min(6),
+            _ => match s.abs() + (told().max().unwrap() - told().min().unwrap()) / 2 {
+                0 => 0,
+                doubt => format!("{doubt:b}").len().min(6),
+            },
+        };
+        // 8 of zero, 3 of signs, 64 of lengths, 8 of first digits, a new one.
+        let own = 16 + 100 * i;
+        let expected = (mean + s).clamp(-128, 127);
+        let mut value = expected;
+        if !bits.next(own + class) {
+            let is_negative = bits.next(own + 8 + (s.signum() + 1) as usize);
+            let mut length = 0;
+            while length < 7 && bits.next(own + 11 + 8 * class + length) {
+                length += 1;
+            }
+            let mut magnitude = 1;
+            for digit in 0..length {
+                let context = own + if digit == 0 { 75 + length } else { 99 };
+                bits.contexts[own + 99] = 1024;
+                magnitude = 2 * magnitude + i32::from(bits.next(context));
+            }
+            value += if is_negative { -magnitude } else { magnitude };
+        }
+        values.push(value);
+        means.push(mean);
+    }
+    values
 }

@@ -60,6 +60,14 @@ impl BitWriter {
     }
 }
 
+#[cfg(feature = "plenoxels")]
+impl crate::packed::bits::Bits for BitWriter {
+    fn code(&mut self, bit: bool, probability: &mut Probability) -> bool {
+        self.push(bit, probability);
+        bit
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,13 +7,20 @@ mod tables;
 mod unused;
 #[cfg(feature = "plenoxels")]
 mod unused_voxels;
+#[cfg(feature = "plenoxels")]
+mod voxels;
 
 use alloc::borrow::Cow;
 use alloc::vec::Vec;
 
+#[cfg(feature = "plenoxels")]
+use pocketnerf_core::{AnyField, DType};
+
 use super::{ContainerWriter, WriteError};
 use crate::container::{Container, RAW, kind};
 use crate::packed::{PACKED_BLOCKS, PACKED_CELLS, PACKED_HALVES, PACKED_TABLE};
+#[cfg(feature = "plenoxels")]
+use crate::packed::{PACKED_VOXELS, voxels::Shape};
 use crate::{ModelFile, reader};
 
 /// Bytes of a table's values that lie together, where nothing else is known.
@@ -42,8 +49,7 @@ pub fn pack(bytes: &[u8]) -> Result<Vec<u8>, WriteError> {
             _ => Cow::Borrowed(section.bytes),
         };
         let packed = match section.id.kind {
-            kind::GRID => tables::pack(&payload, block_of(&file, section.id.index as usize))
-                .map(|packed| (PACKED_TABLE, packed)),
+            kind::GRID => pack_grid(&file, section.id.index as usize, &payload),
             kind::NETWORK => halves::pack(&payload).map(|packed| (PACKED_HALVES, packed)),
             kind::OCC_COARSE => {
                 cells::pack_blocks(&payload, side(&file)).map(|packed| (PACKED_BLOCKS, packed))
@@ -81,10 +87,35 @@ fn side(file: &ModelFile<'_>) -> usize {
     occupancy.map_or(0, |o| (o.resolution() / pocketnerf_core::occupancy::BLOCK) as usize)
 }
 
+/// A table: the values of voxels, or entries of any other kind.
+fn pack_grid(file: &ModelFile<'_>, index: usize, payload: &[u8]) -> Option<(u16, Vec<u8>)> {
+    let table = tables::pack(payload, block_of(file, index)).map(|packed| (PACKED_TABLE, packed));
+    #[cfg(feature = "plenoxels")]
+    if let Some(packed) = shape(file, index).and_then(|shape| voxels::pack(payload, shape))
+        && table.as_ref().is_none_or(|(_, table)| packed.len() < table.len())
+    {
+        return Some((PACKED_VOXELS, packed));
+    }
+    table
+}
+
+/// What the corners of voxels hold, where this is their table.
+#[cfg(feature = "plenoxels")]
+fn shape(file: &ModelFile<'_>, index: usize) -> Option<Shape> {
+    let AnyField::Plenoxels(field) = &file.model.field else { return None };
+    let values = field.grid.values;
+    if index > 0 || values.dtype() != DType::I8 {
+        return None;
+    }
+    let width = u8::try_from(values.cols()).ok()?;
+    let harmonics = u8::try_from(field.sh_degree.pow(2)).ok()?;
+    Some(Shape { width, harmonics })
+}
+
 /// Bytes of the entries of a table that are used together: eight entries.
 fn block_of(file: &ModelFile<'_>, level: usize) -> u8 {
     #[cfg(feature = "plenoxels")]
-    if let (pocketnerf_core::AnyField::Plenoxels(field), 0) = (&file.model.field, level) {
+    if let (AnyField::Plenoxels(field), 0) = (&file.model.field, level) {
         // Of one corner.
         let values = field.grid.values;
         return u8::try_from(values.bytes().len() / values.rows().max(1)).unwrap_or(BLOCK);
