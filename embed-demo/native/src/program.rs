@@ -65,6 +65,7 @@ pub fn run(options: &Options, threads: usize) -> Result<(), Failure> {
         screenshots: window.screenshots.clone(),
         camera_path: window.save_path.clone(),
         script,
+        say,
     };
     let show = Show::new(painter, view, options.mode, quality, window.fps);
     window::run(show, settings).map_err(|failure| match failure.downcast::<NoDisplay>() {

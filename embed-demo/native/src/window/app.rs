@@ -105,7 +105,7 @@ impl<C: Content> App<C> {
 
     /// Shows a message in the window, and prints it.
     fn say(&mut self, note: String) {
-        crate::say(&note);
+        (self.settings.say)(&note);
         self.show(note);
     }
 

@@ -40,6 +40,8 @@ pub struct Settings {
     pub stem: String,
     /// Input to play.
     pub script: Option<Vec<Line>>,
+    /// Prints what has been saved, or why it has not.
+    pub say: fn(&str),
 }
 
 /// There is no display.

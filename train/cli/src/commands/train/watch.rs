@@ -68,6 +68,8 @@ impl WatchOptions {
             screenshots: ".".into(),
             camera_path: "camera_path.json".into(),
             script,
+            // Standard output has the result alone.
+            say: |line| eprintln!("{line}"),
         };
         let cores = rayon::current_num_threads();
         thread::scope(|scope| {

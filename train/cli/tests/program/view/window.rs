@@ -14,6 +14,7 @@ use x11::{Display, Program, wait_for};
 
 const ESCAPE: u32 = 0xff1b;
 const H: u32 = 0x68;
+const S: u32 = 0x73;
 
 fn start(place: &Place, display: &Display, options: &str) -> Program {
     let mut command = place.command(options);
@@ -89,8 +90,14 @@ fn the_finished_model_stays_until_the_window_is_closed() {
     let whole = image_file::open(path).unwrap().to_rgb8().into_raw();
     wait_for("the finished model", || (display.seen(window) == whole).then_some(()));
     assert!(program.0.try_wait().unwrap().is_none());
+    display.key(S);
+    let screenshot = wait_for("a screenshot", || image_file::open(place.path("seen-001.png")).ok());
+    assert_eq!(screenshot.to_rgb8().into_raw(), whole);
     display.key(ESCAPE);
     assert!(wait_for("the end", || program.0.try_wait().unwrap()).success());
+    // Standard output has the result alone.
+    assert!(read(&mut program.0.stderr).contains("seen-001.png\n"));
+    assert_eq!(read(&mut program.0.stdout), "");
 }
 
 /// What the window saves is what `render` makes, of a model whose coordinates are not the dataset's:
