@@ -152,7 +152,7 @@ impl TensorV1 {
         };
         // A scaled f32 could overflow, and an index has no scale.
         let unscaled = !matches!(dtype, DType::F32 | DType::U16) || self.scale_log2 == 0;
-        fields.check("scale_log2 of a tensor", unscaled)?;
+        fields.check("scale_log2 of an f32 or index tensor", unscaled)?;
         let layout = match self.layout {
             0 => Layout::RowMajor,
             code => return Err(fields.unknown("layout of a tensor", code)),

@@ -127,7 +127,7 @@ pub struct Section<'a> {
     pub id: SectionId,
     /// Version of the payload's own layout.
     pub version: u16,
-    /// How the payload is stored; [`RAW`] is the only encoding so far.
+    /// How the payload is stored: [`RAW`], or an encoding of packed files.
     pub encoding: u16,
     /// [`CRITICAL`], and bits that a newer minor version may define.
     pub flags: u32,

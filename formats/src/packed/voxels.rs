@@ -1,12 +1,14 @@
 //! Values of voxels, packed: each is expected to be as the corners before it in its brick, and to
 //! differ from them as the colour before it does. What is left is coded in bits.
 
+use pocketnerf_core::encoding::spherical_harmonics::n_output;
 use pocketnerf_core::encoding::voxel_grid::{BRICK, BRICK_SIDE};
+use pocketnerf_core::field::PlenoxelField;
 
 use super::bits::{BitReader, Bits, Probability};
 
 /// Most harmonics of a colour.
-const MAX_HARMONICS: usize = 9;
+const MAX_HARMONICS: usize = n_output(PlenoxelField::MAX_SH_DEGREE);
 /// Most values of a corner: its density, and three colours.
 const MAX_VALUES: usize = 1 + 3 * MAX_HARMONICS;
 /// How uncertain a value may be, in bits; the last where there is nothing to tell it by.

@@ -14,7 +14,7 @@ use alloc::borrow::Cow;
 use alloc::vec::Vec;
 
 #[cfg(feature = "plenoxels")]
-use pocketnerf_core::{AnyField, DType};
+use pocketnerf_core::{AnyField, DType, encoding::spherical_harmonics};
 
 use super::{ContainerWriter, WriteError};
 use crate::container::{Container, RAW, kind};
@@ -108,7 +108,7 @@ fn shape(file: &ModelFile<'_>, index: usize) -> Option<Shape> {
         return None;
     }
     let width = u8::try_from(values.cols()).ok()?;
-    let harmonics = u8::try_from(field.sh_degree.pow(2)).ok()?;
+    let harmonics = u8::try_from(spherical_harmonics::n_output(field.sh_degree)).ok()?;
     Some(Shape { width, harmonics })
 }
 
