@@ -1,7 +1,7 @@
 //! Adam (Kingma & Ba 2015), which leaves alone what received no gradient: of a
 //! large table, a step touches few entries.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use crate::field::rounding::Rounding;
 
@@ -9,6 +9,16 @@ use crate::field::rounding::Rounding;
 /// of the machine's registers, so that it changes nothing but rounding. Decay of entries beside
 /// one that is touched is worth 0.17 dB: see docs/lab/training.md.
 const BLOCK: usize = 16;
+
+/// First and second moments of networks below these are 0: on their way to it they would become
+/// subnormal, for which a processor takes a hundred times as long.
+const LEAST: [f32; 2] = [1e-30, 1e-36];
+
+/// A first moment that is no subnormal number. NaN stays.
+#[inline(always)]
+pub(crate) fn normal(mean: f32) -> f32 {
+    if mean.abs() < LEAST[0] { 0.0 } else { mean }
+}
 
 /// Adam's constants. `beta1` 0 is Adam without momentum: no first moment is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,11 +168,15 @@ impl Adam {
                     let m = &mut mean[block * BLOCK + row * n..][..n];
                     let mean = S::f32s::from_slice(simd, m);
                     direction = (gradient - mean).mul_add(splat(1.0 - self.beta1), mean);
+                    let faded = direction.abs().simd_lt(splat(LEAST[0]));
+                    direction = faded.select(splat(0.0), direction);
                     direction.store_slice(m);
                 }
                 let square = S::f32s::from_slice(simd, v);
                 let square =
                     (gradient * gradient - square).mul_add(splat(1.0 - self.beta2), square);
+                let faded = square.simd_lt(splat(LEAST[1]));
+                let square = if MEAN { faded.select(splat(0.0), square) } else { square };
                 let change = direction / (square.sqrt() + self.epsilon);
                 let parameter = S::f32s::from_slice(simd, p);
                 let parameter = change.mul_add(splat(-rate), parameter * (1.0 - rate * self.decay));

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::aligned::Aligned;
 use crate::field::Layout;
 use crate::field::rounding::Rounding;
-use crate::trainer::optim::adam::{Adam, Slices};
+use crate::trainer::optim::adam::{Adam, Slices, normal};
 
 /// Steps that are taken this way. Longer runs end better with Adam, which goes
 /// on from both moments: they are kept here as well.
@@ -27,6 +27,9 @@ const ROUNDS: usize = 5;
 const ROUND: [f32; 3] = [3.4445, -4.775, 2.0315];
 /// Of a norm below this, the square has lost its precision.
 const FADED: f32 = 1e-15;
+/// Of a matrix of norm 1, what is below this. Products of such numbers are subnormal, for which
+/// a processor takes a hundred times as long; units that have died would fill whole rows with them.
+const NOTHING: f32 = 1e-18;
 /// Rows and columns that the kernel takes at a time.
 const BLOCK: usize = 32;
 /// Narrower matrices are left to Adam.
@@ -83,7 +86,7 @@ fn update<S: Simd, R: Rounding>(
     let Slices { parameters, gradient, mean, rounded, .. } = slices;
     let mut direction = Matrix::new(shape);
     for (i, (mean, gradient)) in mean.iter_mut().zip(gradient).enumerate() {
-        *mean += (*gradient - *mean) * (1.0 - MOMENTUM);
+        *mean = normal(*mean + (*gradient - *mean) * (1.0 - MOMENTUM));
         // As if the step had been taken already (Nesterov).
         *direction.at(i) = *mean + (*gradient - *mean) * (1.0 - MOMENTUM);
         *gradient = 0.0;
@@ -140,7 +143,10 @@ impl Matrix {
             return;
         }
         // No singular value is larger than the norm.
-        values.iter_mut().for_each(|v| *v /= norm);
+        for value in values.iter_mut() {
+            *value /= norm;
+            *value = if value.abs() < NOTHING { 0.0 } else { *value };
+        }
         let [a, b, c] = ROUND;
         let mut turned = Aligned::new(rows * columns);
         let [mut square, mut fourth] = [Aligned::new(rows * rows), Aligned::new(rows * rows)];
