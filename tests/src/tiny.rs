@@ -1,10 +1,12 @@
 //! Models small enough for golden files, the same on every machine.
 
 use pocketnerf_core::encoding::{
-    Affine, Fourier, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, VoxelGrid, Waves,
+    Affine, Fourier, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, Planes, VoxelGrid, Waves,
+    planes,
 };
 use pocketnerf_core::field::{
-    Activation, Decoder, HashGridField, NerfField, NerfNetwork, PlenoxelField, Shading,
+    Activation, Decoder, DerfField, HashGridField, HeadShape, NerfField, NerfNetwork, PlanesField,
+    PlenoxelField, Shading,
 };
 use pocketnerf_core::march::{Hierarchical, Reach};
 use pocketnerf_core::network::{Dense, Mlp};
@@ -191,6 +193,44 @@ impl Tiny {
         let model = self.hash_grid();
         let field = PlenoxelField { grid, sh_degree: 2, log_density_bias: 1.5 };
         Model { field: AnyField::Plenoxels(field), ..model }
+    }
+
+    /// Planes and lines of five entries along an axis.
+    #[must_use]
+    pub fn planes(&self) -> Model<'_> {
+        let mut cut = Cutter(&self.weights);
+        let decoder = Decoder {
+            density: cut.mlp(&[48, 4]),
+            color: cut.mlp(&[3 + 4, 8, 3]),
+            n_features: 3,
+            sh_degree: 2,
+            shading: Shading::PerRay,
+            log_density_bias: 1.5,
+        };
+        let mut pairs = [planes::Pair::EMPTY; planes::MAX_PAIRS];
+        for pair in &mut pairs[..Planes::n_pairs(16)] {
+            *pair = planes::Pair { plane: cut.tensor(25, 8), line: cut.tensor(5, 8) };
+        }
+        let planes = Planes { resolution: 5, n_components: 16, pairs };
+        Model { field: AnyField::Planes(PlanesField { planes, decoder }), ..self.hash_grid() }
+    }
+
+    /// Three heads of two layers.
+    #[must_use]
+    pub fn derf(&self) -> Model<'_> {
+        let mut cut = Cutter(&self.weights);
+        let shape = HeadShape {
+            octaves: 1,
+            direction_octaves: Some(0),
+            depth: 2,
+            width: 8,
+            skip: 1,
+            color_width: 5,
+            activation: Activation::Exp,
+        };
+        let heads = cut.tensor(3, shape.n_parameters() as u32);
+        let field = DerfField { shape, sites: cut.tensor(3, 3), heads, density_scale: 2.0 };
+        Model { field: AnyField::Derf(field), ..self.hash_grid() }
     }
 
     /// A vanilla NeRF whose coarse network is smaller than the fine one, with random

@@ -3,7 +3,8 @@
 use pocketnerf_core::field::Activation;
 
 use crate::field::{
-    FieldConfig, HashGridFieldConfig, HierarchicalTraining, NerfConfig, PlenoxelsConfig,
+    DerfConfig, FieldConfig, HashGridFieldConfig, HierarchicalTraining, NerfConfig,
+    PlanesFieldConfig, PlenoxelsConfig,
 };
 use crate::trainer::{Length, TrainConfig, USUAL_SAMPLES};
 
@@ -50,6 +51,16 @@ impl TrainConfig {
         }
     }
 
+    /// Planes and lines, as in TensoRF.
+    #[must_use]
+    pub fn planes() -> Self {
+        Self {
+            field: FieldConfig::Planes(PlanesFieldConfig::default()),
+            grid_decay: 0.0,
+            ..Self::hash_grid()
+        }
+    }
+
     /// A vanilla NeRF, trained in occupied cells alone: what a CPU can do in minutes.
     #[must_use]
     pub fn nerf() -> Self {
@@ -69,6 +80,12 @@ impl TrainConfig {
             network_rate: 4e-3,
             ..Self::hash_grid()
         }
+    }
+
+    /// Small vanilla NeRFs for parts of a scene, as in DeRF.
+    #[must_use]
+    pub fn derf() -> Self {
+        Self { field: FieldConfig::Derf(DerfConfig::default()), ..Self::nerf() }
     }
 
     /// A vanilla NeRF, trained by hierarchical sampling.
@@ -94,8 +111,13 @@ impl TrainConfig {
         // Twice the samples for eight times the time, about.
         let finer = (seconds / 60.0).powf(0.35);
         self.samples_per_side = (350.0 * finer).clamp(350.0, 800.0).round();
-        if let (Some(field), true) = (self.field.hash_grid_mut(), seconds > 90.0) {
-            field.color_hidden = vec![128, 128];
+        let color_hidden = match &mut self.field {
+            FieldConfig::HashGrid(field) => Some(&mut field.color_hidden),
+            FieldConfig::Planes(field) => Some(&mut field.color_hidden),
+            _ => None,
+        };
+        if let (Some(hidden), true) = (color_hidden, seconds > 90.0) {
+            *hidden = vec![128, 128];
         }
         self
     }

@@ -7,8 +7,9 @@ use crate::Error;
 use crate::encoding::spherical_harmonics;
 use crate::field::{MAX_CHANNELS, MAX_SIGMA, Samples};
 use crate::lanes;
-use crate::network::Mlp;
-use crate::scratch::Workspace;
+use crate::network::{Dense, Mlp};
+use crate::scratch::{Limits, Workspace};
+use crate::tensor::DType;
 
 /// When view-dependent colour is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +78,38 @@ impl Decoder<'_> {
             return Err(Error::Shape("networks of different types"));
         }
         Ok(())
+    }
+
+    /// How the networks' parameters are stored.
+    #[must_use]
+    pub fn dtype(&self) -> DType {
+        self.density.layers()[0].weight.dtype()
+    }
+
+    /// Scratch that a field needs whose points are encoded to `n_encoded` values.
+    #[must_use]
+    pub fn limits(&self, n_encoded: usize) -> Limits {
+        Limits {
+            width: n_encoded.max(self.density.max_width()).max(self.color.max_width()),
+            rows: self.rows(n_encoded),
+            channels: self.channels().max(self.n_features as usize).max(3),
+            ray_samples: 0,
+        }
+    }
+
+    /// Rows of samples in each of the two buffers that layers alternate between.
+    fn rows(&self, n_encoded: usize) -> [usize; 2] {
+        let mut rows = [n_encoded, 0];
+        let colors = (self.shading == Shading::PerSample).then_some(&self.color);
+        for network in [&self.density].into_iter().chain(colors) {
+            rows[0] = rows[0].max(network.n_input());
+            let (_, hidden) = network.layers().split_last().unwrap_or((&Dense::EMPTY, &[]));
+            for (i, layer) in hidden.iter().enumerate() {
+                let rows = &mut rows[(i + 1) % 2];
+                *rows = layer.weight.cols().max(*rows);
+            }
+        }
+        rows
     }
 
     /// Values that a ray accumulates: K.

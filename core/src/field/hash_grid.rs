@@ -4,8 +4,7 @@ use fearless_simd::Simd;
 
 use crate::Error;
 use crate::encoding::{HashGrid, hash_grid};
-use crate::field::{Decoder, Field, FieldKernels, Samples, Shading};
-use crate::network::Dense;
+use crate::field::{Decoder, Field, FieldKernels, Samples};
 use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
 
@@ -24,22 +23,6 @@ impl HashGridField<'_> {
     pub const fn n_encoded(&self) -> usize {
         self.grid.config.n_output()
     }
-
-    /// Rows of samples in each of the two buffers that layers alternate between.
-    fn rows(&self) -> [usize; 2] {
-        let decoder = &self.decoder;
-        let mut rows = [self.n_encoded(), 0];
-        let colors = (decoder.shading == Shading::PerSample).then_some(&decoder.color);
-        for network in [&decoder.density].into_iter().chain(colors) {
-            rows[0] = rows[0].max(network.n_input());
-            let (_, hidden) = network.layers().split_last().unwrap_or((&Dense::EMPTY, &[]));
-            for (i, layer) in hidden.iter().enumerate() {
-                let rows = &mut rows[(i + 1) % 2];
-                *rows = layer.weight.cols().max(*rows);
-            }
-        }
-        rows
-    }
 }
 
 impl Field for HashGridField<'_> {
@@ -52,17 +35,11 @@ impl Field for HashGridField<'_> {
     }
 
     fn dtype(&self) -> DType {
-        self.decoder.density.layers()[0].weight.dtype()
+        self.decoder.dtype()
     }
 
     fn limits(&self) -> Limits {
-        let (decoder, n_encoded) = (&self.decoder, self.n_encoded());
-        Limits {
-            width: n_encoded.max(decoder.density.max_width()).max(decoder.color.max_width()),
-            rows: self.rows(),
-            channels: decoder.channels().max(decoder.n_features as usize).max(3),
-            ray_samples: 0,
-        }
+        self.decoder.limits(self.n_encoded())
     }
 
     /// A cell of the finest level.

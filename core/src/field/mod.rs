@@ -5,18 +5,26 @@
 //! variant of [`AnyField`] and a line of `each_kind`, each with its Cargo feature.
 
 mod decoder;
+#[cfg(feature = "derf")]
+mod derf;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
 #[cfg(feature = "nerf")]
 mod nerf;
+#[cfg(feature = "planes")]
+mod planes;
 #[cfg(feature = "plenoxels")]
 mod plenoxels;
 
 pub use decoder::{Decoder, Shading};
+#[cfg(feature = "derf")]
+pub use derf::{DerfField, HeadShape, MAX_HEADS};
 #[cfg(feature = "hash-grid")]
 pub use hash_grid::HashGridField;
 #[cfg(feature = "nerf")]
 pub use nerf::{Activation, NerfField, NerfNetwork};
+#[cfg(feature = "planes")]
+pub use planes::PlanesField;
 #[cfg(feature = "plenoxels")]
 pub use plenoxels::PlenoxelField;
 
@@ -26,9 +34,15 @@ use crate::Error;
 use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
 
-#[cfg(not(any(feature = "hash-grid", feature = "nerf", feature = "plenoxels")))]
+#[cfg(not(any(
+    feature = "hash-grid",
+    feature = "nerf",
+    feature = "plenoxels",
+    feature = "planes",
+    feature = "derf"
+)))]
 compile_error!(
-    "pocketnerf-core needs at least one kind of field: feature `hash-grid`, `nerf` or `plenoxels`"
+    "pocketnerf-core needs at least one kind of field: feature `hash-grid`, `nerf`, `plenoxels`, `planes` or `derf`"
 );
 
 /// Most features that a ray may accumulate.
@@ -86,6 +100,11 @@ pub trait Field {
     /// [`Error::Shape`] or [`Error::Range`].
     fn validate(&self) -> Result<(), Error>;
 
+    /// Entries of a table, in the order of the file, between which a point lies.
+    fn entries_read(&self, _table: usize) -> usize {
+        8
+    }
+
     /// The networks behind an encoding, where the kind has them.
     fn decoder(&self) -> Option<&Decoder<'_>> {
         None
@@ -137,6 +156,12 @@ pub enum AnyField<'a> {
     /// A sparse grid of densities and spherical harmonics.
     #[cfg(feature = "plenoxels")]
     Plenoxels(PlenoxelField<'a>),
+    /// Planes and lines, and small networks.
+    #[cfg(feature = "planes")]
+    Planes(PlanesField<'a>),
+    /// Small networks for parts of a scene.
+    #[cfg(feature = "derf")]
+    Derf(DerfField<'a>),
 }
 
 /// The one match over kinds: evaluates an expression with `$field` bound to the field.
@@ -149,6 +174,10 @@ macro_rules! each_kind {
             $crate::AnyField::Nerf($field) => $of,
             #[cfg(feature = "plenoxels")]
             $crate::AnyField::Plenoxels($field) => $of,
+            #[cfg(feature = "planes")]
+            $crate::AnyField::Planes($field) => $of,
+            #[cfg(feature = "derf")]
+            $crate::AnyField::Derf($field) => $of,
         }
     };
 }

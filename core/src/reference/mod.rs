@@ -38,21 +38,14 @@
 mod contracted;
 mod field;
 mod harmonics;
-#[cfg(feature = "hash-grid")]
-mod hash_grid;
 mod hierarchical;
 mod math;
-#[cfg(feature = "nerf")]
-mod nerf;
 mod network;
-#[cfg(feature = "plenoxels")]
-mod plenoxels;
 mod ray;
 mod space;
 #[cfg(test)]
 pub(crate) mod testing;
 
-pub(crate) use field::{Features, ReferenceField};
 pub use network::MAX_WIDTH;
 pub use ray::RayResult;
 

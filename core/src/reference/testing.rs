@@ -56,6 +56,27 @@ pub(crate) fn kinds() -> Vec<Kind> {
                 AnyField::HashGrid(crate::field::HashGridField { grid, decoder })
             },
         },
+        #[cfg(feature = "planes")]
+        Kind {
+            n_encoded: 48,
+            z: 32,
+            field: |decoder| {
+                use crate::encoding::{Planes, planes};
+                // Two entries along an axis. The first component along z is 1 all over its
+                // plane, and -1 and 1 at the ends of its line; the others are 0.
+                let mut pairs = [planes::Pair::EMPTY; planes::MAX_PAIRS];
+                for (number, pair) in pairs.iter_mut().enumerate().take(6) {
+                    let (mut plane, mut line) = ([0.0; 32], [0.0; 16]);
+                    if number == 4 {
+                        plane.iter_mut().step_by(8).for_each(|value| *value = 1.0);
+                        (line[0], line[8]) = (-1.0, 1.0);
+                    }
+                    *pair = planes::Pair { plane: tensor(4, 8, &plane), line: tensor(2, 8, &line) };
+                }
+                let planes = Planes { resolution: 2, n_components: 16, pairs };
+                AnyField::Planes(crate::field::PlanesField { planes, decoder })
+            },
+        },
     ]
 }
 

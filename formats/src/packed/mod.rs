@@ -13,7 +13,7 @@ use crate::container::header::seal;
 use crate::container::section::{ENTRY_BYTES, Entry};
 use crate::container::{ALIGNMENT, Container, HEADER_BYTES, Header, RAW, Section, checksum};
 
-/// Encoding of tables: SPEC, section 11.
+/// Encoding of tables: SPEC, section 12.
 pub const PACKED_TABLE: u16 = 1;
 /// Encoding of OCC_COARSE.
 pub const PACKED_BLOCKS: u16 = 2;

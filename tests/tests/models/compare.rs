@@ -28,6 +28,17 @@ pub(crate) fn assert_same_but_weights(found: &Model<'_>, expected: &Model<'_>) {
         (AnyField::HashGrid(found), AnyField::HashGrid(expected)) => {
             assert_eq!(found.grid.config, expected.grid.config);
         }
+        (AnyField::Derf(found), AnyField::Derf(expected)) => {
+            assert_eq!(found.shape, expected.shape);
+            // To the last bit, whatever the precision of the heads.
+            assert_eq!(found.sites.bytes(), expected.sites.bytes());
+            assert_eq!(found.density_scale, expected.density_scale);
+            return;
+        }
+        (AnyField::Planes(found), AnyField::Planes(expected)) => {
+            assert_eq!(found.planes.resolution, expected.planes.resolution);
+            assert_eq!(found.planes.n_components, expected.planes.n_components);
+        }
         (AnyField::Nerf(found), AnyField::Nerf(expected)) => {
             return assert_same_nerf(found, expected);
         }

@@ -11,7 +11,9 @@ use pocketnerf_core::encoding::{Affine, Fourier, Waves};
 use pocketnerf_core::field::{Activation, NerfField, NerfNetwork};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::{AnyField, DType, Display, Layout, Model, TensorView};
-use pocketnerf_formats::{About, Precision, Role, SectionId, kind, open, open_verified, write};
+use pocketnerf_formats::{
+    About, ModelFile, Precision, Role, SectionId, kind, open, open_verified, write,
+};
 use pocketnerf_tests::tiny::{self, Tiny};
 
 use crate::compare::{F16_ROUNDING, assert_same_but_weights, assert_same_weights};
@@ -45,15 +47,8 @@ fn hash_grid_f16() {
     assert!(write(&file.model, &file.about, Precision::F16).unwrap() == bytes);
 }
 
-#[test]
-fn hash_grid_i8() {
-    let tiny = Tiny::new();
-    let model = tiny.hash_grid();
-    let bytes = write(&model, &tiny::about(), Precision::I8).unwrap();
-    let bytes = golden("hash-grid-i8.pnerf", &bytes);
-    let file = open_verified(&bytes).unwrap();
-    assert_eq!(file.about, tiny::about());
-    assert_same_but_weights(&file.model, &model);
+/// Tables are whole numbers of eight bits, the nearest or those that are cut off; networks are f16.
+fn assert_rounded(file: &ModelFile<'_>, model: &Model<'_>) {
     for ((name, found), (_, expected)) in
         file.tensors().zip(pocketnerf_formats::tensors(&model.field))
     {
@@ -73,6 +68,18 @@ fn hash_grid_i8() {
             );
         }
     }
+}
+
+#[test]
+fn hash_grid_i8() {
+    let tiny = Tiny::new();
+    let model = tiny.hash_grid();
+    let bytes = write(&model, &tiny::about(), Precision::I8).unwrap();
+    let bytes = golden("hash-grid-i8.pnerf", &bytes);
+    let file = open_verified(&bytes).unwrap();
+    assert_eq!(file.about, tiny::about());
+    assert_same_but_weights(&file.model, &model);
+    assert_rounded(&file, &model);
     // What was read writes the same file again.
     assert!(write(&file.model, &file.about, Precision::I8).unwrap() == bytes);
 }
@@ -180,6 +187,43 @@ fn plenoxels_i8() {
     }
     // What was read writes the same file again.
     assert!(write(&file.model, &file.about, Precision::I8).unwrap() == bytes);
+}
+
+/// Planes and lines in eight bits, networks in f16.
+#[test]
+fn planes_i8() {
+    let tiny = Tiny::new();
+    let model = tiny.planes();
+    let bytes = write(&model, &tiny::about(), Precision::I8).unwrap();
+    let bytes = golden("planes-i8.pnerf", &bytes);
+    let file = open_verified(&bytes).unwrap();
+    assert_eq!(file.about, tiny::about());
+    assert_same_but_weights(&file.model, &model);
+    assert_rounded(&file, &model);
+    let names: Vec<_> = file.tensors().take(12).map(|(name, _)| name.to_string()).collect();
+    assert_eq!((&*names[0], &*names[11]), ("planes table 0", "planes table 11"));
+    // What was read writes the same file again.
+    assert!(write(&file.model, &file.about, Precision::I8).unwrap() == bytes);
+}
+
+/// Sites are exact, heads in f16.
+#[test]
+fn derf_f16() {
+    let tiny = Tiny::new();
+    let model = tiny.derf();
+    let bytes = write(&model, &tiny::about(), Precision::F16).unwrap();
+    let bytes = golden("derf-f16.pnerf", &bytes);
+    let file = open_verified(&bytes).unwrap();
+    assert_eq!(file.about, tiny::about());
+    assert_same_but_weights(&file.model, &model);
+    assert_same_weights(&file.model, &model, F16_ROUNDING);
+    for (name, view) in file.tensors() {
+        let exact = name.to_string() == "sites";
+        assert_eq!(name.role() == Role::Exact, exact);
+        assert_eq!(view.dtype(), if exact { DType::F32 } else { DType::F16 }, "{name}");
+    }
+    // What was read writes the same file again.
+    assert!(write(&file.model, &file.about, Precision::F16).unwrap() == bytes);
 }
 
 /// A vanilla NeRF with hierarchical sampling.

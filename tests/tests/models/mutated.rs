@@ -31,7 +31,7 @@ fn use_everything(bytes: &[u8]) -> bool {
     true
 }
 
-fn goldens() -> [Vec<u8>; 5] {
+fn goldens() -> [Vec<u8>; 7] {
     let tiny = Tiny::new();
     // One with sections DETAIL and PHOTOGRAPHS.
     let photographs = tiny::photographs();
@@ -44,6 +44,8 @@ fn goldens() -> [Vec<u8>; 5] {
         write(&detailed, &about, Precision::I8).unwrap(),
         write(&tiny.nerf(), &tiny::about(), Precision::F16).unwrap(),
         write(&tiny.plenoxels(), &tiny::about(), Precision::I8).unwrap(),
+        write(&tiny.planes(), &tiny::about(), Precision::I8).unwrap(),
+        write(&tiny.derf(), &tiny::about(), Precision::F16).unwrap(),
     ]
 }
 

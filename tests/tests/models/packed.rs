@@ -18,7 +18,7 @@ pub(crate) fn still_life() -> Vec<u8> {
     std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../embed-demo/still-life.pnerf")).unwrap()
 }
 
-fn tiny_files() -> [Vec<u8>; 7] {
+fn tiny_files() -> [Vec<u8>; 9] {
     let (tiny, trained) = (Tiny::new(), Tiny::trained());
     let written = |model, precision| write(model, &tiny::about(), precision).unwrap();
     [
@@ -28,6 +28,8 @@ fn tiny_files() -> [Vec<u8>; 7] {
         written(&tiny.per_sample(), Precision::F32),
         written(&tiny.nerf(), Precision::F16),
         written(&trained.plenoxels(), Precision::I8),
+        written(&trained.planes(), Precision::I8),
+        written(&trained.derf(), Precision::F16),
         rounded::networks(&written(&trained.hash_grid(), Precision::I8), 4096.0),
     ]
 }

@@ -34,6 +34,8 @@ fn answers_are_in_the_units_of_the_dataset() {
         "per-sample-f16",
         "nerf-f16",
         "plenoxels-i8",
+        "planes-i8",
+        "derf-f16",
     ] {
         let bytes = golden(&format!("{name}.pnerf"));
         let file = open_verified(&bytes).unwrap();

@@ -11,4 +11,5 @@ mod ndc;
 mod nerf;
 mod picture;
 mod query;
+mod recipes;
 mod refusals;

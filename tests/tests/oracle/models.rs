@@ -1,9 +1,13 @@
 //! Random models whose pictures have edges, mist and empty places.
 
 use pocketnerf_core::encoding::{
-    CornerLevel, CornerLevels, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, VoxelGrid,
+    CornerLevel, CornerLevels, GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, Planes, VoxelGrid,
+    planes,
 };
-use pocketnerf_core::field::{AnyField, Decoder, HashGridField, PlenoxelField, Shading};
+use pocketnerf_core::field::{
+    Activation, AnyField, Decoder, DerfField, HashGridField, HeadShape, PlanesField, PlenoxelField,
+    Shading,
+};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::space::{Contracted, Ndc};
 use pocketnerf_core::{
@@ -40,6 +44,10 @@ pub(crate) enum Encoding {
     Nerf(Nerf),
     /// A grid of so many voxels along an axis, which has its own shading.
     Voxels(u32),
+    /// Planes and lines of so many components along an axis.
+    Planes(u32),
+    /// So many heads, which have their own shading.
+    Derf(u32),
 }
 
 /// What to build.
@@ -87,30 +95,8 @@ impl Recipe {
                 seed: 1000 + 8 * e as u64 + u64::from(n) + if n < 8 { 0 } else { 1000 },
             })
         });
-        decoded.chain(Self::nerfs()).chain(Self::voxels())
-    }
-
-    /// Those of grids of voxels, with each number of harmonics.
-    pub(crate) fn voxels() -> impl Iterator<Item = Self> {
-        (0..9).map(|n| Self {
-            encoding: Encoding::Voxels([4, 12, 20][n % 3]),
-            dtype: [DType::F32, DType::F16, DType::I8][n / 3],
-            sh_degree: 1 + (n as u32 + 1) % 3,
-            occupancy: [None, Some(16), Some(24)][(n + n / 3) % 3],
-            seed: 4000 + n as u64,
-            ..Self::PLAIN
-        })
-    }
-
-    /// Those of vanilla NeRFs.
-    pub(crate) fn nerfs() -> impl Iterator<Item = Self> {
-        (0..2 * Nerf::ALL.len()).map(|n| Self {
-            encoding: Encoding::Nerf(Nerf::ALL[n / 2]),
-            dtype: if n & 1 == 0 { DType::F32 } else { DType::F16 },
-            occupancy: [None, Some(16), Some(24)][n % 3],
-            seed: 3000 + n as u64,
-            ..Self::PLAIN
-        })
+        let others = Self::nerfs().chain(Self::voxels()).chain(Self::planes()).chain(Self::derfs());
+        decoded.chain(others)
     }
 
     /// Builds the model; its bytes are never freed.
@@ -129,6 +115,15 @@ impl Recipe {
                 let decoder = self.decoder(&mut tensors, grid.config.n_output());
                 AnyField::HashGrid(HashGridField { grid, decoder })
             }
+            Encoding::Planes(n_components) => {
+                let planes = tensors.planes(n_components);
+                if tensors.dtype == DType::I8 {
+                    tensors.dtype = DType::F16;
+                }
+                let decoder = self.decoder(&mut tensors, planes.n_output());
+                AnyField::Planes(PlanesField { planes, decoder })
+            }
+            Encoding::Derf(heads) => AnyField::Derf(tensors.derf(heads, self.sh_degree > 1)),
             Encoding::Nerf(nerf) => AnyField::Nerf(nerf.build(&mut tensors)),
             Encoding::Voxels(resolution) => AnyField::Plenoxels(PlenoxelField {
                 grid: tensors.voxels(resolution, PlenoxelField::n_values(self.sh_degree)),
@@ -220,6 +215,36 @@ impl Tensors {
     ) -> Dense<'static> {
         let weight = self.tensor(n_in, n_out, gain * (6.0 / n_in as f32).sqrt());
         Dense { weight, bias: bias.then(|| self.tensor(1, n_out, 0.5)) }
+    }
+
+    /// Heads somewhere in the unit cube, whose layers fill no panel.
+    fn derf(&mut self, n_heads: u32, directed: bool) -> DerfField<'static> {
+        let shape = HeadShape {
+            octaves: 2,
+            direction_octaves: directed.then_some(1),
+            depth: 3,
+            width: 20,
+            skip: 2,
+            color_width: 9,
+            activation: Activation::Exp,
+        };
+        let heads = self.tensor(n_heads as usize, shape.n_parameters(), 0.5);
+        let sites = (0..3 * n_heads).flat_map(|_| self.random.unit().to_le_bytes());
+        let sites: Vec<u8> = sites.collect();
+        let (shape_of_sites, layout) = ([n_heads, 3], Layout::RowMajor);
+        let sites = TensorView::new(sites.leak(), DType::F32, shape_of_sites, 0, layout).unwrap();
+        DerfField { shape, sites, heads, density_scale: 3.0 }
+    }
+
+    /// Few entries: products vary from one place to the next.
+    fn planes(&mut self, n_components: u32) -> Planes<'static> {
+        const RESOLUTION: u32 = 13;
+        let mut pairs = [planes::Pair::EMPTY; planes::MAX_PAIRS];
+        for pair in &mut pairs[..Planes::n_pairs(n_components)] {
+            let mut table = |rows: u32| self.tensor(rows as usize, planes::FEATURES, 1.0);
+            *pair = planes::Pair { plane: table(RESOLUTION.pow(2)), line: table(RESOLUTION) };
+        }
+        Planes { resolution: RESOLUTION, n_components, pairs }
     }
 
     /// Half of the bricks hold nothing, and some share what they hold.

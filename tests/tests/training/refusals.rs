@@ -151,7 +151,7 @@ fn models_that_no_training_makes() {
     assert_eq!(
         line(&writer.finish().unwrap()),
         "the model in it is not one that training makes (weights in f16), expected a hash grid \
-         or a NeRF in f32; train from scratch without --resume"
+         or another field in f32; train from scratch without --resume"
     );
 }
 

@@ -3,6 +3,8 @@
 //! A folder a kind. Whatever is above this module sees a [`TrainableField`]; a new kind is a
 //! module here and a variant of [`FieldConfig`].
 
+pub mod derf;
+mod encoded;
 pub(crate) mod harmonics;
 pub mod hash_grid;
 mod kind;
@@ -10,15 +12,19 @@ mod layout;
 mod logistic;
 pub mod nerf;
 mod network;
+pub mod planes;
 pub mod plenoxels;
 mod rounded;
 pub mod rounding;
 mod trainable;
 
+pub use derf::DerfConfig;
+pub use encoded::{EncodedFieldConfig, Encoding};
 pub use hash_grid::HashGridFieldConfig;
 pub use kind::{FieldKind, Grown, Unusable};
 pub use layout::{Layout, Part, Range, Role};
 pub use nerf::{FourierConfig, NerfConfig, NetworksReport, WavesConfig};
+pub use planes::{PlanesConfig, PlanesFieldConfig};
 pub use plenoxels::PlenoxelsConfig;
 pub use rounded::Rounded;
 pub use trainable::{
@@ -38,6 +44,10 @@ pub enum FieldConfig {
     Nerf(NerfConfig),
     /// A sparse grid of voxels without networks (Plenoxels).
     Plenoxels(PlenoxelsConfig),
+    /// Planes and lines and two small networks (as in TensoRF).
+    Planes(PlanesFieldConfig),
+    /// Small networks for parts of a scene (as in DeRF).
+    Derf(DerfConfig),
 }
 
 impl FieldConfig {
@@ -48,6 +58,8 @@ impl FieldConfig {
             Self::HashGrid(config) => config,
             Self::Nerf(config) => config,
             Self::Plenoxels(config) => config,
+            Self::Planes(config) => config,
+            Self::Derf(config) => config,
         }
     }
 
@@ -62,6 +74,10 @@ impl FieldConfig {
             AnyField::Plenoxels(field) => {
                 PlenoxelsConfig::restored(field, section).map(Self::Plenoxels)
             }
+            AnyField::Derf(field) => DerfConfig::restored(field, section).map(Self::Derf),
+            AnyField::Planes(field) => {
+                PlanesFieldConfig::restored(field, section).map(Self::Planes)
+            }
             _ => Err(Unusable::Model("a kind of field unknown to this build")),
         }
     }
@@ -74,6 +90,16 @@ impl FieldConfig {
     /// The vanilla NeRF, where it is one.
     pub const fn nerf_mut(&mut self) -> Option<&mut NerfConfig> {
         if let Self::Nerf(config) = self { Some(config) } else { None }
+    }
+
+    /// The planes, where it is them.
+    pub const fn planes_mut(&mut self) -> Option<&mut PlanesFieldConfig> {
+        if let Self::Planes(config) = self { Some(config) } else { None }
+    }
+
+    /// The decomposed field, where it is one.
+    pub const fn derf_mut(&mut self) -> Option<&mut DerfConfig> {
+        if let Self::Derf(config) = self { Some(config) } else { None }
     }
 
     /// The grid of voxels, where it is one.

@@ -62,9 +62,9 @@ pub trait TrainableField: Debug + Send + Sync {
     #[cfg(test)]
     fn set_exact(&mut self) {}
 
-    /// The sum of the groups' gradients, laid out as the parameters.
+    /// The sum of the groups' gradients by these parameters, laid out as they are.
     #[cfg(test)]
-    fn gradient(&self, level: Level) -> Vec<f32>;
+    fn gradient(&self, level: Level, parameters: &[f32]) -> Vec<f32>;
 
     /// Changes the parameters as the groups' gradients say.
     fn update(&mut self, update: Update<'_>);

@@ -42,6 +42,8 @@ impl Trainer {
         group.parameters.copy_from_slice(&grown.parameters);
         group.square.copy_from_slice(&grown.square);
         let mut groups = state.groups;
+        // Networks stay as they are.
+        group.mean.copy_from_slice(&groups[0].mean);
         groups[0] = group;
         let state = State { groups, averaged: 0, scales: Vec::new() };
         let mut backend = Cpu::new(field, state.clone(), self.backend.simd())?;

@@ -149,6 +149,8 @@ fn misuse_is_refused_and_damaged_files_are_survived() {
         "detail-f16",
         "hash-grid-i8",
         "plenoxels-i8",
+        "planes-i8",
+        "derf-f16",
     ];
     let said = run(Command::new(&program).arg("10000").args(kinds.map(golden)));
     println!("{}", String::from_utf8_lossy(&said.stdout));

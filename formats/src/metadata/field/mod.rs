@@ -8,10 +8,14 @@
 mod corner_levels;
 #[allow(dead_code, reason = "what kinds of field share; a build may link none of these kinds")]
 mod decoder;
+#[cfg(feature = "derf")]
+mod derf;
 #[cfg(feature = "hash-grid")]
 mod hash_grid;
 #[cfg(feature = "nerf")]
 mod nerf;
+#[cfg(feature = "planes")]
+mod planes;
 #[cfg(feature = "plenoxels")]
 mod plenoxels;
 mod widths;
@@ -110,6 +114,8 @@ kinds! {
     0 "hash-grid" HashGrid(HashGridField);
     2 "nerf" Nerf(NerfField);
     3 "plenoxels" Plenoxels(PlenoxelField);
+    4 "planes" Planes(PlanesField);
+    5 "derf" Derf(DerfField);
 }
 
 /// The field that FIELD describes, of the listed tensors and no others.
@@ -192,16 +198,24 @@ mod tests {
 
     /// Eight voxels along an axis, four harmonics a colour.
     const PLENOXELS: [u8; 7] = [3, 8, 2, 0, 0, 0, 0];
+    /// No octaves, no directions, one layer of eight.
+    const DERF: [u8; 12] = [5, 0, 0, 1, 8, 0, 8, 0, 0, 0, 0x80, 0x3f];
+    /// Eight entries along an axis, 16 components.
+    const PLANES: [u8; 17] = [4, 8, 16, 15, 4, 1, 0, 0, 0, 0xc0, 3, 48, 64, 16, 2, 31, 3];
 
     #[test]
     fn a_kind_that_is_left_out_is_refused_by_name() {
-        for (bytes, (code, kind)) in [&HASH_GRID[..], &NERF, &PLENOXELS].into_iter().zip(KINDS) {
+        let all = [&HASH_GRID[..], &NERF, &PLENOXELS, &PLANES, &DERF];
+        assert_eq!(all.len(), KINDS.len());
+        for (bytes, (code, kind)) in all.into_iter().zip(KINDS) {
             assert_eq!(bytes[0], *code);
             // What is linked is read up to its tensors.
             let linked = match *kind {
                 "hash-grid" => cfg!(feature = "hash-grid"),
                 "nerf" => cfg!(feature = "nerf"),
-                _ => cfg!(feature = "plenoxels"),
+                "plenoxels" => cfg!(feature = "plenoxels"),
+                "planes" => cfg!(feature = "planes"),
+                _ => cfg!(feature = "derf"),
             };
             let expected = if linked { TENSORS } else { FormatError::FieldKind(kind) };
             assert_eq!(error(bytes), expected);
@@ -212,7 +226,7 @@ mod tests {
     fn codes_without_a_kind() {
         let section = SectionId::first(kind::FIELD);
         // 1 is reserved.
-        for found in [1, 4, 0x7f] {
+        for found in [1, 6, 0x7f] {
             let unknown =
                 FormatError::UnknownCode { section, field: "kind of field", found: found.into() };
             assert_eq!(error(&[found, 10, 1]), unknown);
@@ -223,12 +237,21 @@ mod tests {
     fn names_have_codes_of_their_own() {
         let all = || NAMES.iter().copied().flatten();
         for name in all() {
-            assert_eq!(all().filter(|other| other.code == name.code).count(), 1, "{}", name.text);
-            assert_eq!(all().filter(|other| other.text == name.text).count(), 1, "{}", name.text);
+            // Kinds that have the same networks have the same names.
+            for other in all() {
+                assert_eq!(other.code == name.code, other.text == name.text, "{}", name.text);
+            }
             assert!(TensorName::known(name.code, 0).is_some());
             assert_eq!(TensorName::known(name.code, 9).is_some(), name.several);
         }
         assert_eq!(TensorName::known(0xff, 0), None);
+        for (names, i) in NAMES.iter().flat_map(|names| (0..names.len()).map(move |i| (names, i))) {
+            assert!(
+                names[..i].iter().all(|before| before.code != names[i].code),
+                "{}",
+                names[i].text
+            );
+        }
     }
 
     #[test]

@@ -5,6 +5,8 @@ mod cells;
 mod halves;
 mod tables;
 mod unused;
+#[cfg(feature = "planes")]
+mod unused_planes;
 #[cfg(feature = "plenoxels")]
 mod unused_voxels;
 #[cfg(feature = "plenoxels")]

@@ -43,6 +43,14 @@ pub(super) fn cleared<'a>(file: &ModelFile<'a>, level: usize, table: &'a [u8]) -
         let used = super::unused_voxels::used(&occupancy, &field.grid, beyond);
         return without(table, &used);
     }
+    #[cfg(feature = "planes")]
+    if let pocketnerf_core::AnyField::Planes(field) = &file.model.field {
+        let beyond = gradient_spacing(&file.model.field);
+        return without(
+            table,
+            &super::unused_planes::used(&occupancy, &field.planes, level, beyond),
+        );
+    }
     let Some(grid) = grid(file) else { return table.into() };
     // Other numberings are other programs'.
     if !matches!(grid.config.index, GridIndex::Blocked) {

@@ -6,9 +6,6 @@ use pocketnerf_core::{AnyField, TensorView};
 use pocketnerf_formats::{Role, tensors};
 use pocketnerf_train::field::networks;
 
-/// Corners of a cell: the entries that a point reads per grid level.
-const CORNERS: f64 = 8.0;
-
 /// Multiplications and additions of a network's forward pass for one point, without biases
 /// and ReLU.
 #[must_use]
@@ -65,20 +62,22 @@ pub struct LevelReads {
 /// Reads of a point from each level; none if there is no grid.
 #[must_use]
 pub fn reads(field: &AnyField<'_>) -> Vec<LevelReads> {
-    let level = |table: TensorView<'_>| LevelReads {
-        entries: CORNERS,
+    let level = |(number, table): (usize, TensorView<'_>)| LevelReads {
+        entries: field.entries_read(number) as f64,
         entry_bytes: (table.cols() * table.dtype().size()) as f64,
         table_bytes: table.bytes().len() as f64,
     };
-    tables(field).map(level).collect()
+    tables(field).enumerate().map(level).collect()
 }
 
-/// Multiplications and additions to interpolate these: the weights of the corners, and the
+/// Multiplications and additions to interpolate these: the weights of the entries, and the
 /// features times the weights.
 #[must_use]
 pub fn encode_flops(field: &AnyField<'_>) -> Option<f64> {
-    let levels: Vec<f64> =
-        tables(field).map(|table| CORNERS * (2 + 2 * table.cols()) as f64).collect();
+    let entry = |(number, table): (usize, TensorView<'_>)| {
+        field.entries_read(number) as f64 * (2 + 2 * table.cols()) as f64
+    };
+    let levels: Vec<f64> = tables(field).enumerate().map(entry).collect();
     (!levels.is_empty()).then(|| levels.iter().sum())
 }
 

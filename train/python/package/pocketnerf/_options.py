@@ -18,6 +18,7 @@ class TrainOptions(TypedDict, total=False):
     auto: bool
     background: Color
     batch_rays: int
+    components: int
     crop_steps: int
     density: Literal["relu", "softplus", "exp"]
     density_noise: float
@@ -27,18 +28,20 @@ class TrainOptions(TypedDict, total=False):
     exposure: Literal["auto", "off"]
     far: float
     gaussian: Sequence[float]
+    heads: int
     hidden_width: int
     hold_every: int
     learning_rate: float
     log2_hashmap_size: int
     max_bytes: int
-    method: Literal["hash-grid", "nerf", "plenoxels"]
+    method: Literal["hash-grid", "planes", "plenoxels", "nerf", "derf"]
     n_levels: int
     near: float
     no_hierarchy: bool
     no_positional_encoding: bool
     no_view_dependence: bool
     octaves: Sequence[int]
+    plane_resolution: int
     precision: Literal["i8", "f16", "f32"]
     profile: Literal["fine", "fast"]
     refine_poses: bool

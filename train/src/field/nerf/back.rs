@@ -92,7 +92,7 @@ impl<'a> NerfBack<'a> {
 }
 
 /// From the gradient of a density to that of what is before its activation.
-pub(super) fn d_raw(field: &NerfField<'_>, sigma: f32, d_sigma: f32) -> f32 {
+pub(in crate::field) fn d_raw(field: &NerfField<'_>, sigma: f32, d_sigma: f32) -> f32 {
     let slope = slope(field.activation, sigma / field.density_scale);
     d_sigma * field.density_scale * slope
 }

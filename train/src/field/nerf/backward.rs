@@ -116,7 +116,7 @@ impl Network {
 
 /// The networks, ready to go backwards.
 #[derive(Clone, Debug)]
-pub(super) struct NerfGradients {
+pub(in crate::field) struct NerfGradients {
     config: NerfConfig,
     /// Fine, then coarse where there is one.
     networks: Vec<Network>,
@@ -124,7 +124,7 @@ pub(super) struct NerfGradients {
 
 /// Buffers of one worker.
 #[derive(Debug)]
-pub(super) struct NerfWork {
+pub(in crate::field) struct NerfWork {
     a: Aligned<f32>,
     b: Aligned<f32>,
     color: Aligned<f32>,
@@ -134,26 +134,26 @@ pub(super) struct NerfWork {
 
 impl NerfGradients {
     /// For fields of this shape.
-    pub(super) fn new(config: &NerfConfig, layout: &Layout) -> Self {
+    pub(in crate::field) fn new(config: &NerfConfig, layout: &Layout) -> Self {
         let nets = [false, true].into_iter().take(1 + usize::from(config.coarse));
         let networks = nets.map(|coarse| Network::new(config, layout, coarse)).collect();
         Self { config: *config, networks }
     }
 
     /// The shape.
-    pub(super) fn config(&self) -> &NerfConfig {
+    pub(in crate::field) fn config(&self) -> &NerfConfig {
         &self.config
     }
 
     /// Takes over new weights.
-    pub(super) fn update(&mut self, parameters: &[f32]) {
+    pub(in crate::field) fn update(&mut self, parameters: &[f32]) {
         for network in &mut self.networks {
             network.update(&self.config, parameters);
         }
     }
 
     /// Buffers for so many samples at most.
-    pub(super) fn work(&self, samples: usize) -> NerfWork {
+    pub(in crate::field) fn work(&self, samples: usize) -> NerfWork {
         let blocks = samples.div_ceil(BLOCK);
         let (width, color) = (self.config.width, self.config.color_width);
         let rows = |n: usize| Aligned::new(n * blocks * BLOCK);
@@ -169,7 +169,7 @@ impl NerfGradients {
     /// Backwards through what `tape` holds of the fine or the coarse network, whose
     /// gradients have been set there. Adds to `gradient`, laid out as the parameters.
     #[inline(always)]
-    pub(super) fn backward<S: Simd>(
+    pub(in crate::field) fn backward<S: Simd>(
         &self,
         simd: S,
         coarse: bool,

@@ -6,7 +6,12 @@ use crate::random::{Random, normal};
 
 /// Fills `parameters` from `seed`: weights uniform with Glorot's variance, as the
 /// authors' program has them, in the trunk with He's; biases 0; random frequencies normal.
-pub(super) fn initialize(config: &NerfConfig, layout: &Layout, seed: u64, parameters: &mut [f32]) {
+pub(in crate::field) fn initialize(
+    config: &NerfConfig,
+    layout: &Layout,
+    seed: u64,
+    parameters: &mut [f32],
+) {
     let is_trunk = |part: Part| {
         [false, true]
             .iter()

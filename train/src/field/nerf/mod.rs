@@ -13,29 +13,31 @@ mod report;
 mod tape;
 #[cfg(test)]
 mod tests;
+mod update;
 mod weights;
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::PoisonError;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use pocketnerf_core::field::NerfField;
 use pocketnerf_core::march::Hierarchical;
 use pocketnerf_core::{AnyField, Error};
 
-use backward::NerfGradients;
+pub(super) use back::d_raw;
+pub(super) use backward::{NerfGradients, NerfWork};
 pub use config::{FourierConfig, NerfConfig, WavesConfig};
+pub(super) use init::initialize;
 pub use layout::NerfLayer;
 pub(super) use report::report;
 pub use report::{EncodingReport, NetworkReport, NetworksReport, WavesReport};
+pub(super) use tape::NerfTape;
+pub(super) use update::Gradients;
 
-use super::rounding::Unrounded;
 use super::{
     Back, Context, FieldConfig, FieldKind, HashGridFieldConfig, HierarchicalTraining, Layout,
-    TrainableField, Update, sum_groups,
+    TrainableField, Update,
 };
 use crate::pool::Pool;
-use crate::stopwatch::{Laps, Stage};
-use crate::trainer::{Slices, muon};
 use back::{NerfBack, Worker};
 
 /// The field in training. It learns as it is, in `f32`.
@@ -44,10 +46,7 @@ struct TrainableNerf {
     scale: f32,
     layout: Layout,
     networks: NerfGradients,
-    /// Gradients of each group of rays. A group has one thread at a time.
-    groups: Vec<Mutex<Vec<f32>>>,
-    /// Their sum.
-    gradient: Vec<f32>,
+    gradients: Gradients,
     /// Buffers of the way back, as many as there are threads.
     workers: Pool<Worker>,
 }
@@ -58,8 +57,7 @@ impl FieldKind for NerfConfig {
         Box::new(TrainableNerf {
             scale,
             networks: NerfGradients::new(self, &layout),
-            groups: Vec::new(),
-            gradient: vec![0.0; layout.len()],
+            gradients: Gradients::new(layout.len()),
             workers: Pool::default(),
             layout,
         })
@@ -104,7 +102,7 @@ impl TrainableField for TrainableNerf {
     }
 
     fn initialize(&self, seed: u64, parameters: &mut [f32]) {
-        init::initialize(self.networks.config(), &self.layout, seed, parameters);
+        initialize(self.networks.config(), &self.layout, seed, parameters);
     }
 
     fn view<'a>(&'a self, parameters: &'a [f32]) -> Result<AnyField<'a>, Error> {
@@ -114,47 +112,28 @@ impl TrainableField for TrainableNerf {
     }
 
     fn set(&mut self, _: Level, _: &[f32]) {
-        self.gradient.fill(0.0);
+        self.gradients.sum.fill(0.0);
     }
 
     fn prepare(&mut self, parameters: &[f32], groups: usize) {
         self.networks.update(parameters);
-        self.groups.resize_with(groups, || Mutex::new(vec![0.0; self.layout.len()]));
+        self.gradients.prepare(groups);
     }
 
     fn back<'a>(&'a self, group: usize, context: Context<'a>) -> Box<dyn Back + 'a> {
-        let mut gradient = self.groups[group].lock().unwrap_or_else(PoisonError::into_inner);
+        let mut gradient =
+            self.gradients.groups[group].lock().unwrap_or_else(PoisonError::into_inner);
         gradient.fill(0.0);
         Box::new(NerfBack::new(self, gradient, context))
     }
 
     #[cfg(test)]
-    fn gradient(&self, _: Level) -> Vec<f32> {
-        let mut sum = vec![0.0; self.layout.len()];
-        for group in &self.groups {
-            sum.iter_mut().zip(&*group.lock().unwrap()).for_each(|(sum, g)| *sum += g);
-        }
-        sum
+    fn gradient(&self, _: Level, _: &[f32]) -> Vec<f32> {
+        self.gradients.summed()
     }
 
     fn update(&mut self, update: Update<'_>) {
-        let Update { level, parameters, mean, square, step, adam, rate, stopwatch, .. } = update;
-        let Self { layout, groups, gradient, networks, .. } = self;
-        let mut laps = Laps::begin(stopwatch);
-        let groups: Vec<&[f32]> = groups
-            .iter_mut()
-            .map(|group| &group.get_mut().unwrap_or_else(PoisonError::into_inner)[..])
-            .collect();
-        sum_groups(gradient, &groups);
-        laps.end(Stage::Reduce, 1);
-        let rounded = &mut vec![(); parameters.len()][..];
-        let slices = Slices { parameters, gradient, mean, square, rounded };
-        let corrected = adam.corrected(rate, step);
-        if networks.config().muon && step <= muon::STEPS {
-            muon::update_all(level, rate, layout, (&adam, corrected), Unrounded, slices);
-        } else {
-            dispatch!(level, simd => adam.update(simd, corrected, Unrounded, slices));
-        }
-        laps.end(Stage::Adam, 0);
+        let by_muon = self.networks.config().muon;
+        self.gradients.follow(by_muon, &self.layout, update);
     }
 }

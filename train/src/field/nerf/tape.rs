@@ -36,7 +36,7 @@ impl Rows {
 
 /// What every layer gave for a batch of samples.
 #[derive(Debug)]
-pub(super) struct NerfTape {
+pub(in crate::field) struct NerfTape {
     pub(super) encoded: Rows,
     pub(super) directions: Rows,
     /// After ReLU.
@@ -55,7 +55,7 @@ pub(super) struct NerfTape {
 
 impl NerfTape {
     /// For so many samples at most.
-    pub(super) fn new(config: &NerfConfig, samples: usize) -> Self {
+    pub(in crate::field) fn new(config: &NerfConfig, samples: usize) -> Self {
         let blocks = samples.div_ceil(BLOCK);
         let rows = |n| Rows::new(n, blocks);
         let most_inputs = config.layers().map(|layer| config.shape(layer)[0]).max().unwrap_or(0);
@@ -81,7 +81,7 @@ impl NerfTape {
     /// number is a multiple of 16. Then [`raw`](Self::raw) and [`color`](Self::color) are
     /// known.
     #[inline(always)]
-    pub(super) fn forward<S: Simd>(
+    pub(in crate::field) fn forward<S: Simd>(
         &mut self,
         simd: S,
         field: &NerfField<'_>,
@@ -156,7 +156,7 @@ impl NerfTape {
 
     /// Sets what is to go back of a sample: the gradients of the density before its
     /// activation and of the colour, which becomes that before its logistic.
-    pub(super) fn set_gradient(&mut self, s: usize, d_raw: f32, d_rgb: [f32; 3]) {
+    pub(in crate::field) fn set_gradient(&mut self, s: usize, d_raw: f32, d_rgb: [f32; 3]) {
         let n = self.n_blocks();
         self.density.rows_mut(n).as_flattened_mut()[s] = d_raw;
         let rows = &mut self.rgb.rows_mut(n)[s / BLOCK * 3..][..3];
@@ -168,7 +168,7 @@ impl NerfTape {
 
     /// Sets the gradients of the samples from `first` on to 0: they fill up the last
     /// block.
-    pub(super) fn clear_from(&mut self, first: usize) {
+    pub(in crate::field) fn clear_from(&mut self, first: usize) {
         for s in first..self.n_blocks() * BLOCK {
             self.set_gradient(s, 0.0, [0.0; 3]);
         }

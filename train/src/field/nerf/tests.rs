@@ -28,7 +28,7 @@ impl Case {
     fn new(config: NerfConfig) -> Self {
         let layout = config.layout();
         let mut parameters = vec![0.0; layout.len()];
-        init::initialize(&config, &layout, 3, &mut parameters);
+        initialize(&config, &layout, 3, &mut parameters);
         let mut random = Random::new(5, [0; 3]);
         // Biases too are to matter.
         for value in &mut parameters {
@@ -104,7 +104,7 @@ impl Case {
             let rgb = tape.color(s);
             sum += f64::from(sigma * f);
             sum += (0..3).map(|c| f64::from(rgb[c] * colors[c])).sum::<f64>();
-            let d_raw = back::d_raw(&field, sigma, f);
+            let d_raw = d_raw(&field, sigma, f);
             tape.set_gradient(s, d_raw, colors);
         }
         tape.clear_from(N);

@@ -154,7 +154,7 @@ impl TrainableField for TrainablePlenoxels {
     }
 
     #[cfg(test)]
-    fn gradient(&self, level: Level) -> Vec<f32> {
+    fn gradient(&self, level: Level, _: &[f32]) -> Vec<f32> {
         self.summed(level)
     }
 

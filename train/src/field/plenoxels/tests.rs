@@ -99,7 +99,7 @@ fn gradient(field: &mut dyn TrainableField, values: &[f32], samples: &Samples) -
             row_len: 16,
         });
     }
-    field.gradient(level)
+    field.gradient(level, values)
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn a_colour_that_is_cut_off_is_brought_back_and_no_further() {
         gradients: &gradients,
         row_len: 16,
     });
-    let found = field.gradient(level);
+    let found = field.gradient(level, &values);
     let sum = |color: usize| -> f32 { found.iter().skip(1 + color).step_by(4).sum() };
     // The constant harmonic.
     assert!((sum(0) + 0.282_094_8).abs() < 1e-6 && (sum(1) - 0.282_094_8).abs() < 1e-6);

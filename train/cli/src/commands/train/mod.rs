@@ -2,11 +2,10 @@
 
 mod bar;
 mod begin;
+mod kinds;
 mod model;
-mod nerf;
 mod options;
 mod origin;
-mod plenoxels;
 mod refined;
 mod saving;
 mod scene;
@@ -33,7 +32,7 @@ use super::device::Opening;
 use super::stop::Stop;
 use super::{Common, Failure, device, memory, print_line};
 pub(super) use bar::Bar;
-pub(super) use model::Method;
+pub(super) use kinds::Method;
 pub(super) use options::{SECONDS, Train};
 use origin::method;
 pub(super) use origin::{Origin, default_camera};

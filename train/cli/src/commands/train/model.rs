@@ -3,49 +3,9 @@
 use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
 use pocketnerf_train::trainer::{Length, Size, TrainConfig, Trainer};
 
-use super::nerf::NerfOptions;
-use super::plenoxels::PlenoxelOptions;
+use super::kinds::{self, KindOptions, Method};
 use crate::commands::Failure;
 use crate::commands::parse::parse_psnr;
-
-/// What is trained.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(in crate::commands) enum Method {
-    /// A multiresolution hash grid and small networks: minutes
-    #[default]
-    HashGrid,
-    /// The original NeRF MLP (about 1,000 times slower)
-    Nerf,
-    /// A sparse grid of voxels with spherical harmonics, without networks
-    Plenoxels,
-}
-
-impl Method {
-    /// Its name on a command line.
-    pub(in crate::commands) const fn name(self) -> &'static str {
-        match self {
-            Self::HashGrid => "hash-grid",
-            Self::Nerf => "nerf",
-            Self::Plenoxels => "plenoxels",
-        }
-    }
-
-    /// Options of `pocketnerf train` for a model that many runs can be made of.
-    pub(in crate::commands) const fn small(self) -> &'static [&'static str] {
-        match self {
-            Self::HashGrid => &[],
-            Self::Nerf => {
-                &["--method", "nerf", "--depth", "4", "--width", "64", "--batch-rays", "1024"]
-            }
-            Self::Plenoxels => &["--method", "plenoxels", "--voxels", "128"],
-        }
-    }
-
-    /// Whether it has tables, whose size and precision can be chosen.
-    pub(in crate::commands) fn has_tables(self) -> bool {
-        self == Self::HashGrid
-    }
-}
 
 /// What a model is to be good at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -102,9 +62,7 @@ pub(super) struct ModelOptions {
     #[arg(long, value_name = "TIMES", conflicts_with = "resume", value_parser = parse_times)]
     learning_rate: Option<f32>,
     #[command(flatten)]
-    nerf: NerfOptions,
-    #[command(flatten)]
-    plenoxels: PlenoxelOptions,
+    kinds: KindOptions,
 }
 
 /// log2 of the entries per level that are worth so many bytes: twice as many in half the bits. The
@@ -135,21 +93,14 @@ fn parse_times(text: &str) -> Result<f32, String> {
 impl ModelOptions {
     /// Refuses options that make no sense, alone or when resuming.
     pub(super) fn check(&self, resumes: bool) -> Result<(), Failure> {
-        let nerf = self.method == Some(Method::Nerf);
-        let plenoxels = self.method == Some(Method::Plenoxels);
-        let shape = self.method.map(|_| "--method").or_else(|| self.nerf.given());
-        let shape = shape.or_else(|| self.plenoxels.given());
+        let shape = self.method.map(|_| "--method").or_else(|| self.kinds.given());
         let shape = shape.or(self.no_view_dependence.then_some("--no-view-dependence"));
         if let (Some(option), true) = (shape, resumes) {
             return Err(format!("{option}: the checkpoint knows; leave it out").into());
         }
-        if let (Some(option), false) = (self.nerf.given(), nerf) {
-            return Err(format!("{option}: give --method nerf too").into());
-        }
-        if let (Some(option), false) = (self.plenoxels.given(), plenoxels) {
-            return Err(format!("{option}: give --method plenoxels too").into());
-        }
-        let other = nerf || plenoxels;
+        let method = self.method.unwrap_or_default();
+        self.kinds.check(method)?;
+        let other = !method.has_tables();
         if other && self.profile == Profile::Fast {
             return Err("--profile fast: for --method hash-grid alone".into());
         }
@@ -162,7 +113,7 @@ impl ModelOptions {
         if let (true, Some(option)) = (other, given.or(self.size_option())) {
             return Err(format!("{option}: for --method hash-grid alone").into());
         }
-        self.nerf.check()
+        Ok(())
     }
 
     /// How large the model file is to be.
@@ -217,17 +168,9 @@ impl ModelOptions {
 
     /// The settings of a new run.
     pub(super) fn config(&self, has_alpha: bool, length: Length) -> TrainConfig {
-        let mut config = match self.method.unwrap_or_default() {
-            Method::Nerf => self.nerf.config(has_alpha),
-            Method::Plenoxels => self.plenoxels.config(),
-            Method::HashGrid => TrainConfig::hash_grid().for_length(length),
-        };
+        let mut config = self.kinds.config(self.method.unwrap_or_default(), has_alpha, length);
         if self.no_view_dependence {
-            match &mut config.field {
-                FieldConfig::HashGrid(field) => field.sh_degree = 1,
-                FieldConfig::Nerf(nerf) => nerf.directions = None,
-                FieldConfig::Plenoxels(voxels) => voxels.sh_degree = 1,
-            }
+            kinds::omit_view_dependence(&mut config.field);
         }
         if self.profile == Profile::Fast {
             config = config.for_speed();

@@ -1,3 +1,5 @@
 //! Kinds of field beside the hash grid.
 
+mod derf;
+mod planes;
 mod plenoxels;

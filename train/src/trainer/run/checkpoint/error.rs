@@ -71,7 +71,7 @@ pub enum Problem {
     /// A model that no trainer of ours works on.
     #[error(
         "the model in it is not one that training makes ({0}), expected a hash grid \
-         or a NeRF in f32; train from scratch without --resume"
+         or another field in f32; train from scratch without --resume"
     )]
     Untrainable(&'static str),
     /// The run was on another dataset.

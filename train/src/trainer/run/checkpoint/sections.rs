@@ -8,7 +8,7 @@ use pocketnerf_formats::{ModelFile, Role, Section, SectionId};
 use super::record::RecordV1;
 use super::{Checkpoint, Learnt, Problem};
 use crate::field::rounding::EightBits;
-use crate::field::{FieldConfig, Layout, Unusable};
+use crate::field::{FieldConfig, Layout, Role as PartRole, Unusable};
 use crate::trainer::run::watch::Watch;
 
 /// Kinds of the sections that a checkpoint has beside those of a model.
@@ -291,21 +291,30 @@ fn floats(bytes: &[u8]) -> Vec<f32> {
     bytes.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
 }
 
-/// The weights, in the order of the flat buffer, which is that of the file.
+/// The weights, in the order of the flat buffer, which is that of the file. A tensor may be
+/// several ranges there.
 fn parameters(file: &ModelFile<'_>, layout: &Layout) -> Result<Vec<f32>, Problem> {
-    // An index is no weight: it is part of the field's shape.
-    let tensors = || {
-        let weights = file.tensors().filter(|(name, _)| name.role() != Role::Index);
-        weights.map(|(_, view)| view)
-    };
-    let shapes = tensors().map(|view| [view.rows(), view.cols()]);
-    if !shapes.eq(layout.ranges().iter().map(|range| range.shape)) {
-        return Err(Problem::Untrainable("a bias is missing"));
+    let missing = Problem::Untrainable("a bias is missing");
+    let mut ranges = layout.ranges().iter().peekable();
+    let mut values = Vec::with_capacity(layout.len());
+    for (name, view) in file.tensors() {
+        let is_constant = ranges.peek().is_some_and(|range| range.part.role == PartRole::Fixed);
+        // What is not among the parameters is part of the field's shape.
+        if name.role() == Role::Index || (name.role() == Role::Exact && !is_constant) {
+            continue;
+        }
+        let mut left = view.rows() * view.cols();
+        while left > 0 {
+            let range = ranges.next().filter(|range| range.len() <= left);
+            let Some(range) = range else { return Err(missing) };
+            left -= range.len();
+        }
+        if view.dtype() != DType::F32 {
+            return Err(Problem::Untrainable("weights in f16"));
+        }
+        values.extend(floats(view.bytes()));
     }
-    if tensors().any(|view| view.dtype() != DType::F32) {
-        return Err(Problem::Untrainable("weights in f16"));
-    }
-    Ok(tensors().flat_map(|view| floats(view.bytes())).collect())
+    if ranges.next().is_some() { Err(missing) } else { Ok(values) }
 }
 
 /// The shape of the field, for training.

@@ -2,45 +2,42 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use pocketnerf_core::encoding::hash_grid::{HASH_PRIMES, Level as GridLevel};
 use pocketnerf_core::encoding::spherical_harmonics::{evaluate_each, n_output};
 use pocketnerf_core::field::Shading;
 
-use super::{COLOR, DENSITY, DepthTerm, HashGridFieldConfig, MIN_TRANSMITTANCE};
+use super::exact::Exact;
+use super::{COLOR, DENSITY, DepthTerm, EncodedFieldConfig, MIN_TRANSMITTANCE};
 use crate::field::{Layout, Part, Role};
 use crate::trainer::TrainingRay;
 use crate::trainer::step::group::Record;
 
 /// The loss of some rays as a function of the parameters.
-pub(super) struct Loss {
-    config: HashGridFieldConfig,
+pub(super) struct Loss<E: Exact> {
+    config: EncodedFieldConfig<E>,
     layout: Layout,
     /// Distance between samples.
     step: f64,
     /// Added to the logarithm of the density.
     bias: f64,
-    rays: Vec<Seen>,
+    rays: Vec<Seen<E>>,
     /// Whether depths count, see [`DepthTerm`].
     with_depth: bool,
 }
 
 /// A ray with all that no parameter changes.
-struct Seen {
+struct Seen<E: Exact> {
     ray: TrainingRay,
     direction: [f64; 3],
     harmonics: Vec<f64>,
     /// Unit coordinates.
     points: Vec<[f64; 3]>,
     /// Each with the steps that it stands for, and its distance.
-    samples: Vec<(Encoding, [f64; 2])>,
+    samples: Vec<(E::Places, [f64; 2])>,
 }
 
-/// An encoded point: eight entries and their weights a level.
-type Encoding = Vec<[(usize, f64); 8]>;
-
-impl Loss {
+impl<E: Exact> Loss<E> {
     pub(super) fn new(
-        config: HashGridFieldConfig,
+        config: EncodedFieldConfig<E>,
         layout: Layout,
         (step, bias): (f32, f32),
         with_depth: bool,
@@ -54,7 +51,7 @@ impl Loss {
                 ray,
                 direction,
                 harmonics: harmonics(config.sh_degree, direction),
-                samples: points.iter().map(|p| encoding(&config, *p)).zip(lengths).collect(),
+                samples: points.iter().map(|p| config.grid.places(*p)).zip(lengths).collect(),
                 points,
             }
         };
@@ -70,7 +67,7 @@ impl Loss {
     ) -> Self {
         let rays = self.rays.iter().enumerate().map(|(r, seen)| {
             let points: Vec<_> = seen.points.iter().map(|p| point(r, *p)).collect();
-            let encodings = points.iter().map(|p| encoding(&self.config, *p));
+            let encodings = points.iter().map(|p| self.config.grid.places(*p));
             let direction = direction(r, seen.direction);
             Seen {
                 ray: seen.ray,
@@ -93,12 +90,12 @@ impl Loss {
         0.5 * self.rays.iter().map(|seen| self.squared_error(parameters, seen)).sum::<f64>()
     }
 
-    fn squared_error(&self, parameters: &[f64], seen: &Seen) -> f64 {
+    fn squared_error(&self, parameters: &[f64], seen: &Seen<E>) -> f64 {
         let per_sample = self.config.shading == Shading::PerSample;
         let (mut transmittance, mut opacity, mut depth) = (1.0, 0.0, 0.0);
         let mut sums = vec![0.0; if per_sample { 3 } else { self.config.n_features }];
-        for (encoding, [steps, t]) in &seen.samples {
-            let mut values = self.encoded(parameters, encoding);
+        for (places, [steps, t]) in &seen.samples {
+            let mut values = self.config.grid.encoded(&self.layout, parameters, places);
             self.network(parameters, false, &mut values);
             let log_density = values.remove(0) + self.bias;
             if per_sample {
@@ -140,19 +137,7 @@ impl Loss {
         f64::from(weight) * (color + off * off)
     }
 
-    fn encoded(&self, parameters: &[f64], encoding: &[[(usize, f64); 8]]) -> Vec<f64> {
-        let mut values = Vec::new();
-        for (corners, range) in encoding.iter().zip(self.layout.tables()) {
-            let [_, n_features] = range.shape;
-            values.extend((0..n_features).map(|f| {
-                let value = |(entry, w)| w * parameters[range.start + entry * n_features + f];
-                corners.iter().copied().map(value).sum::<f64>()
-            }));
-        }
-        values
-    }
-
-    fn color(&self, parameters: &[f64], mut features: Vec<f64>, seen: &Seen) -> Vec<f64> {
+    fn color(&self, parameters: &[f64], mut features: Vec<f64>, seen: &Seen<E>) -> Vec<f64> {
         features.extend(&seen.harmonics);
         self.network(parameters, true, &mut features);
         features.iter().map(|x| 1.0 / (1.0 + (-x).exp())).collect()
@@ -215,33 +200,4 @@ fn harmonics(degree: u32, direction: [f64; 3]) -> Vec<f64> {
     let mut out = [Wide(0.0); 16];
     evaluate_each(degree, direction.map(Wide), Wide(1.0), &mut out);
     out[..n_output(degree)].iter().map(|value| value.0).collect()
-}
-
-fn encoding(config: &HashGridFieldConfig, u: [f64; 3]) -> Encoding {
-    (0..config.grid.n_levels as usize).map(|l| corners(&config.grid.level(l), u)).collect()
-}
-
-/// The corners of a point's cell, numbered in blocks of 2×2×2.
-fn corners(level: &GridLevel, u: [f64; 3]) -> [(usize, f64); 8] {
-    let position = u.map(|u| u * f64::from(level.scale) + 0.5);
-    std::array::from_fn(|c| {
-        let high = [0, 1, 2].map(|axis| c >> axis & 1);
-        let corner = [0, 1, 2].map(|axis| position[axis] as u32 + high[axis] as u32);
-        let weight: f64 = (0..3)
-            .map(|axis| position[axis].fract())
-            .zip(high)
-            .map(|(fraction, high)| if high == 1 { fraction } else { 1.0 - fraction })
-            .product();
-        let [x, y, z] = corner.map(|c| c >> 1);
-        let block = match level.dense_side {
-            0 => {
-                let [a, b, c] = HASH_PRIMES;
-                let hash = x.wrapping_mul(a) ^ y.wrapping_mul(b) ^ z.wrapping_mul(c);
-                hash % (level.entries / 8)
-            }
-            n => x + n * (y + n * z),
-        };
-        let low = corner.map(|c| c & 1);
-        ((8 * block + low[0] + 2 * low[1] + 4 * low[2]) as usize, weight)
-    })
 }

@@ -1,10 +1,10 @@
 //! Vanilla NeRF, one point and one value at a time.
 
-use super::math::{exp, logistic, sin_cos_pi};
-use super::network::{MAX_WIDTH, Values, one};
 use super::{Features, ReferenceField};
 use crate::encoding::{Affine, Fourier, Waves};
 use crate::field::{Activation, MAX_CHANNELS, NerfField};
+use crate::reference::math::{exp, logistic, sin_cos_pi};
+use crate::reference::network::{MAX_WIDTH, Values, one};
 
 impl ReferenceField for NerfField<'_> {
     /// NaN is empty space, and black.

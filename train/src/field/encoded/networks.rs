@@ -6,7 +6,8 @@ use pocketnerf_core::field::Decoder;
 use pocketnerf_core::lanes;
 use pocketnerf_core::network::panel_len;
 
-use super::config::{COLOR, DENSITY, HashGridFieldConfig};
+use super::Encoding;
+use super::config::{COLOR, DENSITY, EncodedFieldConfig};
 use crate::aligned::Aligned;
 use crate::field::Layout;
 use crate::field::network::Network;
@@ -40,7 +41,7 @@ impl Gradients {
 
 impl Networks {
     /// For fields of this shape.
-    pub(super) fn new(config: &HashGridFieldConfig, layout: &Layout) -> Self {
+    pub(super) fn new<E: Encoding>(config: &EncodedFieldConfig<E>, layout: &Layout) -> Self {
         let density = Network::new(layout, DENSITY, config.density_widths());
         let color = Network::new(layout, COLOR, config.color_widths());
         let max_width = density.widths.iter().chain(&color.widths).copied().max().unwrap_or(0);

@@ -1,18 +1,15 @@
 //! A group's way back: from batches of rays and samples to the networks' weights and to
-//! encoded points, whose gradient the update scatters to the grid.
+//! encoded points, whose gradient the update scatters to the tables.
 
 use std::sync::MutexGuard;
 
 use fearless_simd::{Level, Simd, dispatch};
-use pocketnerf_core::encoding::hash_grid::{self, Level as GridLevel};
-use pocketnerf_core::field::{Decoder, HashGridField, Shading};
-use pocketnerf_core::lanes::LANES;
-use pocketnerf_core::lanes::transpose;
+use pocketnerf_core::TensorView;
+use pocketnerf_core::field::{Decoder, Shading};
+use pocketnerf_core::lanes::{LANES, transpose};
 
-use super::TrainableHashGrid;
 use super::networks::{Gradients, Networks};
-use super::positions;
-use super::scatter::scatter_level;
+use super::{Encoding, TrainableEncoded};
 use crate::aligned::Aligned;
 use crate::field::logistic::before_logistic;
 use crate::field::{Back, Context, STRIDE, SampleGradients};
@@ -59,21 +56,20 @@ impl GroupGradients {
         Some(([0, 1, 2].map(|a| &points[a * STRIDE..][..n]), rows))
     }
 
-    /// Adds the gradient of one level of the grid.
+    /// Adds the gradient of a task's tables.
     #[inline(always)]
-    pub(super) fn scatter<S: Simd>(
+    pub(super) fn scatter<S: Simd, E: Encoding>(
         &self,
         simd: S,
-        (number, level): (usize, &GridLevel),
-        [features, n_encoded]: [usize; 2],
+        grid: &E,
+        task: (usize, &[TensorView<'_>]),
         gradient: &mut [f32],
     ) {
-        let blocks = self.blocks.chunks_exact((3 + n_encoded) * STRIDE);
+        let blocks = self.blocks.chunks_exact((3 + grid.n_output()) * STRIDE);
         for (block, &n) in blocks.zip(&self.block_lens) {
             let (points, rows) = block.split_at(3 * STRIDE);
             let points = [0, 1, 2].map(|a| &points[a * STRIDE..][..n]);
-            let rows = &rows[number * features * STRIDE..];
-            scatter_level(simd, level, features, points, rows, STRIDE, gradient);
+            grid.scatter(simd, task, points, (rows, STRIDE), gradient);
         }
     }
 }
@@ -91,7 +87,7 @@ pub(super) struct Worker {
 }
 
 impl Worker {
-    fn new(field: &TrainableHashGrid) -> Self {
+    fn new<E: Encoding>(field: &TrainableEncoded<E>) -> Self {
         let rows = |n: usize| Aligned::new(n * STRIDE);
         let width = field.networks.max_width;
         Self {
@@ -106,10 +102,12 @@ impl Worker {
 
 /// The way back.
 #[derive(Debug)]
-pub(super) struct HashGridBack<'a> {
+pub(super) struct EncodedBack<'a, E: Encoding> {
     networks: &'a Networks,
-    field: HashGridField<'a>,
-    /// The grid's parameters, not rounded, a level each.
+    shape: &'a E,
+    grid: E::View<'a>,
+    decoder: Decoder<'a>,
+    /// The tables' parameters, not rounded.
     tables: Vec<&'a [f32]>,
     level: Level,
     stopwatch: Option<&'a Stopwatch>,
@@ -117,29 +115,31 @@ pub(super) struct HashGridBack<'a> {
     worker: Lease<'a, Worker>,
 }
 
-impl<'a> HashGridBack<'a> {
+impl<'a, E: Encoding> EncodedBack<'a, E> {
     pub(super) fn new(
-        owner: &'a TrainableHashGrid,
+        owner: &'a TrainableEncoded<E>,
         group: MutexGuard<'a, GroupGradients>,
         context: Context<'a>,
     ) -> Self {
         let Context { level, stopwatch, parameters } = context;
-        let field = owner.training_field(parameters).expect("checked when training began");
+        let training = owner.training_field(parameters);
+        let (grid, decoder) = training.expect("checked when training began");
         let worker = owner.workers.lease(|| Worker::new(owner));
         let tables = owner.layout.tables().iter().map(|range| &parameters[range.indices()]);
         let tables = tables.collect();
-        Self { networks: &owner.networks, field, tables, level, stopwatch, group, worker }
+        let (networks, shape) = (&owner.networks, &owner.config.grid);
+        Self { networks, shape, grid, decoder, tables, level, stopwatch, group, worker }
     }
 }
 
-impl Back for HashGridBack<'_> {
+impl<E: Encoding> Back for EncodedBack<'_, E> {
     fn colors(&mut self, features: &[f32], directions: [&[f32]; 3], n: usize) -> &[f32] {
-        let rows = features.chunks(STRIDE).take(self.field.decoder.n_features as usize);
+        let rows = features.chunks(STRIDE).take(self.decoder.n_features as usize);
         for (to, from) in self.worker.color_input.chunks_mut(STRIDE).zip(rows) {
             to[..n].copy_from_slice(&from[..n]);
         }
         dispatch!(self.level, simd => self.worker.colors(
-            simd, &self.field.decoder, self.networks, directions, n,
+            simd, &self.decoder, self.networks, directions, n,
         ));
         &self.worker.output
     }
@@ -165,34 +165,28 @@ impl Back for HashGridBack<'_> {
     }
 
     fn points(&mut self, levels: &[f32], mut d_points: [&mut [f32]; 3]) {
-        let Self { field, tables, group, .. } = self;
-        let Some((points, rows)) = group.last_block(field.n_encoded()) else { return };
-        let config = &field.grid.config;
-        let shape = (config.n_features_per_level as usize, STRIDE);
-        let shares = levels.iter().take(config.n_levels as usize).enumerate();
-        for (l, share) in shares.filter(|(_, share)| **share > 0.0) {
-            let (level, rows) = (config.level(l), &rows[l * shape.0 * STRIDE..]);
-            dispatch!(self.level, simd => positions::add_level(
-                simd, (&level, *share), (tables[l], rows, shape), points, &mut d_points,
-            ));
-        }
+        let Self { shape, tables, group, .. } = self;
+        let Some((points, rows)) = group.last_block(shape.n_output()) else { return };
+        dispatch!(self.level, simd => shape.points_back(
+            simd, tables, points, (rows, STRIDE), levels, &mut d_points,
+        ));
     }
 }
 
-impl HashGridBack<'_> {
+impl<E: Encoding> EncodedBack<'_, E> {
     /// From samples to network weights and encoded points.
     #[inline(always)]
     fn samples_back<S: Simd>(&mut self, simd: S, samples: &SampleGradients<'_>) {
-        let Self { networks, field, stopwatch, group, worker, .. } = self;
+        let Self { networks, shape, grid, decoder, stopwatch, group, worker, .. } = self;
         let mut laps = Laps::begin(*stopwatch);
-        let (row_len, n_encoded) = (samples.row_len, field.n_encoded());
+        let (row_len, n_encoded) = (samples.row_len, shape.n_output());
         let padded = samples.points[0].len();
         let (block, weights) = group.block((3 + n_encoded) * STRIDE, padded);
         let (points, d_encoded) = block.split_at_mut(3 * STRIDE);
         for (row, point) in points.chunks_mut(STRIDE).zip(samples.points) {
             row[..padded].copy_from_slice(point);
         }
-        hash_grid::encode(simd, &field.grid, samples.points, &mut worker.encoded, STRIDE);
+        E::encode(simd, grid, samples.points, &mut worker.encoded, STRIDE);
         laps.end(Stage::EncodeAgain, samples.len);
         let rows = worker.gradients.rows();
         for (to, part) in rows.chunks_mut(LANES * STRIDE).zip((0..row_len).step_by(LANES)) {
@@ -201,11 +195,11 @@ impl HashGridBack<'_> {
                 transpose(simd, (from, row_len, LANES), (&mut to[at..], STRIDE), LANES);
             }
         }
-        if field.decoder.shading == Shading::PerSample {
-            worker.through_color(simd, &field.decoder, networks, samples, weights);
+        if decoder.shading == Shading::PerSample {
+            worker.through_color(simd, decoder, networks, samples, weights);
         } else {
             let Worker { encoded, gradients, .. } = &mut **worker;
-            networks.density_forward(simd, &field.decoder, encoded, gradients, padded, None);
+            networks.density_forward(simd, decoder, encoded, gradients, padded, None);
         }
         let Worker { encoded, gradients, .. } = &mut **worker;
         networks.density(simd, encoded, gradients, padded, weights, Some(d_encoded));

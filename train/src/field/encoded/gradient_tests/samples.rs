@@ -56,7 +56,7 @@ fn found(marcher: &Marcher<'_>, ray: &TrainingRay) -> Vec<[f32; 3]> {
 
 /// That all rays of a step, which takes no long steps, took what the marcher finds,
 /// from the first sample to the last or until they became opaque.
-pub(super) fn check(step: &Step) {
+pub(super) fn check<E: Exact + Copy>(step: &Step<E>) {
     let Step { grid, space, sampling, .. } = step;
     let marcher = Marcher::from_parts(Some(grid.view()), *space, *sampling, true);
     for (ray, samples) in step.groups().flat_map(Group::rays_with_samples) {

@@ -1,9 +1,22 @@
 //! What a field says of one point: density, features and colour.
 
-use super::harmonics::harmonics;
-use super::math::logistic;
-use super::network::{self, MAX_WIDTH};
+#[cfg(any(feature = "hash-grid", feature = "planes"))]
+mod decoder;
+#[cfg(feature = "derf")]
+mod derf;
+#[cfg(feature = "hash-grid")]
+mod hash_grid;
+#[cfg(feature = "nerf")]
+mod nerf;
+#[cfg(feature = "planes")]
+mod planes;
+#[cfg(feature = "plenoxels")]
+mod plenoxels;
+
 use crate::field::{AnyField, Decoder, MAX_CHANNELS, each_kind};
+use crate::reference::harmonics::harmonics;
+use crate::reference::math::logistic;
+use crate::reference::network::{self, MAX_WIDTH};
 use crate::{Error, Model};
 
 /// Features of a point or of a ray; those that the field does not have are 0.

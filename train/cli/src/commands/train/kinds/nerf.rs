@@ -91,16 +91,21 @@ impl NerfOptions {
     /// An option that was given, to refuse it without its method.
     pub(super) fn given(&self) -> Option<&'static str> {
         let given = [
-            ("--sampling", self.sampling.is_some()),
             ("--depth", self.depth.is_some()),
             ("--width", self.width.is_some()),
             ("--octaves", self.octaves.is_some()),
-            ("--gaussian", self.gaussian.is_some()),
             ("--density", self.density.is_some()),
             ("--no-positional-encoding", self.no_positional_encoding),
         ];
         let found = given.into_iter().find(|(_, given)| *given).map(|(option, _)| option);
-        found.or_else(|| self.given_for_hierarchical())
+        found.or_else(|| self.given_for_whole())
+    }
+
+    /// The same of options that heads of a decomposed field do not have.
+    pub(super) fn given_for_whole(&self) -> Option<&'static str> {
+        let sampling = self.sampling.map(|_| "--sampling");
+        let gaussian = self.gaussian.map(|_| "--gaussian");
+        sampling.or(gaussian).or_else(|| self.given_for_hierarchical())
     }
 
     /// The same of options for hierarchical sampling alone.
@@ -152,7 +157,8 @@ impl NerfOptions {
         config
     }
 
-    fn shape(&self, nerf: &mut NerfConfig) {
+    /// The network that the options describe, where they say anything.
+    pub(super) fn shape(&self, nerf: &mut NerfConfig) {
         let octaves =
             |n| FourierConfig { waves: WavesConfig::Octaves { n, pi: false }, include_input: true };
         nerf.depth = self.depth.map_or(nerf.depth, |n| n as usize);

@@ -11,7 +11,12 @@ const MOVE: f64 = 2e-7;
 
 /// The error of the derivative along `direction` relative to its size, or to
 /// its typical size where its terms cancel.
-fn error(loss: &Loss, parameters: &[f64], gradient: &[f32], direction: &Direction) -> f64 {
+fn error(
+    loss: &Loss<impl Exact>,
+    parameters: &[f64],
+    gradient: &[f32],
+    direction: &Direction,
+) -> f64 {
     let moved = |by: f64| {
         let mut parameters = parameters.to_vec();
         for (i, share) in direction {
@@ -26,7 +31,7 @@ fn error(loss: &Loss, parameters: &[f64], gradient: &[f32], direction: &Directio
 }
 
 /// Gives the number of rays that ended early.
-fn check(case: Case) -> usize {
+fn check<E: Exact + Copy>(case: Case<E>) -> usize {
     let mut step = Step::new(case);
     let (found, samples) = step.run(0.0, 0);
     assert!(samples > 700, "{samples} samples");
@@ -67,6 +72,18 @@ fn rays_that_end_early() {
         let case = Case { encoding: hash_grid(4), shading, log_density: 3.0, ..ONE_LAYER };
         let ended = check(case);
         assert!(ended > 10, "{ended} rays ended");
+    }
+}
+
+#[test]
+fn planes() {
+    for shading in SHADINGS {
+        let case = ONE_LAYER.of(PLANES);
+        check(Case { shading, ..case });
+        check(Case { shading, encoding: PlanesConfig { n_components: 32, ..PLANES }, ..case });
+        for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+            check(Case { shading, simd: Some(simd), ..case });
+        }
     }
 }
 

@@ -1,44 +1,16 @@
 //! The hash grid, corner by corner, from the text of [`crate::encoding::hash_grid`].
 
-use super::field::shade;
-use super::math::exp;
-use super::network::{self, MAX_WIDTH, Values};
+use super::decoder::decode;
 use super::{Features, ReferenceField};
 use crate::encoding::hash_grid::GridIndex;
 use crate::encoding::hash_grid::{HASH_PRIMES, HashGrid, HashGridConfig};
-use crate::field::{Decoder, HashGridField, MAX_CHANNELS, Shading};
-
-/// Highest log density; beyond it sigma stays at e^15 per scene unit.
-const MAX_LOG_DENSITY: f64 = 15.0;
+use crate::field::HashGridField;
+use crate::reference::network::{MAX_WIDTH, Values};
 
 impl ReferenceField for HashGridField<'_> {
     fn reference(&self, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
         decode(&self.decoder, &encode(&self.grid, u), direction)
     }
-}
-
-/// Sigma and channels of encoded values behind a decoder.
-fn decode(decoder: &Decoder<'_>, encoded: &Values, direction: [f32; 3]) -> (f64, Features) {
-    let (sigma, features) = density(decoder, encoded);
-    if decoder.shading == Shading::PerRay {
-        return (sigma, features);
-    }
-    let mut channels = [0.0; MAX_CHANNELS];
-    channels[..3].copy_from_slice(&shade(decoder, &features, direction));
-    (sigma, channels)
-}
-
-/// Sigma, per scene unit, and the features of an encoded point.
-///
-/// `sigma = exp(min(raw + log_density_bias, 15))`; a NaN is empty space.
-fn density(decoder: &Decoder<'_>, encoded: &Values) -> (f64, Features) {
-    let out = network::forward(&decoder.density, encoded);
-    let log_density = out[0] + f64::from(decoder.log_density_bias);
-    let sigma = if log_density.is_nan() { 0.0 } else { exp(log_density.min(MAX_LOG_DENSITY)) };
-    let mut features = [0.0; MAX_CHANNELS];
-    let n = decoder.n_features as usize;
-    features[..n].copy_from_slice(&out[1..=n]);
-    (sigma, features)
 }
 
 /// Encodes unit point `u`: F features of level 0, then of level 1, ...

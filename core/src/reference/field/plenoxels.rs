@@ -1,11 +1,11 @@
 //! Plenoxels, corner by corner, from the texts of [`crate::encoding::voxel_grid`] and
 //! [`PlenoxelField`].
 
-use super::harmonics::harmonics;
-use super::math::exp;
 use super::{Features, ReferenceField};
 use crate::encoding::VoxelGrid;
 use crate::field::{MAX_CHANNELS, PlenoxelField};
+use crate::reference::harmonics::harmonics;
+use crate::reference::math::exp;
 
 /// Highest log density.
 const MAX_LOG_DENSITY: f64 = 15.0;

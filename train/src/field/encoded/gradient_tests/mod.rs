@@ -4,6 +4,7 @@
 //! rounded ones would round the steps of the differences away.
 
 mod differences;
+mod exact;
 mod loss;
 mod poses;
 mod roulette;
@@ -16,7 +17,7 @@ use pocketnerf_core::{Camera, Sampling, SimdLevel, Space};
 use super::config::{COLOR, DENSITY};
 use super::*;
 use crate::dataset::{Dataset, Split, View};
-use crate::field::{Part, Role};
+use crate::field::{Part, PlanesConfig, Role};
 use crate::random::Random;
 use crate::trainer::backend::{Backend, Cpu, StepInput};
 use crate::trainer::loss::{RayLoss, Rendered, Term};
@@ -29,6 +30,7 @@ use crate::trainer::step::group::{Group, Job, MIN_TRANSMITTANCE};
 use crate::trainer::step::poses::PoseJob;
 use crate::trainer::step::worker::Worker;
 use crate::trainer::{DensityGrid, TrainConfig, TrainingRay};
+use exact::Exact;
 use loss::Loss;
 
 /// Parameters of each range that are looked at one by one.
@@ -67,10 +69,12 @@ const fn hash_grid(n_features_per_level: u32) -> HashGridConfig {
     }
 }
 
+const PLANES: PlanesConfig = PlanesConfig { resolution: 9, last_resolution: 9, n_components: 16 };
+
 /// A field to look at.
 #[derive(Clone, Copy, Debug)]
-struct Case {
-    encoding: HashGridConfig,
+struct Case<E = HashGridConfig> {
+    encoding: E,
     density_hidden: &'static [usize],
     color_hidden: &'static [usize],
     n_features: usize,
@@ -105,6 +109,28 @@ const ONE_LAYER: Case = Case {
 };
 const TWO_LAYERS: Case = Case { density_hidden: &[24, 13], color_hidden: &[16, 9], ..ONE_LAYER };
 
+impl Case {
+    /// The same with another encoding.
+    const fn of<E: Copy>(self, encoding: E) -> Case<E> {
+        let Self { density_hidden, color_hidden, n_features, sh_degree, shading, .. } = self;
+        let Self { log_density, rays, coarse_step_below, depth, poses, simd, .. } = self;
+        Case {
+            encoding,
+            density_hidden,
+            color_hidden,
+            n_features,
+            sh_degree,
+            shading,
+            log_density,
+            rays,
+            coarse_step_below,
+            depth,
+            poses,
+            simd,
+        }
+    }
+}
+
 const SHADINGS: [Shading; 2] = [Shading::PerRay, Shading::PerSample];
 
 /// A term of the loss: half the squared difference of each ray's depth from a fixed one.
@@ -126,9 +152,9 @@ impl Term for DepthTerm {
 }
 
 /// The groups of one step, which can be run again.
-struct Step {
-    case: Case,
-    config: HashGridFieldConfig,
+struct Step<E = HashGridConfig> {
+    case: Case<E>,
+    config: EncodedFieldConfig<E>,
     layout: Layout,
     source: RaySource,
     visibility: PixelVisibility,
@@ -139,9 +165,9 @@ struct Step {
     cpu: Cpu,
 }
 
-impl Step {
-    fn new(case: Case) -> Self {
-        let config = HashGridFieldConfig {
+impl<E: Exact + Copy> Step<E> {
+    fn new(case: Case<E>) -> Self {
+        let config = EncodedFieldConfig {
             grid: case.encoding,
             density_hidden: case.density_hidden.into(),
             color_hidden: case.color_hidden.into(),
@@ -150,7 +176,7 @@ impl Step {
             shading: case.shading,
         };
         let training = TrainConfig {
-            field: FieldConfig::HashGrid(config.clone()),
+            field: E::config(config.clone()),
             opaque_backdrop: [0.1, 0.6, 0.3],
             aabb: Some([[-1.0, -1.0, -0.8], [1.0, 0.9, 1.0]]),
             occupancy_resolution: 16,
@@ -251,11 +277,11 @@ impl Step {
 
     /// The gradient that the groups found, as the optimizer would see it.
     fn gradient(&self) -> Vec<f32> {
-        self.cpu.field.gradient(self.cpu.level)
+        self.cpu.field.gradient(self.cpu.level, self.parameters())
     }
 
     /// The loss of the rays that were run last, in f64.
-    fn loss(&self) -> Loss {
+    fn loss(&self) -> Loss<E> {
         let rays = self.groups().flat_map(Group::rays_with_samples);
         let bias = self.space.unit_map().scale.ln();
         Loss::new(
@@ -269,12 +295,12 @@ impl Step {
 }
 
 /// Values of which all count.
-fn set_parameters(case: &Case, layout: &Layout, parameters: &mut [f32]) {
+fn set_parameters<E: Exact>(case: &Case<E>, layout: &Layout, parameters: &mut [f32]) {
     let mut random = Random::new(2, [0; 3]);
     for range in layout.ranges() {
         for value in &mut parameters[range.indices()] {
             match range.part.role {
-                Role::Table => *value *= 5e3,
+                Role::Table => *value *= 0.5 / case.encoding.initial_range(range.part.layer)[1],
                 Role::Weight => *value *= 0.7,
                 Role::Bias | Role::Fixed => *value = random.next_f32() - 0.5,
             }

@@ -1,12 +1,12 @@
-//! The shape of a hash grid and the networks behind it.
+//! The shape of an encoding and the networks behind it.
 
-use pocketnerf_core::encoding::{
-    GridIndex, HashGrid, HashGridConfig, MAX_LEVELS, spherical_harmonics,
-};
-use pocketnerf_core::field::{Decoder, HashGridField, Shading};
+use pocketnerf_core::encoding::{GridIndex, HashGridConfig, spherical_harmonics};
+use pocketnerf_core::field::{Decoder, Shading};
 use pocketnerf_core::network::{Dense, Mlp};
 use pocketnerf_core::{Error, TensorView};
 
+use super::Encoding;
+use crate::field::HashGridFieldConfig;
 use crate::field::layout::{Layout, Part, Range, Role};
 
 /// Names of the parts of the field.
@@ -14,11 +14,11 @@ pub(super) const GRID: &str = "grid";
 pub(super) const DENSITY: &str = "density";
 pub(super) const COLOR: &str = "color";
 
-/// A multiresolution hash grid, a density network and a colour network.
+/// An encoding with tables, a density network and a colour network.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HashGridFieldConfig {
+pub struct EncodedFieldConfig<E> {
     /// Encoding of positions.
-    pub grid: HashGridConfig,
+    pub grid: E,
     /// Widths of the density network's hidden layers.
     pub density_hidden: Vec<usize>,
     /// Widths of the colour network's hidden layers.
@@ -31,49 +31,33 @@ pub struct HashGridFieldConfig {
     pub shading: Shading,
 }
 
-impl Default for HashGridFieldConfig {
-    fn default() -> Self {
-        Self {
-            grid: HashGridConfig {
-                n_levels: 9,
-                n_features_per_level: 4,
-                log2_hashmap_size: 17,
-                base_resolution: 16,
-                per_level_scale: 1.65,
-                index: GridIndex::Blocked,
-            },
-            density_hidden: vec![64],
-            color_hidden: vec![64, 64],
-            n_features: 15,
-            sh_degree: 4,
-            shading: Shading::PerRay,
-        }
-    }
-}
+/// A small hash grid that learns the outline of a scene in a second.
+const COARSE: HashGridConfig = HashGridConfig {
+    n_levels: 5,
+    n_features_per_level: 4,
+    log2_hashmap_size: 14,
+    base_resolution: 8,
+    per_level_scale: 1.8,
+    index: GridIndex::Blocked,
+};
 
-impl HashGridFieldConfig {
+impl<E: Encoding> EncodedFieldConfig<E> {
     /// A small field that learns the outline of the same scene in a second.
-    pub(in crate::field) fn coarse(&self) -> Self {
-        Self {
-            grid: HashGridConfig {
-                n_levels: 5,
-                n_features_per_level: 4,
-                log2_hashmap_size: 14,
-                base_resolution: 8,
-                per_level_scale: 1.8,
-                index: GridIndex::Blocked,
-            },
+    pub(in crate::field) fn coarse(&self) -> HashGridFieldConfig {
+        HashGridFieldConfig {
+            grid: COARSE,
             density_hidden: vec![32],
             color_hidden: vec![32],
-            ..self.clone()
+            n_features: self.n_features,
+            sh_degree: self.sh_degree,
+            shading: self.shading,
         }
     }
 
-    /// The shape of a field.
-    pub(in crate::field) fn of(field: &HashGridField<'_>) -> Self {
-        let HashGridField { grid, decoder } = field;
+    /// The shape of an encoding and the networks behind it.
+    pub(in crate::field) fn with(grid: E, decoder: &Decoder<'_>) -> Self {
         Self {
-            grid: grid.config,
+            grid,
             density_hidden: hidden(&decoder.density),
             color_hidden: hidden(&decoder.color),
             n_features: decoder.n_features as usize,
@@ -95,14 +79,12 @@ impl HashGridFieldConfig {
         [&[n_input][..], &self.color_hidden, &[3]].concat()
     }
 
-    /// Where each tensor lies: the grid's levels, then both networks.
+    /// Where each tensor lies: the encoding's tables, then both networks.
     #[must_use]
     pub fn layout(&self) -> Layout {
         let mut layout = Layout::default();
-        for level in 0..self.grid.n_levels as usize {
-            let rows = self.grid.level(level).entries as usize;
-            let part = Part { network: GRID, layer: level, role: Role::Table };
-            layout.push(part, [rows, self.grid.n_features_per_level as usize]);
+        for (layer, shape) in self.grid.tables().into_iter().enumerate() {
+            layout.push(Part { network: GRID, layer, role: Role::Table }, shape);
         }
         for (network, widths) in [(DENSITY, self.density_widths()), (COLOR, self.color_widths())] {
             for (layer, pair) in widths.windows(2).enumerate() {
@@ -113,17 +95,13 @@ impl HashGridFieldConfig {
         layout
     }
 
-    /// The field of the tensors of a layout.
+    /// The encoding and the networks of the tensors of a layout.
     pub(super) fn view<'a>(
         &self,
         layout: &Layout,
         log_density_bias: f32,
         tensor: impl Fn(&Range) -> Result<TensorView<'a>, Error>,
-    ) -> Result<HashGridField<'a>, Error> {
-        let mut levels = [TensorView::EMPTY; MAX_LEVELS];
-        for (level, range) in levels.iter_mut().zip(layout.tables()) {
-            *level = tensor(range)?;
-        }
+    ) -> Result<(E::View<'a>, Decoder<'a>), Error> {
         let network = |ranges: &[Range]| {
             let layers: Result<Vec<_>, Error> = ranges
                 .chunks_exact(2)
@@ -140,7 +118,7 @@ impl HashGridFieldConfig {
             shading: self.shading,
             log_density_bias,
         };
-        Ok(HashGridField { grid: HashGrid { config: self.grid, levels }, decoder })
+        Ok((self.grid.view(layout.tables(), tensor)?, decoder))
     }
 }
 

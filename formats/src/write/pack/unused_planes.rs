@@ -1,0 +1,56 @@
+//! Entries of planes and lines that no occupied cell reaches.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use pocketnerf_core::Occupancy;
+use pocketnerf_core::encoding::Planes;
+use pocketnerf_core::encoding::planes::ACROSS;
+
+/// Distance by which a point's place may be off by rounding, entries.
+const SLACK: f32 = 0.01;
+
+/// Which entries of a table are read by points in occupied cells, and as far beyond them as
+/// gradients reach, unit coordinates. Tables are numbered as in the file: planes are even.
+pub(super) fn used(
+    occupancy: &Occupancy<'_>,
+    planes: &Planes<'_>,
+    table: usize,
+    beyond: f32,
+) -> Vec<bool> {
+    let (n, resolution) = (occupancy.resolution(), planes.resolution);
+    let scale = (resolution - 1) as f32;
+    let slack = SLACK + beyond * scale;
+    // The entries that the points of a cell lie between, along any axis.
+    let reach = |cell: u32| {
+        let at = |cell: u32| cell as f32 / n as f32 * scale;
+        let (low, high) = (at(cell) - slack, at(cell + 1) + slack);
+        (low.max(0.0) as u32).min(resolution - 2)..=(high as u32 + 1).min(resolution - 1)
+    };
+    let axis = Planes::axis(planes.n_components, table / 2);
+    let [first, second] = ACROSS[axis];
+    let is_line = table % 2 == 1;
+    // Cells seen along the axis, or across it.
+    let mut seen = vec![false; if is_line { n } else { n * n } as usize];
+    for z in 0..n {
+        for y in 0..n {
+            for x in (0..n).filter(|x| occupancy.cell(*x, y, z)) {
+                let cell = [x, y, z];
+                let place = if is_line { cell[axis] } else { cell[first] + n * cell[second] };
+                seen[place as usize] = true;
+            }
+        }
+    }
+    let entries = if is_line { resolution } else { resolution * resolution };
+    let mut used = vec![false; entries as usize];
+    for (place, _) in (0..).zip(&seen).filter(|(_, seen)| **seen) {
+        for entry in reach(place % n) {
+            if is_line {
+                used[entry as usize] = true;
+                continue;
+            }
+            reach(place / n).for_each(|row| used[(entry + resolution * row) as usize] = true);
+        }
+    }
+    used
+}

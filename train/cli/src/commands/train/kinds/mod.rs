@@ -1,0 +1,131 @@
+//! Kinds of field: what `--method` names, and the options of each.
+
+mod derf;
+mod nerf;
+mod planes;
+mod plenoxels;
+
+use pocketnerf_train::field::FieldConfig;
+use pocketnerf_train::trainer::{Length, TrainConfig};
+
+use crate::commands::Failure;
+use derf::DerfOptions;
+use nerf::NerfOptions;
+use planes::PlanesOptions;
+use plenoxels::PlenoxelOptions;
+
+/// What is trained.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(in crate::commands) enum Method {
+    /// A multiresolution hash grid and small networks: minutes
+    #[default]
+    HashGrid,
+    /// Planes and lines (TensoRF) and small networks
+    Planes,
+    /// A sparse grid of voxels with spherical harmonics, without networks (Plenoxels)
+    Plenoxels,
+    /// The original NeRF MLP (about 1,000 times slower)
+    Nerf,
+    /// Small NeRF MLPs for parts of the scene (DeRF)
+    Derf,
+}
+
+impl Method {
+    /// Its name on a command line.
+    pub(in crate::commands) const fn name(self) -> &'static str {
+        match self {
+            Self::HashGrid => "hash-grid",
+            Self::Nerf => "nerf",
+            Self::Plenoxels => "plenoxels",
+            Self::Planes => "planes",
+            Self::Derf => "derf",
+        }
+    }
+
+    /// Options of `pocketnerf train` for a model that many runs can be made of.
+    pub(in crate::commands) const fn small(self) -> &'static [&'static str] {
+        match self {
+            Self::HashGrid => &[],
+            Self::Nerf => {
+                &["--method", "nerf", "--depth", "4", "--width", "64", "--batch-rays", "1024"]
+            }
+            Self::Plenoxels => &["--method", "plenoxels", "--voxels", "128"],
+            Self::Planes => &["--method", "planes", "--plane-resolution", "128"],
+            Self::Derf => {
+                &["--method", "derf", "--heads", "4", "--width", "32", "--batch-rays", "1024"]
+            }
+        }
+    }
+
+    /// Whether it has tables, whose size and precision can be chosen.
+    pub(in crate::commands) fn has_tables(self) -> bool {
+        self == Self::HashGrid
+    }
+}
+
+/// The options of all kinds but the hash grid.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct KindOptions {
+    #[command(flatten)]
+    nerf: NerfOptions,
+    #[command(flatten)]
+    derf: DerfOptions,
+    #[command(flatten)]
+    planes: PlanesOptions,
+    #[command(flatten)]
+    plenoxels: PlenoxelOptions,
+}
+
+impl KindOptions {
+    /// An option that was given of each kind, if any.
+    fn given_of_each(&self) -> [(Method, Option<&'static str>); 4] {
+        [
+            (Method::Nerf, self.nerf.given()),
+            (Method::Derf, self.derf.given()),
+            (Method::Planes, self.planes.given()),
+            (Method::Plenoxels, self.plenoxels.given()),
+        ]
+    }
+
+    /// An option that was given, to refuse it where a run goes on.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        self.given_of_each().into_iter().find_map(|(_, option)| option)
+    }
+
+    /// Refuses options of other kinds, and those that make no sense.
+    pub(super) fn check(&self, method: Method) -> Result<(), Failure> {
+        for (of, option) in self.given_of_each() {
+            // Heads are vanilla NeRFs.
+            let other = method != of && (method, of) != (Method::Derf, Method::Nerf);
+            if let (Some(option), true) = (option, other) {
+                return Err(format!("{option}: give --method {} too", of.name()).into());
+            }
+        }
+        if let (Some(option), Method::Derf) = (self.nerf.given_for_whole(), method) {
+            return Err(format!("{option}: for --method nerf alone").into());
+        }
+        self.nerf.check()
+    }
+
+    /// The settings of a new run of so much time on images with or without alpha.
+    pub(super) fn config(&self, method: Method, has_alpha: bool, length: Length) -> TrainConfig {
+        match method {
+            Method::HashGrid => TrainConfig::hash_grid().for_length(length),
+            Method::Nerf => self.nerf.config(has_alpha),
+            Method::Derf => self.derf.config(&self.nerf),
+            Method::Planes => self.planes.config(length),
+            Method::Plenoxels => self.plenoxels.config(),
+        }
+    }
+}
+
+/// A point has the same colour from everywhere.
+pub(super) fn omit_view_dependence(field: &mut FieldConfig) {
+    match field {
+        FieldConfig::HashGrid(field) => field.sh_degree = 1,
+        FieldConfig::Planes(field) => field.sh_degree = 1,
+        FieldConfig::Nerf(nerf) => nerf.directions = None,
+        FieldConfig::Derf(derf) => derf.head.directions = None,
+        FieldConfig::Plenoxels(voxels) => voxels.sh_degree = 1,
+    }
+}

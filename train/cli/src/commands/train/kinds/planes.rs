@@ -1,0 +1,44 @@
+//! Options of `pocketnerf train --method planes`.
+
+use pocketnerf_train::field::PlanesConfig;
+use pocketnerf_train::trainer::{Length, TrainConfig};
+
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "With --method planes")]
+pub(super) struct PlanesOptions {
+    /// Entries along an axis of a plane in the end, from 16 to 1024 [default: 300]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1024))]
+    plane_resolution: Option<u32>,
+    /// Products of a plane and a line along each axis: 16 or 32 [default: 16]
+    #[arg(long, value_name = "N", value_parser = parse_components)]
+    components: Option<u32>,
+}
+
+fn parse_components(text: &str) -> Result<u32, String> {
+    let components = text.parse().ok().filter(|n| [16, 32].contains(n));
+    components.ok_or_else(|| "expected 16 or 32".to_owned())
+}
+
+impl PlanesOptions {
+    /// An option that was given, to refuse it without its method.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let given = [
+            ("--plane-resolution", self.plane_resolution.is_some()),
+            ("--components", self.components.is_some()),
+        ];
+        given.iter().find(|(_, given)| *given).map(|(option, _)| *option)
+    }
+
+    /// The settings of a new run.
+    pub(super) fn config(&self, length: Length) -> TrainConfig {
+        let mut config = TrainConfig::planes().for_length(length);
+        if let Some(field) = config.field.planes_mut() {
+            let usual = field.grid;
+            field.grid = PlanesConfig::new(
+                self.plane_resolution.unwrap_or(usual.last_resolution),
+                self.components.unwrap_or(usual.n_components),
+            );
+        }
+        config
+    }
+}
