@@ -18,9 +18,9 @@ impl Recipe {
     #[must_use]
     pub fn of(options: &str) -> Self {
         let options: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
-        let is_nerf = options.iter().any(|option| option == "nerf");
+        let has_no_tables = options.iter().any(|option| ["nerf", "derf"].contains(&&**option));
         // A field without tables has no weights of eight bits.
-        let precision = if is_nerf { Precision::F16 } else { Precision::I8 };
+        let precision = if has_no_tables { Precision::F16 } else { Precision::I8 };
         Self { name: name(&options), options, precisions: vec![precision] }
     }
 
@@ -62,6 +62,18 @@ pub fn quick() -> Vec<Recipe> {
         Recipe::of("--seconds 12 --method nerf --depth 4 --width 64 --batch-rays 1024"),
         Recipe::of("--seconds 30 --method nerf --depth 4 --width 128 --batch-rays 1024"),
     ]
+}
+
+/// A method after a minute and after five; or, as small as it is useful, after seconds.
+#[must_use]
+pub fn of_method(method: &str, small: &[&str], quick: bool) -> Vec<Recipe> {
+    if quick {
+        let small =
+            if small.is_empty() { "--method hash-grid".to_owned() } else { small.join(" ") };
+        return vec![Recipe::of(&format!("{small} --seconds 12"))];
+    }
+    let batch = if ["nerf", "derf"].contains(&method) { " --batch-rays 1024" } else { "" };
+    [60, 300].map(|s| Recipe::of(&format!("--method {method} --seconds {s}{batch}"))).into()
 }
 
 /// The whole sweep: time, table size, levels, width and precision of the hash grid, its

@@ -22,6 +22,7 @@ use super::{Common, Failure, Reading, make_folder};
 use crate::chart::{Axis, Wish, peers};
 use measure::measure;
 use models::Models;
+use plan::{Methods, parse_methods};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Chart {
@@ -87,6 +88,11 @@ pub(super) struct Chart {
     /// "--seconds 30 --log2-hashmap-size 15"; repeatable
     #[arg(long, value_name = "OPTIONS", allow_hyphen_values = true, help_heading = "Model")]
     train: Vec<String>,
+    /// Train a model by each of these methods instead of the sweep: all, or names as of
+    /// `train --method`; 12 seconds each with --quick, else 60 and 300
+    #[arg(long, value_name = "METHOD,…", value_delimiter = ',', conflicts_with = "train",
+        value_parser = parse_methods, help_heading = "Model")]
+    methods: Vec<Methods>,
     /// Chart these model files instead of the sweep
     #[arg(long, value_name = "FILE", num_args = 1.., help_heading = "Model")]
     models: Vec<PathBuf>,
@@ -181,7 +187,8 @@ impl Chart {
 
     /// How many times smaller pictures are.
     fn factors(&self) -> &[u32] {
-        match (&self.downscale_factor[..], self.quick || !self.train.is_empty()) {
+        let few = self.quick || !self.train.is_empty() || !self.methods.is_empty();
+        match (&self.downscale_factor[..], few) {
             ([], false) if self.models.is_empty() => &[1, 2],
             ([], _) => &[1],
             (given, _) => given,
@@ -201,10 +208,10 @@ impl Chart {
 
     /// Everything that decides what is measured, to recognise the same command.
     fn asked(&self, common: &Common) -> String {
-        let Self { data, train, models, precision, sampling, .. } = self;
+        let Self { data, train, methods, models, precision, sampling, .. } = self;
         let Self { split, background, reading, peers, lpips_weights, .. } = self;
         format!(
-            "{data:?} {} {train:?} {models:?} {precision:?} {:?} {sampling:?} {:?} \
+            "{data:?} {} {train:?} {methods:?} {models:?} {precision:?} {:?} {sampling:?} {:?} \
              {split} {:?} {background:?} {reading:?} {peers:?} {lpips_weights:?} {:?} {:?} {:?}",
             self.quick,
             self.qualities,

@@ -1,11 +1,13 @@
 //! What is trained, checked before training starts.
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use pocketnerf_train::trainer::Length;
 
 use super::Chart;
 use crate::chart::{Recipe, plan};
-use crate::commands::{Common, Failure, train::Train};
+use crate::commands::Common;
+use crate::commands::Failure;
+use crate::commands::train::{Method, Train};
 
 /// Options that a recipe may not have, because the chart sets them.
 const OURS: [&str; 8] = [
@@ -29,10 +31,47 @@ struct Line {
     _common: Common,
 }
 
+/// Methods that are compared.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Methods {
+    All,
+    One(Method),
+}
+
+pub(super) fn parse_methods(text: &str) -> Result<Methods, String> {
+    if text == "all" {
+        return Ok(Methods::All);
+    }
+    Method::from_str(text, false).map(Methods::One).map_err(|_| {
+        let names: Vec<&str> = Method::value_variants().iter().map(|m| m.name()).collect();
+        format!("expected all, or some of {}", names.join(", "))
+    })
+}
+
+impl Methods {
+    fn list(self) -> Vec<Method> {
+        match self {
+            Self::All => Method::value_variants().to_vec(),
+            Self::One(method) => vec![method],
+        }
+    }
+}
+
 impl Chart {
     /// What is trained: what was given, nothing if models were given, or the sweep.
     pub(super) fn recipes(&self) -> Result<Vec<Recipe>, Failure> {
+        let mut methods: Vec<Method> = self.methods.iter().flat_map(|m| m.list()).collect();
+        let mut seen = Vec::new();
+        methods.retain(|method| {
+            let new = !seen.contains(method);
+            seen.push(*method);
+            new
+        });
+        let by_method =
+            methods.iter().flat_map(|m| plan::of_method(m.name(), m.small(), self.quick));
+        let by_method: Vec<Recipe> = by_method.collect();
         let mut recipes: Vec<Recipe> = match (&self.train[..], &self.models[..], self.quick) {
+            _ if !by_method.is_empty() => by_method,
             ([], [], true) => plan::quick(),
             ([], [], false) => plan::full(),
             (given, ..) => given.iter().map(|options| Recipe::of(options)).collect(),
@@ -80,6 +119,16 @@ mod tests {
         for recipe in plan::quick().iter().chain(&plan::full()) {
             assert!(matches!(length(recipe), Ok(Length::Seconds(_))), "{recipe:?}");
         }
+        for method in parse_methods("all").unwrap().list() {
+            for recipe in [true, false]
+                .iter()
+                .flat_map(|quick| plan::of_method(method.name(), method.small(), *quick))
+            {
+                assert!(matches!(length(&recipe), Ok(Length::Seconds(_))), "{recipe:?}");
+            }
+        }
+        let unknown = parse_methods("llff").unwrap_err();
+        assert_eq!(unknown, "expected all, or some of hash-grid, planes, plenoxels, nerf, derf");
         let refused = |options: &str| length(&Recipe::of(options)).unwrap_err().to_string();
         assert_eq!(
             refused("--seconds 5 --precision f16"),
