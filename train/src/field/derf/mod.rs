@@ -2,7 +2,7 @@
 //! of the scene.
 //!
 //! Parts are learnt before the first step, from the cells that hold something
-//! ([`sites`]); then each head learns from its own samples alone.
+//! (`sites`); then each head learns from its own samples alone.
 
 mod back;
 mod config;

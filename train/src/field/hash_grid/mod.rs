@@ -1,5 +1,5 @@
 //! A multiresolution hash grid (Müller et al. 2022), trainable: what it adds to
-//! [`encoded`](super::encoded) fields.
+//! `encoded` fields.
 
 mod positions;
 mod scatter;

@@ -1,5 +1,5 @@
 //! Planes and lines (Chen et al. 2022, "TensoRF"), trainable: what they add to
-//! [`encoded`](super::encoded) fields.
+//! `encoded` fields.
 
 mod config;
 mod growth;
