@@ -14,7 +14,7 @@ pub const MAX_HEADS: usize = 64;
 /// Decomposed radiance fields (Rebain et al. 2021, "DeRF: Decomposed Radiance Fields").
 ///
 /// Space is divided among heads, small vanilla NeRFs: a point belongs to the one whose site is
-/// nearest (a Voronoi diagram, section 3.2), and no other is asked. A point costs what one head
+/// nearest (a Voronoi diagram), and no other is asked. A point costs what one head
 /// costs, however many there are.
 #[derive(Clone, Copy, Debug)]
 pub struct DerfField<'a> {

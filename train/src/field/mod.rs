@@ -16,6 +16,8 @@ pub mod planes;
 pub mod plenoxels;
 mod rounded;
 pub mod rounding;
+#[cfg(test)]
+mod testing;
 mod trainable;
 
 pub use derf::DerfConfig;

@@ -13,7 +13,7 @@ use crate::ModelFile;
 
 /// Entries of a block.
 const BLOCK: usize = 8;
-/// Distance by which a point's place in the grid may be off by rounding, cells of the grid: at
+/// Distance by which a point's place in a grid may be off by rounding, cells of the grid: at
 /// least this, and on fine grids this share of their cells along an axis, four units of f32.
 const SLACK: f32 = 0.01;
 const RELATIVE_SLACK: f32 = 4.0 * f32::EPSILON;
@@ -78,12 +78,12 @@ fn without<'a>(table: &'a [u8], used: &[bool]) -> Cow<'a, [u8]> {
 /// gradients reach, unit coordinates.
 fn used(occupancy: &Occupancy<'_>, level: &Level, beyond: f32) -> vec::Vec<bool> {
     let n = occupancy.resolution();
-    let slack = SLACK + (RELATIVE_SLACK + beyond) * level.scale;
+    // On fine grids rounding reaches farther.
+    let beyond = beyond + RELATIVE_SLACK;
     // The blocks of corners that the points of a cell lie between, along any axis.
     let reach = |cell: u32| {
-        let at = |cell: u32| cell as f32 / n as f32 * level.scale + level.shift();
-        let (low, high) = (at(cell) - slack, at(cell + 1) + slack);
-        (low.max(0.0) as u32) >> 1..((high as u32 + 1) >> 1) + 1
+        let [first, last] = corners(cell, n, [level.scale, level.shift()], beyond);
+        first >> 1..(last >> 1) + 1
     };
     let mut used = vec![false; level.entries as usize / BLOCK];
     let mark = |[x, y, z]: [u32; 3]| {
@@ -102,6 +102,15 @@ fn used(occupancy: &Occupancy<'_>, level: &Level, beyond: f32) -> vec::Vec<bool>
     };
     each_reached(occupancy, reach, mark);
     used
+}
+
+/// The first and the last corner that points of a cell, the one of `n` along an axis, lie between,
+/// and points so far beyond it, unit coordinates: in a grid where they lie at `u * scale + shift`.
+pub(super) fn corners(cell: u32, n: u32, [scale, shift]: [f32; 2], beyond: f32) -> [u32; 2] {
+    let slack = SLACK + beyond * scale;
+    let at = |cell: u32| cell as f32 / n as f32 * scale + shift;
+    let (low, high) = (at(cell) - slack, at(cell + 1) + slack);
+    [low.max(0.0) as u32, high as u32 + 1]
 }
 
 /// All places within the reach of an occupied cell along each axis.

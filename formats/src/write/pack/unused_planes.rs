@@ -7,8 +7,7 @@ use pocketnerf_core::Occupancy;
 use pocketnerf_core::encoding::Planes;
 use pocketnerf_core::encoding::planes::ACROSS;
 
-/// Distance by which a point's place may be off by rounding, entries.
-const SLACK: f32 = 0.01;
+use super::unused::corners;
 
 /// Which entries of a table are read by points in occupied cells, and as far beyond them as
 /// gradients reach, unit coordinates. Tables are numbered as in the file: planes are even.
@@ -19,13 +18,9 @@ pub(super) fn used(
     beyond: f32,
 ) -> Vec<bool> {
     let (n, resolution) = (occupancy.resolution(), planes.resolution);
-    let scale = (resolution - 1) as f32;
-    let slack = SLACK + beyond * scale;
-    // The entries that the points of a cell lie between, along any axis.
     let reach = |cell: u32| {
-        let at = |cell: u32| cell as f32 / n as f32 * scale;
-        let (low, high) = (at(cell) - slack, at(cell + 1) + slack);
-        (low.max(0.0) as u32).min(resolution - 2)..=(high as u32 + 1).min(resolution - 1)
+        let [first, last] = corners(cell, n, [(resolution - 1) as f32, 0.0], beyond);
+        first.min(resolution - 2)..=last.min(resolution - 1)
     };
     let axis = Planes::axis(planes.n_components, table / 2);
     let [first, second] = ACROSS[axis];

@@ -7,21 +7,15 @@ use pocketnerf_core::Occupancy;
 use pocketnerf_core::encoding::VoxelGrid;
 use pocketnerf_core::encoding::voxel_grid::{BRICK, bricks_along};
 
-use super::unused::each_reached;
-
-/// Distance by which a point's place in the grid may be off by rounding, voxels.
-const SLACK: f32 = 0.01;
+use super::unused::{corners, each_reached};
 
 /// Which rows of values are read by points in occupied cells, and as far beyond them as gradients
 /// reach, unit coordinates.
 pub(super) fn used(occupancy: &Occupancy<'_>, grid: &VoxelGrid<'_>, beyond: f32) -> Vec<bool> {
-    let (n, resolution) = (occupancy.resolution(), grid.resolution as f32);
-    let slack = SLACK + beyond * resolution;
-    // The corners that the points of a cell lie between, along any axis.
+    let (n, scale) = (occupancy.resolution(), grid.resolution as f32);
     let reach = |cell: u32| {
-        let at = |cell: u32| cell as f32 / n as f32 * resolution;
-        let (low, high) = (at(cell) - slack, (at(cell + 1) + slack).min(resolution));
-        low.max(0.0) as u32..=high as u32 + 1
+        let [first, last] = corners(cell, n, [scale, 0.0], beyond);
+        first..=last.min(grid.resolution + 1)
     };
     let along = bricks_along(grid.resolution);
     let n_bricks = grid.values.rows() / BRICK;

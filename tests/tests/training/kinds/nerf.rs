@@ -6,7 +6,8 @@ use pocketnerf_formats::open_verified;
 use pocketnerf_train::field::{FourierConfig, HierarchicalTraining, NerfConfig, WavesConfig};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
-use crate::setup::{self, advance, begin, finish, read, resume, save, with_threads};
+use super::leaves_no_trace;
+use crate::setup::{self, advance, begin, finish};
 
 const STEPS: u32 = 24;
 
@@ -60,17 +61,9 @@ fn hierarchical() -> TrainConfig {
 #[test]
 fn threads_and_interruptions_leave_no_trace() {
     for config in [occupancy(), hierarchical()] {
-        let whole = |n| with_threads(n, || finish(begin(config.clone(), Length::Steps(STEPS))));
-        let expected = whole(1);
-        assert!(whole(2) == expected && whole(5) == expected);
-        let (mut trainer, mut run) = begin(config.clone(), Length::Steps(STEPS));
-        for at in [0, 3, 17, STEPS] {
-            let steps = at - trainer.steps();
-            advance(&mut trainer, &mut run, steps).unwrap();
-            let saved = save(&trainer, &run);
-            assert_eq!(read(&saved).config().field, config.field);
-            assert!(finish(resume(&saved)) == expected, "interrupted at {at}");
-        }
+        leaves_no_trace(&config, STEPS, &[0, 3, 17, STEPS], |trainer| {
+            assert_eq!(trainer.config().field, config.field);
+        });
     }
 }
 

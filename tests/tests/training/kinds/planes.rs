@@ -4,7 +4,8 @@ use pocketnerf_core::AnyField;
 use pocketnerf_train::field::PlanesConfig;
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
-use crate::setup::{self, advance, begin, finish, read, resume, save, with_threads};
+use super::leaves_no_trace;
+use crate::setup::{self, advance, begin};
 
 const STEPS: u32 = 40;
 
@@ -23,22 +24,12 @@ fn config() -> TrainConfig {
 
 #[test]
 fn threads_and_interruptions_leave_no_trace() {
-    let whole = |n| with_threads(n, || finish(begin(config(), Length::Steps(STEPS))));
-    let expected = whole(1);
-    assert!(whole(5) == expected);
-    let (mut trainer, mut run) = begin(config(), Length::Steps(STEPS));
     let mut resolutions = Vec::new();
     // Before planes become finer, between two stages, and afterwards.
-    for at in [1, 6, 20] {
-        let steps = at - trainer.steps();
-        advance(&mut trainer, &mut run, steps).unwrap();
-        let saved = save(&trainer, &run);
-        let restored = read(&saved);
-        assert_eq!(restored.config().field, trainer.config().field);
+    leaves_no_trace(&config(), STEPS, &[1, 6, 20], |trainer| {
         let AnyField::Planes(field) = trainer.model().field else { panic!("another kind") };
         resolutions.push(field.planes.resolution);
-        assert!(finish(resume(&saved)) == expected, "interrupted at {at}");
-    }
+    });
     assert_eq!(resolutions, [96, 111, 120]);
 }
 

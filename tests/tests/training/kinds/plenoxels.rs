@@ -5,7 +5,8 @@ use pocketnerf_formats::{open_verified, pack, unpacked};
 use pocketnerf_train::field::PlenoxelsConfig;
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
-use crate::setup::{self, advance, begin, finish, read, resume, save, with_threads};
+use super::leaves_no_trace;
+use crate::setup::{self, advance, begin, finish};
 
 const STEPS: u32 = 24;
 
@@ -23,22 +24,12 @@ fn config() -> TrainConfig {
 
 #[test]
 fn threads_and_interruptions_leave_no_trace() {
-    let whole = |n| with_threads(n, || finish(begin(config(), Length::Steps(STEPS))));
-    let expected = whole(1);
-    assert!(whole(5) == expected);
-    let (mut trainer, mut run) = begin(config(), Length::Steps(STEPS));
     let mut resolutions = Vec::new();
     // Before and after the grid becomes finer.
-    for at in [3, 12] {
-        let steps = at - trainer.steps();
-        advance(&mut trainer, &mut run, steps).unwrap();
-        let saved = save(&trainer, &run);
-        let restored = read(&saved);
-        assert_eq!(restored.config().field, trainer.config().field);
+    leaves_no_trace(&config(), STEPS, &[3, 12], |trainer| {
         let AnyField::Plenoxels(field) = trainer.model().field else { panic!("another kind") };
         resolutions.push(field.grid.resolution);
-        assert!(finish(resume(&saved)) == expected, "interrupted at {at}");
-    }
+    });
     assert_eq!(resolutions, [128, 192]);
 }
 

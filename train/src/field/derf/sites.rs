@@ -1,7 +1,7 @@
 //! Where heads are: a Voronoi diagram that is learnt before the heads are.
 //!
 //! A filled cell x belongs to head n by `w_n(x) = softmax(-sharpness * |x - site_n|)` (Rebain et
-//! al. 2021, "DeRF", section 3.2), which is differentiable. Sites follow the gradient of two
+//! al. 2021, "DeRF"), which is differentiable. Sites follow the gradient of two
 //! terms: how unequal the heads' shares of all cells are, and how far cells are from their sites.
 //! While they learn, the diagram becomes as sharp as it is rendered.
 

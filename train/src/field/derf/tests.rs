@@ -1,6 +1,7 @@
-use pocketnerf_core::{ColorSpace, Display, Model, Sampling, SimdLevel, Space, reference};
+use pocketnerf_core::{SimdLevel, reference};
 
 use super::*;
+use crate::field::testing::in_unit_cube;
 use crate::field::{FourierConfig, NerfConfig, SampleGradients, WavesConfig};
 use crate::random::Random;
 
@@ -30,18 +31,7 @@ fn expected(
     at: &[[[f32; 3]; 2]],
     factors: &[[f32; 4]],
 ) -> f64 {
-    let model = Model {
-        field: field.view(parameters).unwrap(),
-        space: Space::Box { min: [0.0; 3], max: [1.0; 3] },
-        occupancy: None,
-        hierarchical: None,
-        sampling: Sampling { step: 0.1, near: 0.0, far: 1.0, min_transmittance: 0.0 },
-        display: Display {
-            background: [0.0; 3],
-            color_space: ColorSpace::Srgb,
-            tolerance: Display::TOLERANCE,
-        },
-    };
+    let model = in_unit_cube(field.view(parameters).unwrap());
     let each = at.iter().zip(factors).map(|([point, direction], factors)| {
         let (density, rgb) = reference::query_f64(&model, *point, *direction).unwrap();
         let [log, r, g, b] = factors.map(f64::from);
@@ -144,22 +134,11 @@ fn gradients_are_those_of_the_oracle() {
 
 /// A density as the oracle has it.
 fn density(field: AnyField<'_>, point: [f32; 3], direction: [f32; 3]) -> f32 {
-    let model = Model {
-        field,
-        space: Space::Box { min: [0.0; 3], max: [1.0; 3] },
-        occupancy: None,
-        hierarchical: None,
-        sampling: Sampling { step: 0.1, near: 0.0, far: 1.0, min_transmittance: 0.0 },
-        display: Display {
-            background: [0.0; 3],
-            color_space: ColorSpace::Srgb,
-            tolerance: Display::TOLERANCE,
-        },
-    };
+    let model = in_unit_cube(field);
     reference::query(&model, point, direction).unwrap().sigma
 }
 
-/// Core's kernels ask the head of each sample, whatever the others are.
+/// A point is asked of the head whose site is nearest.
 #[test]
 fn a_head_is_asked_for_its_own_samples() {
     let field = config().build(2.0);

@@ -1,11 +1,10 @@
 use fearless_simd::{Simd, dispatch};
 use pocketnerf_core::field::Activation;
-use pocketnerf_core::{
-    AnyField, ColorSpace, Display, Model, Sampling, SimdLevel, Space, reference,
-};
+use pocketnerf_core::{AnyField, SimdLevel, reference};
 
 use super::tape::NerfTape;
 use super::*;
+use crate::field::testing::in_unit_cube;
 use crate::field::{Layout, Role};
 use crate::random::Random;
 
@@ -56,18 +55,7 @@ impl Case {
 
     /// What core's reference makes of the samples, summed up with their factors.
     fn expected(&self, parameters: &[f32], coarse: bool) -> f64 {
-        let model = Model {
-            field: AnyField::Nerf(self.field(parameters, coarse)),
-            space: Space::Box { min: [0.0; 3], max: [1.0; 3] },
-            occupancy: None,
-            hierarchical: None,
-            sampling: Sampling { step: 0.1, near: 0.0, far: 1.0, min_transmittance: 0.0 },
-            display: Display {
-                background: [0.0; 3],
-                color_space: ColorSpace::Srgb,
-                tolerance: Display::TOLERANCE,
-            },
-        };
+        let model = in_unit_cube(AnyField::Nerf(self.field(parameters, coarse)));
         let [points, directions] = self.at;
         let samples = points.iter().zip(directions).zip(self.factors);
         let each = samples.map(|((point, direction), [sigma, r, g, b])| {

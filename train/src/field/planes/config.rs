@@ -33,7 +33,7 @@ impl PlanesConfig {
     }
 
     /// Entries along an axis when so much of a run is over: steps of equal ratios, as in the
-    /// paper (Chen et al. 2022, appendix B).
+    /// paper (Chen et al. 2022).
     fn resolution_at(&self, progress: f32) -> u32 {
         let last = self.last_resolution as f32;
         let steps_left = FINER_FROM.iter().filter(|from| progress < **from).count();

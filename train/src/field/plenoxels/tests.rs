@@ -1,9 +1,10 @@
 //! Gradients against finite differences, and grids that become finer.
 
 use fearless_simd::Level;
-use pocketnerf_core::{ColorSpace, Display, Model, Sampling, SimdLevel, Space, reference};
+use pocketnerf_core::{Model, SimdLevel, reference};
 
 use super::*;
+use crate::field::testing::in_unit_cube;
 use crate::random::Random;
 use crate::trainer::pack;
 
@@ -48,24 +49,9 @@ fn samples(random: &mut Random, n: usize) -> Samples {
         .collect()
 }
 
-fn model(field: AnyField<'_>) -> Model<'_> {
-    Model {
-        field,
-        space: Space::Box { min: [0.0; 3], max: [1.0; 3] },
-        occupancy: None,
-        sampling: Sampling { step: 0.01, near: 0.0, far: 10.0, min_transmittance: 0.0 },
-        hierarchical: None,
-        display: Display {
-            background: [0.0; 3],
-            color_space: ColorSpace::Srgb,
-            tolerance: Display::TOLERANCE,
-        },
-    }
-}
-
 /// By the oracle, in f64.
 fn loss(field: &dyn TrainableField, values: &[f32], samples: &Samples) -> f64 {
-    let model = model(field.view(values).unwrap());
+    let model = in_unit_cube(field.view(values).unwrap());
     let of = |(point, direction, [density, colors @ ..]): &Sample| {
         let (sigma, rgb) = reference::query_f64(&model, *point, *direction).unwrap();
         let colors = colors.iter().zip(rgb).map(|(d, c)| f64::from(*d) * c).sum::<f64>();
@@ -184,7 +170,7 @@ fn a_finer_grid_holds_the_same_scene() {
     assert_eq!(grown.parameters, grown.square);
     let finer = grown.field.kind().build(1.0);
     let (before, after) = (field.view(&values).unwrap(), finer.view(&grown.parameters).unwrap());
-    let (before, after) = (model(before), model(after));
+    let (before, after) = (in_unit_cube(before), in_unit_cube(after));
     assert_eq!(after.field.finest_detail(), 1.0 / 48.0);
     for (point, direction, _) in samples(&mut random, 1000) {
         let of = |model: &Model<'_>| reference::query_f64(model, point, direction).unwrap();

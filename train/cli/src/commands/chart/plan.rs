@@ -48,28 +48,19 @@ pub(super) fn parse_methods(text: &str) -> Result<Methods, String> {
     })
 }
 
-impl Methods {
-    fn list(self) -> Vec<Method> {
-        match self {
-            Self::All => Method::value_variants().to_vec(),
-            Self::One(method) => vec![method],
-        }
-    }
-}
-
 impl Chart {
     /// What is trained: what was given, nothing if models were given, or the sweep.
     pub(super) fn recipes(&self) -> Result<Vec<Recipe>, Failure> {
-        let mut methods: Vec<Method> = self.methods.iter().flat_map(|m| m.list()).collect();
-        let mut seen = Vec::new();
-        methods.retain(|method| {
-            let new = !seen.contains(method);
-            seen.push(*method);
-            new
-        });
-        let by_method =
-            methods.iter().flat_map(|m| plan::of_method(m.name(), m.small(), self.quick));
-        let by_method: Vec<Recipe> = by_method.collect();
+        let by_method = |methods: &Methods| {
+            let all = Method::value_variants();
+            let asked = all.iter().filter(|one| match methods {
+                Methods::All => true,
+                Methods::One(method) => method == *one,
+            });
+            let of_method = |m: &Method| plan::of_method(m.name(), m.small(), self.quick);
+            asked.flat_map(of_method).collect::<Vec<_>>()
+        };
+        let by_method: Vec<Recipe> = self.methods.iter().flat_map(by_method).collect();
         let mut recipes: Vec<Recipe> = match (&self.train[..], &self.models[..], self.quick) {
             _ if !by_method.is_empty() => by_method,
             ([], [], true) => plan::quick(),
@@ -119,7 +110,7 @@ mod tests {
         for recipe in plan::quick().iter().chain(&plan::full()) {
             assert!(matches!(length(recipe), Ok(Length::Seconds(_))), "{recipe:?}");
         }
-        for method in parse_methods("all").unwrap().list() {
+        for method in Method::value_variants() {
             for recipe in [true, false]
                 .iter()
                 .flat_map(|quick| plan::of_method(method.name(), method.small(), *quick))

@@ -58,7 +58,7 @@ pub(in crate::commands) struct Train {
     /// Random seed [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Rays per step [default: adapted to keep steps even; 4096 with --method nerf]
+    /// Rays per step [default: adapted to keep steps even; 4096 with --method nerf or derf]
     #[arg(long, value_name = "N")]
     batch_rays: Option<usize>,
     /// Downscale images by this factor [default: 1]
