@@ -259,12 +259,14 @@ mod tests {
     use super::*;
 
     /// Headings of options, in the order of every command.
-    const HEADINGS: [&str; 11] = [
+    const HEADINGS: [&str; 13] = [
         "Options",
         "Dataset",
         "Scene",
         "Model",
         "With --method nerf",
+        "With --method derf",
+        "With --method planes",
         "With --method plenoxels",
         "Distillation",
         "Window",
