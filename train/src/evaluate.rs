@@ -11,7 +11,7 @@ use crate::dataset::Dataset;
 use crate::metrics::{
     Metrics, Scores, composite_on, depth_error, exposure, psnr_far_near, quantile, quantize_all,
 };
-use crate::picture::{self, Antialias, Device, Renderer};
+use crate::picture::{self, Antialias, Device, Painter, Renderer};
 
 /// What lies farther away than this many times the mean distance of the cameras from what they
 /// look at is far.
@@ -133,100 +133,142 @@ pub fn evaluate_on(
     background: [f32; 3],
     settings: &picture::Settings,
     metrics: &Metrics,
-    mut each: impl FnMut(usize, &[u8], &[u8]),
+    each: impl FnMut(usize, &[u8], &[u8]),
 ) -> Result<Evaluation, Error> {
-    let (mut times, mut per_view, mut rays) = (Vec::new(), Vec::new(), 0);
-    let mut stats = RenderStats::default();
-    let behind = model.display.color_space.from_srgb(background);
-    let display = Display { background: behind, ..model.display };
     let mut renderer = Renderer::on(device, model, settings);
     let antialias = settings.antialias;
-    let rays_of = |camera: &Camera| u64::from(antialias.rays(camera)).pow(2);
-    let one_ray = Antialias::Off;
-    let deep = picture::Settings { depth: true, antialias: one_ray, ..*settings };
+    let deep = picture::Settings { depth: true, antialias: Antialias::Off, ..*settings };
     let mut deep = Renderer::new(model, &deep);
-    let limit = far_from(dataset);
-    for (i, view) in dataset.views.iter().enumerate() {
-        let begun = Instant::now();
-        let rendered = renderer.render_through(&view.camera, &view.lens)?;
-        times.push(begun.elapsed().as_secs_f64());
-        let pixels = u64::from(rendered.width) * u64::from(rendered.height);
-        rays += rays_of(&view.camera) * pixels;
-        stats += rendered.stats;
-        let half = metrics.fit_exposure.then(|| exposure::right_half(view)).flatten();
-        let space = model.display.color_space;
-        let (fitted, picture) = match half.is_some() {
-            true => {
-                let mut rendered = rendered.clone();
-                let fitted = exposure::fit(&mut rendered, view, space);
-                (Some(fitted), rendered.rgb8(&display))
-            }
-            false => (None, rendered.rgb8(&display)),
+    let behind = model.display.color_space.from_srgb(background);
+    let display = Display { background: behind, ..model.display };
+    let judge = Judge { dataset, background, display, antialias, metrics };
+    let found = judge.score(&mut renderer, Some(&mut deep), each)?;
+    Ok(Evaluation { fallback: renderer.fallback().map(str::to_owned), ..found })
+}
+
+/// As [`evaluate`], of the sRGB pictures of any `painter`. Depths are not compared, and samples are
+/// those that its pictures say.
+///
+/// # Errors
+/// Whatever rendering reports.
+pub fn evaluate_pictures(
+    painter: &mut dyn Painter,
+    dataset: &Dataset,
+    background: [f32; 3],
+    metrics: &Metrics,
+    each: impl FnMut(usize, &[u8], &[u8]),
+) -> Result<Evaluation, Error> {
+    let display = Display { background, ..Display::default() };
+    let judge = Judge { dataset, background, display, antialias: Antialias::Off, metrics };
+    judge.score(painter, None, each)
+}
+
+/// What pictures are compared with, and how.
+struct Judge<'a> {
+    dataset: &'a Dataset,
+    /// Behind the truth, sRGB.
+    background: [f32; 3],
+    display: Display,
+    antialias: Antialias,
+    metrics: &'a Metrics,
+}
+
+impl Judge<'_> {
+    /// Scores a painter's pictures, and the depths that another one renders.
+    fn score(
+        &self,
+        painter: &mut dyn Painter,
+        mut deep: Option<&mut dyn Painter>,
+        mut each: impl FnMut(usize, &[u8], &[u8]),
+    ) -> Result<Evaluation, Error> {
+        let Self { dataset, background, display, antialias, metrics } = *self;
+        let (mut times, mut per_view, mut rays) = (Vec::new(), Vec::new(), 0);
+        let mut stats = RenderStats::default();
+        let rays_of = |camera: &Camera| u64::from(antialias.rays(camera)).pow(2);
+        let limit = far_from(dataset);
+        for (i, view) in dataset.views.iter().enumerate() {
+            let begun = Instant::now();
+            let rendered = painter.paint(&view.camera, &view.lens)?;
+            times.push(begun.elapsed().as_secs_f64());
+            let pixels = u64::from(rendered.width) * u64::from(rendered.height);
+            rays += rays_of(&view.camera) * pixels;
+            stats += rendered.stats;
+            let half = metrics.fit_exposure.then(|| exposure::right_half(view)).flatten();
+            let space = display.color_space;
+            let (fitted, picture) = match half.is_some() {
+                true => {
+                    let mut rendered = rendered.clone();
+                    let fitted = exposure::fit(&mut rendered, view, space);
+                    (Some(fitted), rendered.rgb8(&display))
+                }
+                false => (None, rendered.rgb8(&display)),
+            };
+            let truth = quantize_all(&composite_on(&view.rgba, background));
+            let (mask, size) = (view.mask.as_deref(), [view.camera.width, view.camera.height]);
+            let compared = half.as_deref().or(mask);
+            let scores =
+                metrics.compare(&picture, &truth, compared, size.map(|side| side as usize));
+            let depth = match (&view.depth, &mut deep) {
+                (Some(truth), Some(deep)) => {
+                    let rendered = deep.paint(&view.camera, &view.lens)?;
+                    depth_error(&rendered.depth, truth, mask)
+                }
+                _ => None,
+            };
+            let [psnr_far, psnr_near] = match (&view.depth, limit) {
+                (Some(depth), Some(limit)) => psnr_far_near(&picture, &truth, depth, limit, mask),
+                _ => [None; 2],
+            };
+            per_view.push(ViewScore {
+                name: view.name.clone(),
+                exposure: fitted,
+                scores,
+                depth_error: depth.and_then(|depth| depth.mean),
+                depth_missed: depth.map(|depth| depth.missed),
+                psnr_far,
+                psnr_near,
+            });
+            each(i, &picture, &truth);
+        }
+        let n = per_view.len().max(1) as f64;
+        let total: f64 = times.iter().sum();
+        times.sort_by(f64::total_cmp);
+        let median = times.get(times.len() / 2).copied().unwrap_or(0.0);
+        let of_all = |score: fn(&Scores) -> Option<f64>| {
+            Some(per_view.iter().map(|view| score(&view.scores)).sum::<Option<f64>>()? / n)
         };
-        let truth = quantize_all(&composite_on(&view.rgba, background));
-        let (mask, size) = (view.mask.as_deref(), [view.camera.width, view.camera.height]);
-        let compared = half.as_deref().or(mask);
-        let scores = metrics.compare(&picture, &truth, compared, size.map(|side| side as usize));
-        let depth = match &view.depth {
-            Some(truth) => {
-                let rendered = deep.render_through(&view.camera, &view.lens)?;
-                depth_error(&rendered.depth, truth, mask)
-            }
-            None => None,
-        };
-        let [psnr_far, psnr_near] = match (&view.depth, limit) {
-            (Some(depth), Some(limit)) => psnr_far_near(&picture, &truth, depth, limit, mask),
-            _ => [None; 2],
-        };
-        per_view.push(ViewScore {
-            name: view.name.clone(),
-            exposure: fitted,
-            scores,
-            depth_error: depth.and_then(|depth| depth.mean),
-            depth_missed: depth.map(|depth| depth.missed),
-            psnr_far,
-            psnr_near,
-        });
-        each(i, &picture, &truth);
+        let ascending = worst(&per_view);
+        let psnr: Vec<f64> = ascending.iter().map(|view| per_view[*view].scores.psnr).collect();
+        let psnr_at = |q| quantile(&psnr, q).unwrap_or(0.0);
+        let first = dataset.views.first().map_or([0, 0], |v| [v.camera.width, v.camera.height]);
+        Ok(Evaluation {
+            views: per_view.len(),
+            width: first[0],
+            height: first[1],
+            background,
+            psnr: per_view.iter().map(|view| view.scores.psnr).sum::<f64>() / n,
+            psnr_median: psnr_at(0.5),
+            psnr_p05: psnr_at(0.05),
+            psnr_min: psnr_at(0.0),
+            worst_view: ascending.first().map(|view| per_view[*view].name.clone()),
+            ssim: of_all(|scores| scores.ssim),
+            ms_ssim: of_all(|scores| scores.ms_ssim),
+            lpips: of_all(|scores| scores.lpips),
+            depth_error: mean_of_known(per_view.iter().filter_map(|view| view.depth_error)),
+            depth_missed: mean_of_known(per_view.iter().filter_map(|view| view.depth_missed)),
+            psnr_far: mean_of_known(per_view.iter().filter_map(|view| view.psnr_far)),
+            psnr_near: mean_of_known(per_view.iter().filter_map(|view| view.psnr_near)),
+            per_view,
+            seconds_per_frame: median,
+            frames_per_second: 1.0 / median.max(1e-9),
+            rays_per_pixel: dataset.views.first().map_or(1, |view| rays_of(&view.camera) as u32),
+            rays_per_second: rays as f64 / total.max(1e-9),
+            samples_per_ray: stats.samples as f64 / (rays as f64).max(1.0),
+            samples_per_hit_ray: stats.samples as f64 / (stats.hits as f64).max(1.0),
+            threads: rayon::current_num_threads(),
+            fallback: None,
+        })
     }
-    let n = per_view.len().max(1) as f64;
-    let total: f64 = times.iter().sum();
-    times.sort_by(f64::total_cmp);
-    let median = times.get(times.len() / 2).copied().unwrap_or(0.0);
-    let of_all = |score: fn(&Scores) -> Option<f64>| {
-        Some(per_view.iter().map(|view| score(&view.scores)).sum::<Option<f64>>()? / n)
-    };
-    let ascending = worst(&per_view);
-    let psnr: Vec<f64> = ascending.iter().map(|view| per_view[*view].scores.psnr).collect();
-    let psnr_at = |q| quantile(&psnr, q).unwrap_or(0.0);
-    let first = dataset.views.first().map_or([0, 0], |v| [v.camera.width, v.camera.height]);
-    Ok(Evaluation {
-        views: per_view.len(),
-        width: first[0],
-        height: first[1],
-        background,
-        psnr: per_view.iter().map(|view| view.scores.psnr).sum::<f64>() / n,
-        psnr_median: psnr_at(0.5),
-        psnr_p05: psnr_at(0.05),
-        psnr_min: psnr_at(0.0),
-        worst_view: ascending.first().map(|view| per_view[*view].name.clone()),
-        ssim: of_all(|scores| scores.ssim),
-        ms_ssim: of_all(|scores| scores.ms_ssim),
-        lpips: of_all(|scores| scores.lpips),
-        depth_error: mean_of_known(per_view.iter().filter_map(|view| view.depth_error)),
-        depth_missed: mean_of_known(per_view.iter().filter_map(|view| view.depth_missed)),
-        psnr_far: mean_of_known(per_view.iter().filter_map(|view| view.psnr_far)),
-        psnr_near: mean_of_known(per_view.iter().filter_map(|view| view.psnr_near)),
-        per_view,
-        seconds_per_frame: median,
-        frames_per_second: 1.0 / median.max(1e-9),
-        rays_per_pixel: dataset.views.first().map_or(1, |view| rays_of(&view.camera) as u32),
-        rays_per_second: rays as f64 / total.max(1e-9),
-        samples_per_ray: stats.samples as f64 / (rays as f64).max(1.0),
-        samples_per_hit_ray: stats.samples as f64 / (stats.hits as f64).max(1.0),
-        threads: rayon::current_num_threads(),
-        fallback: renderer.fallback().map(str::to_owned),
-    })
 }
 
 /// The views' indices in ascending order of PSNR.

@@ -8,6 +8,7 @@ pub mod image_file;
 mod normals;
 #[cfg(feature = "gpu")]
 mod on_gpu;
+mod painter;
 mod progressive;
 mod renderer;
 
@@ -19,6 +20,7 @@ pub(crate) use depths::depths;
 use depths::ray;
 pub use device::Device;
 pub use normals::normals;
+pub use painter::Painter;
 pub use progressive::Progressive;
 pub use renderer::Renderer;
 
