@@ -5,9 +5,10 @@
 
 use std::time::Instant;
 
+use pocketnerf_baselines::Baseline;
 use pocketnerf_core::{Camera, Error, Model};
 use pocketnerf_train::lens::Lens;
-use pocketnerf_train::picture::{Renderer, Settings};
+use pocketnerf_train::picture::{Painter, Renderer, Settings};
 
 use crate::machine::Pace;
 
@@ -18,13 +19,31 @@ const PICTURES: usize = 4;
 /// Seconds of a picture above which none is needed to warm up the caches.
 const LONG: f64 = 0.5;
 
-/// A model that is rendered one way.
+/// What is rendered, and how.
+#[derive(Clone, Copy, Debug)]
+pub enum Subject<'m> {
+    /// A model.
+    Model(&'m Model<'m>, Settings),
+    /// A baseline, of which there is one way.
+    Baseline(&'m Baseline),
+}
+
+impl<'m> Subject<'m> {
+    /// What takes its pictures.
+    #[must_use]
+    pub fn painter(self) -> Box<dyn Painter + 'm> {
+        match self {
+            Self::Model(model, settings) => Box::new(Renderer::new(model, &settings)),
+            Self::Baseline(baseline) => Box::new(pocketnerf_baselines::Renderer::new(baseline)),
+        }
+    }
+}
+
+/// What is rendered one way.
 #[derive(Clone, Copy, Debug)]
 pub struct Contestant<'m> {
-    /// The model.
-    pub model: &'m Model<'m>,
-    /// How it is rendered.
-    pub settings: Settings,
+    /// What is rendered.
+    pub subject: Subject<'m>,
     /// Cameras, of which the first ones are used.
     pub cameras: &'m [(Camera, Lens)],
     /// Expected seconds of a picture, which decide how many make a turn.
@@ -47,14 +66,14 @@ impl Contestant<'_> {
 
     /// Milliseconds per picture, the mean of a turn.
     fn take_turn(&self) -> Result<f64, Error> {
-        let mut renderer = Renderer::new(self.model, &self.settings);
+        let mut painter = self.subject.painter();
         let cameras = &self.cameras[..self.pictures().min(self.cameras.len())];
         if let (true, Some((camera, lens))) = (self.expected <= LONG, cameras.first()) {
-            renderer.render_through(camera, lens)?;
+            painter.paint(camera, lens)?;
         }
         let begun = Instant::now();
         for (camera, lens) in cameras {
-            renderer.render_through(camera, lens)?;
+            painter.paint(camera, lens)?;
         }
         Ok(begun.elapsed().as_secs_f64() * 1e3 / cameras.len().max(1) as f64)
     }

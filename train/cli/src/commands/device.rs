@@ -55,6 +55,14 @@ impl DeviceOption {
 }
 
 impl TrainingDevice {
+    /// Whether a GPU is to train.
+    pub(super) fn is_gpu(self) -> bool {
+        #[cfg(feature = "gpu")]
+        return self.device == Kind::Gpu;
+        #[cfg(not(feature = "gpu"))]
+        false
+    }
+
     /// Opens the device; or says why it is the CPU after all.
     #[cfg(feature = "gpu")]
     fn open(self) -> (Device, Option<String>) {

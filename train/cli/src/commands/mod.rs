@@ -1,6 +1,7 @@
 //! The command line, a thin layer over the library: one file per command.
 
 mod antialias;
+mod baseline_file;
 mod bench;
 mod chart;
 mod convert;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use pocketnerf_formats::{ModelFile, is_packed, open_verified, unpacked_len};
 
+use super::baseline_file::refuse_baseline;
 use super::{Failure, memory};
 
 /// A model file in memory, unpacked; or another program's file, as it is.
@@ -57,6 +58,7 @@ pub(super) fn read_model(path: &Path) -> Result<ModelBytes, Failure> {
 
 /// Opens a model's bytes; the error names the file.
 pub(super) fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<ModelFile<'a>, Failure> {
+    refuse_baseline(path, bytes)?;
     open_verified(bytes).map_err(|e| format!("{}: {e}", path.display()).into())
 }
 

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use pocketnerf_baselines::Baseline;
 use pocketnerf_core::{Camera, SimdLevel};
-use pocketnerf_train::dataset;
+use pocketnerf_formats::ModelFile;
+use pocketnerf_train::dataset::{self, Dataset};
 use pocketnerf_train::lens::Lens;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::{self, Sampling, Settings};
@@ -12,7 +14,7 @@ use super::Chart;
 use super::models::{Model, Models};
 use super::scenes::Scene;
 use super::score::{Judge, Scored};
-use crate::chart::rounds::{Contestant, Turn, rounds};
+use crate::chart::rounds::{Contestant, Subject, Turn, rounds};
 use crate::chart::statistics::Summary;
 use crate::chart::{Axis, OURS, Point, frontier};
 use crate::commands::progress::{Progress, duration};
@@ -28,7 +30,8 @@ const TIMED: usize = 4;
 pub(super) struct Way<'m> {
     pub(super) model: &'m Model,
     factor: u32,
-    pub(super) settings: Settings,
+    /// `None`: a baseline, of which there is one way.
+    pub(super) settings: Option<Settings>,
     pub(super) id: String,
 }
 
@@ -59,10 +62,10 @@ pub(super) fn measure(
         .all
         .iter()
         .zip(&mut tables)
-        .map(|(model, table)| open_to_render(&model.path, &model.bytes, table))
+        .map(|(model, table)| File::open(model, table))
         .collect::<Result<_, _>>()?;
-    let n_ways = chart.ways().len() * chart.factors().len();
-    let mut progress = Progress::new("scoring", n_ways * files.len(), common);
+    let n_ways: usize = files.iter().map(|file| file.ways(chart).len()).sum();
+    let mut progress = Progress::new("scoring", n_ways * chart.factors().len(), common);
     let (mut points, mut pictures, mut timed) = (Vec::new(), Vec::new(), Vec::new());
     for (i, scene) in scenes.iter().enumerate() {
         for &factor in chart.factors() {
@@ -70,23 +73,19 @@ pub(super) fn measure(
             let own: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
             let of_scene = models.all.iter().zip(&files).filter(|(model, _)| model.scene == i);
             for (model, file) in of_scene {
-                let about = &file.about;
-                let own = own.iter().map(|own| dataset.camera_in_model(own, &about.scene));
-                let in_model: Vec<Camera> = own.collect();
-                for (view, camera) in dataset.views.iter_mut().zip(in_model) {
-                    view.camera = camera;
-                    crate::commands::eval::shift(&mut view.camera, about.pixel_origin, 1);
+                for (view, own) in dataset.views.iter_mut().zip(&own) {
+                    view.camera = *own;
                 }
+                file.place(&mut dataset);
                 let mut cameras: Vec<(Camera, Lens)> =
                     dataset.views.iter().map(|view| (view.camera, view.lens)).collect();
                 dataset::thin(&mut cameras, TIMED);
-                for settings in chart.ways() {
+                for settings in file.ways(chart) {
                     stop.check()?;
                     let way = Way::new(scene, model, factor, settings);
-                    let background =
-                        chart.background.unwrap_or_else(|| file.model.display.srgb_background());
+                    let background = chart.background.unwrap_or_else(|| file.background());
                     let judge = Judge { dataset: &dataset, background, metrics, folders: &folders };
-                    let (scored, picture) = judge.score(&way, &file.model)?;
+                    let (scored, picture) = judge.score(&way, file.subject(settings))?;
                     pictures.push((way.id.clone(), picture));
                     timed.push((file, settings, cameras.clone(), scored.seconds_per_frame));
                     points.push(way.point(chart, scene, file, &scored));
@@ -99,8 +98,8 @@ pub(super) fn measure(
     let contestants: Vec<Contestant<'_>> = timed
         .iter()
         .map(|(file, settings, cameras, expected)| {
-            let (settings, expected) = (*settings, *expected);
-            Contestant { model: &file.model, settings, cameras, expected }
+            let (subject, expected) = (file.subject(*settings), *expected);
+            Contestant { subject, cameras, expected }
         })
         .collect();
     let rounds = chart.rounds(contestants.iter().map(Contestant::turn).sum());
@@ -167,14 +166,90 @@ impl Chart {
     }
 }
 
+/// What a model's file holds.
+enum File<'m> {
+    Model(Box<ModelFile<'m>>),
+    Baseline(&'m Baseline),
+}
+
+impl<'m> File<'m> {
+    fn open(model: &'m Model, table: &'m mut Vec<u8>) -> Result<Self, Failure> {
+        Ok(match &model.baseline {
+            Some(baseline) => Self::Baseline(baseline),
+            None => Self::Model(Box::new(open_to_render(&model.path, &model.bytes, table)?)),
+        })
+    }
+
+    /// How it is rendered.
+    fn ways(&self, chart: &Chart) -> Vec<Option<Settings>> {
+        match self {
+            Self::Model(_) => chart.ways().into_iter().map(Some).collect(),
+            Self::Baseline(_) => vec![None],
+        }
+    }
+
+    /// What is rendered in one of these ways.
+    fn subject(&self, settings: Option<Settings>) -> Subject<'_> {
+        match self {
+            Self::Model(file) => Subject::Model(&file.model, settings.unwrap_or_default()),
+            Self::Baseline(baseline) => Subject::Baseline(baseline),
+        }
+    }
+
+    /// Moves a dataset's cameras to where the model has them.
+    fn place(&self, dataset: &mut Dataset) {
+        let Self::Model(file) = self else { return };
+        let own: Vec<Camera> = dataset
+            .views
+            .iter()
+            .map(|view| dataset.camera_in_model(&view.camera, &file.about.scene))
+            .collect();
+        for (view, camera) in dataset.views.iter_mut().zip(own) {
+            view.camera = camera;
+            crate::commands::eval::shift(&mut view.camera, file.about.pixel_origin, 1);
+        }
+    }
+
+    /// The colour behind its scene, sRGB.
+    fn background(&self) -> [f32; 3] {
+        match self {
+            Self::Model(file) => file.model.display.srgb_background(),
+            Self::Baseline(baseline) => baseline.background(),
+        }
+    }
+
+    fn method(&self) -> &'static str {
+        match self {
+            Self::Model(file) => file.model.field.kind(),
+            Self::Baseline(baseline) => baseline.method().name(),
+        }
+    }
+
+    /// Seed and steps of its training.
+    fn trained(&self) -> Option<(u64, u64)> {
+        match self {
+            Self::Model(file) => file.about.provenance.map(|p| (p.seed, p.steps)),
+            Self::Baseline(baseline) => Some((baseline.origin().seed, baseline.steps().into())),
+        }
+    }
+}
+
+/// The word of a way to place samples.
+const fn sampling_name(sampling: Sampling) -> &'static str {
+    match sampling {
+        Sampling::Occupancy => "occupancy",
+        Sampling::Hierarchical => "hierarchical",
+    }
+}
+
 impl<'m> Way<'m> {
-    fn new(scene: &Scene, model: &'m Model, factor: u32, settings: Settings) -> Self {
+    fn new(scene: &Scene, model: &'m Model, factor: u32, settings: Option<Settings>) -> Self {
         let mut parts = vec![scene.name.clone(), model.name.clone()];
         parts.extend(model.precision.map(str::to_owned));
-        parts.push(match settings.sampling {
+        parts.extend(settings.map(|settings| match settings.sampling {
             Sampling::Occupancy => format!("q{}", settings.quality),
-            Sampling::Hierarchical => "hierarchical".to_owned(),
-        });
+            Sampling::Hierarchical => sampling_name(settings.sampling).to_owned(),
+        }));
         if factor > 1 {
             parts.push(format!("x{factor}"));
         }
@@ -182,27 +257,16 @@ impl<'m> Way<'m> {
     }
 
     /// The point, but for its times.
-    fn point(
-        &self,
-        chart: &Chart,
-        scene: &Scene,
-        file: &pocketnerf_formats::ModelFile<'_>,
-        scored: &Scored,
-    ) -> Point {
+    fn point(&self, chart: &Chart, scene: &Scene, file: &File<'_>, scored: &Scored) -> Point {
         let Self { model, settings, .. } = self;
         let trained = model.trained.as_ref();
-        let sampling = match settings.sampling {
-            Sampling::Occupancy => "occupancy",
-            Sampling::Hierarchical => "hierarchical",
-        };
-        let mut eval = format!(
-            "pocketnerf eval {} {} --quality {}",
-            quoted(&model.path),
-            quoted(&scene.data),
-            settings.quality
-        );
-        if settings.sampling == Sampling::Hierarchical {
-            eval += " --sampling hierarchical";
+        let (seed, steps) = file.trained().unzip();
+        let mut eval = format!("pocketnerf eval {} {}", quoted(&model.path), quoted(&scene.data));
+        if let Some(settings) = settings {
+            eval += &format!(" --quality {}", settings.quality);
+            if settings.sampling == Sampling::Hierarchical {
+                eval += " --sampling hierarchical";
+            }
         }
         if self.factor > 1 {
             eval += &format!(" --downscale-factor {}", self.factor);
@@ -212,20 +276,20 @@ impl<'m> Way<'m> {
             id: self.id.clone(),
             program: OURS.to_owned(),
             scene: scene.name.clone(),
-            method: file.model.field.kind().to_owned(),
+            method: file.method().to_owned(),
             model: model.name.clone(),
             precision: model.precision.map(str::to_owned),
-            quality: Some(settings.quality),
-            sampling: Some(sampling.to_owned()),
+            quality: settings.map(|settings| settings.quality),
+            sampling: settings.map(|settings| sampling_name(settings.sampling).to_owned()),
             split: chart.split.name().to_owned(),
             views: Some(scored.views),
             width: scored.width,
             height: scored.height,
             background: scored.background.map(|c| c.to_string()).join(","),
-            seed: trained.map(|t| t.seed).or(file.about.provenance.map(|p| p.seed)),
+            seed: trained.map(|t| t.seed).or(seed),
             train_commit: trained.and_then(|t| t.commit.clone()),
             train_seconds: trained.map(|t| t.seconds),
-            train_steps: trained.map(|t| t.steps).or(file.about.provenance.map(|p| p.steps)),
+            train_steps: trained.map(|t| t.steps).or(steps),
             train_memory_bytes: trained.and_then(|t| t.peak_memory_bytes),
             bytes: Some(model.file_length as u64),
             psnr: scored.psnr,
@@ -237,8 +301,13 @@ impl<'m> Way<'m> {
             ms_ssim: scored.ms_ssim,
             lpips: scored.lpips,
             depth_error: scored.depth_error,
-            samples_per_ray: Some(scored.samples_per_ray),
-            render_memory_bytes: Some(picture::memory_bytes(&file.model, settings)),
+            samples_per_ray: settings.map(|_| scored.samples_per_ray),
+            render_memory_bytes: match (file, settings) {
+                (File::Model(file), Some(settings)) => {
+                    Some(picture::memory_bytes(&file.model, settings))
+                }
+                _ => None,
+            },
             train_command: model.command.clone(),
             eval_command: Some(eval),
             ..Point::default()

@@ -1,6 +1,7 @@
 //! `pocketnerf chart`.
 
 mod answer;
+mod jobs;
 mod measure;
 mod models;
 mod plan;

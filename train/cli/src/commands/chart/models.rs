@@ -1,19 +1,17 @@
 //! The models of a chart: trained by running this program, or given.
 
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
 
+use pocketnerf_baselines::{Baseline, Photographs, is_baseline};
 use pocketnerf_core::SimdLevel;
-use pocketnerf_formats::Precision;
-use pocketnerf_train::output;
-use pocketnerf_train::trainer::Length;
 use serde::{Deserialize, Serialize};
 
+use super::jobs::Job;
 use super::scenes::Scene;
 use crate::chart::{Program, Recipe};
+use crate::commands::baseline_file::open_baseline;
 use crate::commands::progress::duration;
-use crate::commands::stop::{Interrupted, Stop, was_interrupted};
-use crate::commands::train::{checkpoint_path, quoted};
+use crate::commands::stop::Stop;
 use crate::commands::{Common, Failure, make_folder, open, read_model};
 
 /// The cost of training a model: keys of `train --json`.
@@ -30,14 +28,14 @@ pub(super) struct Trained {
 
 /// The record beside a model, which identifies it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Record {
-    options: Vec<String>,
-    data: PathBuf,
-    reading: String,
-    threads: Option<u16>,
-    program: Program,
+pub(super) struct Record {
+    pub(super) options: Vec<String>,
+    pub(super) data: PathBuf,
+    pub(super) reading: String,
+    pub(super) threads: Option<u16>,
+    pub(super) program: Program,
     /// `None`: not finished.
-    trained: Option<Trained>,
+    pub(super) trained: Option<Trained>,
 }
 
 /// A model file of a scene.
@@ -47,6 +45,8 @@ pub(super) struct Model {
     pub(super) scene: usize,
     pub(super) path: PathBuf,
     pub(super) bytes: Vec<u8>,
+    /// What is in it, where it is a baseline.
+    pub(super) baseline: Option<Baseline>,
     /// Length of the file, which is packed where training wrote it.
     pub(super) file_length: usize,
     pub(super) precision: Option<&'static str>,
@@ -69,16 +69,28 @@ pub(super) fn take(paths: &[PathBuf], scenes: &[Scene]) -> Result<Vec<Model>, Fa
     let mut taken: Vec<Model> = Vec::new();
     for path in paths {
         let bytes = read_model(path)?;
-        let file = open(path, &bytes)?;
+        let baseline = match is_baseline(&bytes) {
+            true => Some(open_baseline(path, &bytes)?),
+            false => None,
+        };
+        let origin = match &baseline {
+            Some(baseline) => {
+                let origin = baseline.origin();
+                Some((origin.fingerprint, origin.dataset.clone()))
+            }
+            None => {
+                let origin = open(path, &bytes)?.about.provenance;
+                origin.map(|origin| (origin.trained_on, origin.dataset.to_owned()))
+            }
+        };
         // Fingerprints depend on the images' size, so a model of a dataset with the same name
         // is accepted.
-        if let Some(origin) = file.about.provenance.filter(|origin| origin.trained_on != 0) {
-            let is_of_scene = origin.trained_on == fingerprint || origin.dataset == train.name();
+        if let Some((trained_on, name)) = origin.filter(|(trained_on, _)| *trained_on != 0) {
+            let is_of_scene = trained_on == fingerprint || name == train.name();
             if !is_of_scene {
                 return Err(format!(
-                    "{}: a model of {:?}, expected one of {}; give the dataset that it was trained on",
+                    "{}: a model of {name:?}, expected one of {}; give the dataset that it was trained on",
                     path.display(),
-                    origin.dataset,
                     scene.data.display()
                 )
                 .into());
@@ -92,8 +104,17 @@ pub(super) fn take(paths: &[PathBuf], scenes: &[Scene]) -> Result<Vec<Model>, Fa
         }
         let (path, trained, command) = (path.clone(), None, None);
         let (bytes, file_length) = (bytes.to_vec(), bytes.stored().len());
-        let precision = None;
-        taken.push(Model { name, scene: 0, path, bytes, file_length, precision, trained, command });
+        taken.push(Model {
+            name,
+            scene: 0,
+            path,
+            bytes,
+            baseline,
+            file_length,
+            precision: None,
+            trained,
+            command,
+        });
     }
     Ok(taken)
 }
@@ -117,6 +138,7 @@ impl Models {
             .flat_map(|i| recipes.iter().map(move |recipe| (i, recipe)))
             .map(|(i, recipe)| Job::new(&self.folder, (i, &scenes[i]), recipe, common))
             .collect::<Result<_, _>>()?;
+        let jobs = suitable(jobs, common)?;
         let missing: Vec<&Job<'_>> = jobs.iter().filter(|job| job.finished().is_none()).collect();
         if !common.quiet && !missing.is_empty() {
             let seconds: f64 = missing.iter().map(|job| job.seconds).sum();
@@ -141,169 +163,18 @@ impl Models {
     }
 }
 
-/// A model to train.
-struct Job<'a> {
-    scene: (usize, &'a Scene),
-    recipe: &'a Recipe,
-    /// The model as trained, in f32.
-    path: PathBuf,
-    record: Record,
-    /// Expected seconds of training.
-    seconds: f64,
-}
-
-impl<'a> Job<'a> {
-    fn new(
-        folder: &Path,
-        scene: (usize, &'a Scene),
-        recipe: &'a Recipe,
-        common: &Common,
-    ) -> Result<Self, Failure> {
-        let record = Record {
-            options: recipe.options.clone(),
-            data: scene.1.data.clone(),
-            reading: scene.1.reading.given(),
-            threads: common.threads,
-            program: Program::this(),
-            trained: None,
+/// Leaves out what cannot be trained on its scene, and says so.
+fn suitable<'a>(jobs: Vec<Job<'a>>, common: &Common) -> Result<Vec<Job<'a>>, Failure> {
+    let mut suitable = Vec::with_capacity(jobs.len());
+    for job in jobs {
+        let Some(method) = job.baseline()? else {
+            suitable.push(job);
+            continue;
         };
-        let seconds = match super::plan::length(recipe)? {
-            Length::Seconds(seconds) => seconds,
-            Length::Steps(steps) => f64::from(steps) / 100.0,
-        };
-        let path = folder.join(format!("{}.{}.f32.pnerf", scene.1.name, recipe.name));
-        Ok(Self { scene, recipe, path, record, seconds })
-    }
-
-    fn name(&self) -> String {
-        format!("{} {}", self.scene.1.name, self.recipe.options.join(" "))
-    }
-
-    fn record_path(&self) -> PathBuf {
-        self.path.with_extension("json")
-    }
-
-    /// The record of a model with these options, whichever version trained it: the chart names
-    /// that version.
-    fn recorded(&self) -> Option<Record> {
-        let bytes = std::fs::read(self.record_path()).ok()?;
-        let found: Record = serde_json::from_slice(&bytes).ok()?;
-        let expected = Record {
-            program: found.program.clone(),
-            trained: found.trained.clone(),
-            ..self.record.clone()
-        };
-        (found == expected).then_some(found)
-    }
-
-    /// The cost of training, if it is done.
-    fn finished(&self) -> Option<Trained> {
-        self.recorded()?.trained.filter(|_| self.path.is_file())
-    }
-
-    fn write_record(&self, trained: Option<Trained>) -> Result<(), Failure> {
-        let record = Record { trained, ..self.record.clone() };
-        Ok(output::write_atomic(&self.record_path(), &serde_json::to_vec_pretty(&record)?)?)
-    }
-
-    /// Runs `pocketnerf train` as users do, so that time and memory are those of the whole
-    /// program.
-    fn train(&self, simd: Option<SimdLevel>, common: &Common, stop: &Stop) -> Result<(), Failure> {
-        let checkpoint = checkpoint_path(&self.path);
-        let resumes = checkpoint.is_file() && self.recorded().is_some();
-        if !resumes && checkpoint.is_file() {
-            // Of other options: it must not be resumed.
-            std::fs::remove_file(&checkpoint)?;
-        }
-        self.write_record(None)?;
-        let mut command = crate::host::program()?;
-        command.arg("train").arg(&self.record.data).arg("--out").arg(&self.path);
-        command.args(["--precision", "f32", "--json"]);
-        if resumes {
-            command.arg("--resume").arg(&checkpoint).args(self.given_again());
-        } else {
-            command.args(&self.recipe.options);
-        }
-        command.args(self.record.reading.split_whitespace());
-        if let Some(threads) = common.threads {
-            command.args(["--threads", &threads.to_string()]);
-        }
-        if let Some(simd) = simd {
-            command.args(["--simd", simd.name()]);
-        }
-        if common.quiet {
-            command.arg("--quiet");
-        }
-        let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
-        stop.child(Some(&child));
-        let output = child.wait_with_output();
-        stop.child(None);
-        let output = output?;
-        if !output.status.success() {
-            // A terminal signals both, in any order.
-            stop.check()?;
-            if was_interrupted(output.status) {
-                return Err(Interrupted.into());
-            }
-            let (name, status) = (self.name(), output.status);
-            return Err(format!("{name}: training failed ({status}), for the reason above").into());
-        }
-        let trained: Trained = serde_json::from_slice(&output.stdout)?;
-        let commit = self.record.program.commit.clone();
-        self.write_record(Some(Trained { commit, ..trained }))?;
-        if checkpoint.exists() {
-            std::fs::remove_file(checkpoint)?;
-        }
-        Ok(())
-    }
-
-    /// Options that a checkpoint does not store.
-    fn given_again(&self) -> &[String] {
-        let options = &self.recipe.options;
-        match options.iter().position(|option| option == "--views") {
-            Some(i) => &options[i..(i + 2).min(options.len())],
-            None => &[],
+        match Photographs::new(job.scene.1.train_split()?, None)?.refusal(method) {
+            None => suitable.push(job),
+            Some(why) => common.warn(&format!("{}: left out: {why}", job.name())),
         }
     }
-
-    /// The model in each precision, on disk and in memory.
-    fn models(&self) -> Result<Vec<Model>, Failure> {
-        let trained = self.finished();
-        let source = read_model(&self.path)?;
-        let file = open(&self.path, &source)?;
-        let whole = self.recipe.precisions.iter().map(|precision| {
-            let name = precision_name(*precision);
-            let path = self.path.with_extension("").with_extension(format!("{name}.pnerf"));
-            let bytes = pocketnerf_formats::write(&file.model, &file.about, *precision)?;
-            let packed = pocketnerf_formats::pack(&bytes)?;
-            if *precision != Precision::F32 {
-                output::write_atomic(&path, &packed)?;
-            }
-            let command = format!(
-                "pocketnerf train {} --out scene.pnerf{}{} --precision {name}",
-                quoted(&self.record.data),
-                self.recipe.options.iter().map(|o| format!(" {o}")).collect::<String>(),
-                self.record.reading,
-            );
-            Ok(Model {
-                name: self.recipe.name.clone(),
-                scene: self.scene.0,
-                path,
-                bytes,
-                file_length: packed.len(),
-                precision: Some(name),
-                trained: trained.clone(),
-                command: Some(command),
-            })
-        });
-        whole.collect()
-    }
-}
-
-const fn precision_name(precision: Precision) -> &'static str {
-    match precision {
-        Precision::I8 => "i8",
-        Precision::F16 => "f16",
-        Precision::F32 => "f32",
-    }
+    Ok(suitable)
 }

@@ -84,6 +84,16 @@ impl Chart {
 
 /// The length of a recipe's run; refuses what `pocketnerf train` would.
 pub(super) fn length(recipe: &Recipe) -> Result<Length, Failure> {
+    Ok(line(recipe)?.length())
+}
+
+/// The baseline that a recipe trains, if it is one.
+pub(super) fn baseline(recipe: &Recipe) -> Result<Option<pocketnerf_baselines::Method>, Failure> {
+    Ok(line(recipe)?.baseline_method())
+}
+
+/// The command line of a recipe.
+fn line(recipe: &Recipe) -> Result<Train, Failure> {
     let text = recipe.options.join(" ");
     let refused = |why: &str| format!("--train {text:?}: {why}");
     let is_ours = |option: &&String| OURS.iter().any(|ours| option.split('=').next() == Some(ours));
@@ -98,7 +108,7 @@ pub(super) fn length(recipe: &Recipe) -> Result<Length, Failure> {
         refused(first.strip_prefix("error: ").unwrap_or(first))
     })?;
     line.train.check().map_err(|error| refused(&error.to_string()))?;
-    Ok(line.train.length())
+    Ok(line.train)
 }
 
 #[cfg(test)]
@@ -118,8 +128,12 @@ mod tests {
                 assert!(matches!(length(&recipe), Ok(Length::Seconds(_))), "{recipe:?}");
             }
         }
-        let unknown = parse_methods("llff").unwrap_err();
-        assert_eq!(unknown, "expected all, or some of hash-grid, planes, plenoxels, nerf, derf");
+        let unknown = parse_methods("mpi").unwrap_err();
+        assert_eq!(
+            unknown,
+            "expected all, or some of hash-grid, planes, plenoxels, nerf, derf, llff, srn, \
+             neural-volumes"
+        );
         let refused = |options: &str| length(&Recipe::of(options)).unwrap_err().to_string();
         assert_eq!(
             refused("--seconds 5 --precision f16"),

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use pocketnerf_baselines::Renderer;
 use pocketnerf_core::Camera;
 use pocketnerf_train::dataset::{Dataset, hash_of};
-use pocketnerf_train::evaluate::evaluate;
+use pocketnerf_train::evaluate::{evaluate, evaluate_pictures};
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::output;
 use pocketnerf_train::picture::Settings;
@@ -13,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::measure::Way;
 use crate::chart::Program;
+use crate::chart::rounds::Subject;
 use crate::commands::Failure;
 
 /// Most pixels along a side of a point's picture: larger ones are cropped.
@@ -56,7 +58,7 @@ impl Judge<'_> {
     pub(super) fn score(
         &self,
         way: &Way<'_>,
-        model: &pocketnerf_core::Model<'_>,
+        subject: Subject<'_>,
     ) -> Result<(Scored, PathBuf), Failure> {
         let [scores, pictures] = self.folders;
         let path = scores.join(format!("{}.json", way.id));
@@ -69,12 +71,20 @@ impl Judge<'_> {
         let shown = self.dataset.views.len() / 2;
         let mut written = Ok(());
         let (dataset, background) = (self.dataset, self.background);
-        let result =
-            evaluate(model, dataset, background, &way.settings, self.metrics, |i, ours, truth| {
-                if i == shown {
-                    written = write_picture(&picture, &dataset.views[i].camera, ours, truth);
-                }
-            })?;
+        let each = |i: usize, ours: &[u8], truth: &[u8]| {
+            if i == shown {
+                written = write_picture(&picture, &dataset.views[i].camera, ours, truth);
+            }
+        };
+        let result = match subject {
+            Subject::Model(model, settings) => {
+                evaluate(model, dataset, background, &settings, self.metrics, each)
+            }
+            Subject::Baseline(baseline) => {
+                let mut renderer = Renderer::new(baseline);
+                evaluate_pictures(&mut renderer, dataset, background, self.metrics, each)
+            }
+        }?;
         written?;
         let known = |value: Option<f64>| value.filter(|value| value.is_finite());
         let scored = Scored {
@@ -102,12 +112,16 @@ impl Judge<'_> {
 
     /// Everything that a score depends on.
     fn identity(&self, way: &Way<'_>) -> String {
-        let Settings { simd, skip, quality, sampling, .. } = way.settings;
+        let how = way.settings.map(|settings| {
+            let Settings { simd, skip, quality, sampling, .. } = settings;
+            format!("{simd:?} {skip} {quality} {sampling:?}")
+        });
         format!(
-            "model {:016x}, views {:016x}, on {:?}, {simd:?} {skip} {quality} {sampling:?}, LPIPS {:?}, {}",
+            "model {:016x}, views {:016x}, on {:?}, {}, LPIPS {:?}, {}",
             hash_of(&way.model.bytes),
             self.dataset.fingerprint(),
             self.background,
+            how.unwrap_or_default(),
             self.metrics.lpips.as_ref().map(|lpips| lpips.network()),
             Program::this().commit.unwrap_or_default(),
         )

@@ -1,10 +1,12 @@
 //! `pocketnerf info`.
 
+mod baseline;
 mod cost;
 mod table;
 
 use std::path::{Path, PathBuf};
 
+use pocketnerf_baselines::is_baseline;
 use pocketnerf_core::Space;
 use pocketnerf_core::march::Reach;
 use pocketnerf_formats::{Container, ModelFile, Role, SectionId};
@@ -86,6 +88,9 @@ impl Info {
             .into());
         }
         let bytes = read_model(path)?;
+        if is_baseline(&bytes) {
+            return baseline::show(path, &bytes, common);
+        }
         let file = open(path, &bytes)?;
         let space = match file.model.space {
             Space::Box { .. } => json!("box"),

@@ -109,7 +109,7 @@ fn plain(value: &Value) -> String {
 }
 
 /// A number with its thousands apart: `1,234,567`.
-fn grouped(value: &Value) -> String {
+pub(super) fn grouped(value: &Value) -> String {
     let digits = value.to_string();
     let groups: Vec<&str> = digits
         .as_bytes()

@@ -1,5 +1,6 @@
 //! `pocketnerf render`.
 
+mod baseline;
 mod geometry;
 mod outputs;
 mod path;
@@ -11,9 +12,10 @@ use std::hash::Hash;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use pocketnerf_baselines::is_baseline;
 use pocketnerf_core::{Camera, Display, Model};
 use pocketnerf_train::picture::{self, Antialias, Device, Picture, Progressive};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::antialias::{Antialiasing, size_doubt};
 use super::device::{self, DeviceOption};
@@ -22,8 +24,9 @@ use super::progress::Progress;
 use super::rendering::{Rendering, Sampling};
 use super::stop::Stop;
 use super::{Common, Failure, memory, open_to_render, read_model};
-use geometry::Geometry;
+use geometry::{Geometry, Numbers};
 use outputs::Outputs;
+use path::Place;
 use target::Kind;
 
 /// Pictures of a video a second, unless something else is asked for.
@@ -71,11 +74,13 @@ impl Render {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         let stop = Stop::listen(common, "interrupted before the first picture")?;
         let bytes = read_model(&self.model)?;
+        if is_baseline(&bytes) {
+            return self.render_baseline(&bytes, &stop, common);
+        }
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
-        let path = self.path.cameras(&file, (self.asks_for_a_video(), self.fps))?;
-        let (cameras, fps) =
-            (path.cameras, path.fps.map_or(FPS, |fps| (fps as f32).clamp(0.1, 240.0)));
+        let place = Place { about: &file.about, space: &file.model.space };
+        let (cameras, fps) = self.cameras(place)?;
         let own = &file.model.display;
         let background = self.background.map(|color| own.color_space.from_srgb(color));
         let display = Display { background: background.unwrap_or(own.background), ..*own };
@@ -104,23 +109,9 @@ impl Render {
         let how = (self.deadline_ms, &self.device, device::name(&on, None), self.geometry);
         let work = format!("{cameras:?} {display:?} {settings:?} {how:?}");
         let work = (bytes.stored(), work, env!("CARGO_PKG_VERSION"));
-        let mut outputs = self.outputs((&cameras, fps), &work)?;
-        let begun = outputs.done();
-        if begun > 0 {
-            common.say(&format!("{begun} of {} pictures are there already", cameras.len()));
-        }
-        let quiet = Common { quiet: common.quiet || cameras.len() == 1, ..common.clone() };
-        let mut progress = Progress::new("pictures", cameras.len(), &quiet);
         let mut renderer = picture::Renderer::on(&on, &file.model, &settings);
-        let mut refined;
-        let mut seconds = 0.0;
-        stop.defer();
-        for (i, camera) in cameras.iter().enumerate().skip(begun) {
-            if stop.is_asked() {
-                outputs.interrupt(i);
-                stop.check()?;
-            }
-            let begun = Instant::now();
+        let mut refined = Picture::default();
+        let seconds = self.pictures((&cameras, fps), &work, &stop, common, |camera| {
             let rendered = match self.deadline_ms {
                 None => renderer.render(camera)?,
                 Some(ms) => {
@@ -130,43 +121,92 @@ impl Render {
                 }
             };
             let numbers = self.geometry.of((&file, &settings), camera, rendered)?;
-            seconds += begun.elapsed().as_secs_f64();
-            outputs.add((i, camera), &rendered.rgb8(&display), &numbers)?;
-            progress.done(i + 1);
-        }
-        outputs.finish()?;
-        drop(progress);
+            Ok((rendered.rgb8(&display), numbers))
+        })?;
         let refined = self.deadline_ms.map(|_| "--deadline-ms is for the CPU");
         let fallback = renderer.fallback().or(refined);
         let device = device::name(&on, fallback);
         if !matches!(on, Device::Cpu) {
             warn(fallback.map(device::on_cpu));
         }
+        let object = json!({
+            "bytes": bytes.stored().len(),
+            "method": file.model.field.kind(),
+            "rays_per_pixel": first.map(|camera| antialias.rays(camera).pow(2)),
+            "device": device,
+        });
+        self.report(&cameras, seconds, object, &warnings, common);
+        Ok(())
+    }
+
+    /// Takes all pictures that are not there yet, as 8-bit sRGB and the numbers beside it, and gives
+    /// the seconds of one.
+    fn pictures(
+        &self,
+        (cameras, fps): (&[Camera], f32),
+        work: &impl Hash,
+        stop: &Stop,
+        common: &Common,
+        mut take: impl FnMut(&Camera) -> Result<(Vec<u8>, Numbers), Failure>,
+    ) -> Result<f64, Failure> {
+        let mut outputs = self.outputs((cameras, fps), work)?;
+        let begun = outputs.done();
+        if begun > 0 {
+            common.say(&format!("{begun} of {} pictures are there already", cameras.len()));
+        }
+        let quiet = Common { quiet: common.quiet || cameras.len() == 1, ..common.clone() };
+        let mut progress = Progress::new("pictures", cameras.len(), &quiet);
+        let mut seconds = 0.0;
+        stop.defer();
+        for (i, camera) in cameras.iter().enumerate().skip(begun) {
+            if stop.is_asked() {
+                outputs.interrupt(i);
+                stop.check()?;
+            }
+            let begun = Instant::now();
+            let (rgb, numbers) = take(camera)?;
+            seconds += begun.elapsed().as_secs_f64();
+            outputs.add((i, camera), &rgb, &numbers)?;
+            progress.done(i + 1);
+        }
+        outputs.finish()?;
+        Ok(seconds / (cameras.len() - begun).max(1) as f64)
+    }
+
+    /// Prints what was rendered. `object` has what differs between models and baselines.
+    fn report(
+        &self,
+        cameras: &[Camera],
+        seconds_per_frame: f64,
+        mut object: Value,
+        warnings: &[String],
+        common: &Common,
+    ) {
+        let n = cameras.len();
         if common.json {
-            let n = cameras.len();
-            let object = json!({
-                "model": self.model.display().to_string(),
-                "bytes": bytes.stored().len(),
-                "method": file.model.field.kind(),
-                "pictures": n,
-                "width": first.map(|camera| camera.width),
-                "height": first.map(|camera| camera.height),
-                "rays_per_pixel": first.map(|camera| antialias.rays(camera).pow(2)),
-                "seconds_per_frame": seconds / (n - begun).max(1) as f64,
-                "seconds": common.started.elapsed().as_secs_f64(),
-                "threads": rayon::current_num_threads(),
-                "device": device,
-                "out": self.out().map(|out| out.display().to_string()),
-                "video": self.video.as_ref().map(|video| video.display().to_string()),
-            });
-            common.print_json(object, &warnings);
+            let first = cameras.first();
+            object["model"] = self.model.display().to_string().into();
+            object["pictures"] = n.into();
+            object["width"] = first.map(|camera| camera.width).into();
+            object["height"] = first.map(|camera| camera.height).into();
+            object["seconds_per_frame"] = seconds_per_frame.into();
+            object["seconds"] = common.started.elapsed().as_secs_f64().into();
+            object["threads"] = rayon::current_num_threads().into();
+            object["out"] = self.out().map(|out| out.display().to_string()).into();
+            object["video"] = self.video.as_ref().map(|video| video.display().to_string()).into();
+            common.print_json(object, warnings);
         } else if !common.quiet {
-            let pictures = if cameras.len() == 1 { "picture" } else { "pictures" };
+            let pictures = if n == 1 { "picture" } else { "pictures" };
             for out in self.out().iter().chain(&self.video) {
-                common.say(&format!("{}: {} {pictures}", out.display(), cameras.len()));
+                common.say(&format!("{}: {n} {pictures}", out.display()));
             }
         }
-        Ok(())
+    }
+
+    /// The cameras, in the model's coordinates, and pictures a second.
+    fn cameras(&self, place: Place<'_>) -> Result<(Vec<Camera>, f32), Failure> {
+        let path = self.path.cameras(place, (self.asks_for_a_video(), self.fps))?;
+        Ok((path.cameras, path.fps.map_or(FPS, |fps| (fps as f32).clamp(0.1, 240.0))))
     }
 
     /// Where pictures go, unless a video is all that is asked for.

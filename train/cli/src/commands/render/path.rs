@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::{Camera, Space};
-use pocketnerf_formats::ModelFile;
+use pocketnerf_formats::About;
 use pocketnerf_train::cameras::{self, CameraPath, Circle, Pace, Wanted, tour};
 
 use crate::commands::Failure;
@@ -64,17 +64,24 @@ pub(super) struct Path {
     fov: Option<f32>,
 }
 
+/// What is known of a scene.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub(super) about: &'a About<'a>,
+    pub(super) space: &'a Space,
+}
+
 impl Path {
     /// The cameras, in the model's coordinates.
     pub(super) fn cameras(
         &self,
-        file: &ModelFile<'_>,
+        place: Place<'_>,
         (is_video, fps): (bool, Option<f32>),
     ) -> Result<CameraPath, Failure> {
         if let Some(file_of_path) = &self.camera_path {
-            return self.stored(file_of_path, file, fps);
+            return self.stored(file_of_path, place, fps);
         }
-        let cameras = self.found(file, is_video)?;
+        let cameras = self.found(place, is_video)?;
         Ok(CameraPath { cameras, fps: fps.map(f64::from) })
     }
 
@@ -82,7 +89,7 @@ impl Path {
     fn stored(
         &self,
         path: &std::path::Path,
-        file: &ModelFile<'_>,
+        place: Place<'_>,
         fps: Option<f32>,
     ) -> Result<CameraPath, Failure> {
         let given = self.width.zip(self.height).map(|(width, height)| [width, height]);
@@ -93,15 +100,15 @@ impl Path {
         let wanted = Wanted { size: given, fps, seconds: self.seconds };
         let mut path = cameras::camera_path(path, wanted)?;
         for camera in &mut path.cameras {
-            *camera = file.about.scene.camera_to_model(camera);
+            *camera = place.about.scene.camera_to_model(camera);
         }
         Ok(path)
     }
 
     /// Those of a circle, of a path among the photographs, or one.
-    fn found(&self, file: &ModelFile<'_>, is_video: bool) -> Result<Vec<Camera>, Failure> {
-        let own = file.about.camera.map(|c| c.camera());
-        let scene = &file.about.scene;
+    fn found(&self, place: Place<'_>, is_video: bool) -> Result<Vec<Camera>, Failure> {
+        let own = place.about.camera.map(|c| c.camera());
+        let scene = &place.about.scene;
         let size = [
             self.width.or(own.map(|c| c.width)).unwrap_or(400),
             self.height.or(own.map(|c| c.height)).unwrap_or(400),
@@ -131,25 +138,25 @@ impl Path {
         if !(1..=10_000).contains(&views) {
             return Err(format!("--orbit {views}: expected 1 to 10000 views").into());
         }
-        let photographs = file.about.photographs.filter(|_| !is_circle);
+        let photographs = place.about.photographs.filter(|_| !is_circle);
         let poses: Vec<[f32; 16]> = photographs.iter().flat_map(|all| all.poses()).collect();
         let pace = if self.ease { Pace::Eased } else { Pace::Even };
         if let Some(path) = tour(&poses, views, pace) {
             return Ok(path.into_iter().map(camera).collect());
         }
-        let mut circle = Circle::around(&file.model.space, own.as_ref(), views, fov_x);
-        circle.first = self.fitted(circle.first, file)?;
+        let mut circle = Circle::around(place.space, own.as_ref(), views, fov_x);
+        circle.first = self.fitted(circle.first, place)?;
         let arc = self.arc.map(|arc| arc.map(f32::to_radians));
         let rise = self.elevation.map(|[_, to]| to.to_radians());
         Ok(Circle { size, arc, rise, pace, ..circle }.cameras())
     }
 
     /// The circle that is asked for.
-    fn fitted(&self, first: Orbit, file: &ModelFile<'_>) -> Result<Orbit, Failure> {
-        let scene = &file.about.scene;
-        let [axis, up] = match file.model.space {
+    fn fitted(&self, first: Orbit, place: Place<'_>) -> Result<Orbit, Failure> {
+        let scene = &place.about.scene;
+        let [axis, up] = match *place.space {
             Space::Ndc(_) => [first.axis, first.up],
-            _ => [scene.to_model_direction(file.about.world.up()); 2],
+            _ => [scene.to_model_direction(place.about.world.up()); 2],
         };
         let radius = self.radius.map_or(first.radius, |radius| radius / scene.scale);
         if let (Some(asked), false) = (self.radius, radius > 0.0 && radius < 1e6) {

@@ -1,5 +1,6 @@
 //! `pocketnerf stress`.
 
+mod place;
 mod runs;
 mod scene;
 mod write;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Instant;
 
+use pocketnerf_baselines::is_baseline;
 use pocketnerf_core::Camera;
 use pocketnerf_train::builtin::Scene;
 use pocketnerf_train::dataset::{self, Dataset, Split};
@@ -13,14 +14,15 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::Stress;
+use super::place::Place;
 use super::scene::SpoiltScene;
 use crate::chart::Program;
+use crate::commands::baseline_file::open_baseline;
 use crate::commands::progress::duration;
-use crate::commands::reading::BUILT_IN;
 use crate::commands::stop::{Interrupted, Stop, was_interrupted};
 use crate::commands::train::Method;
 use crate::commands::{Common, Failure, make_folder, open, read_model};
-use crate::stress::{Context, Photos, Training, Viewing, modes::cameras};
+use crate::stress::{Context, Training, Viewing, modes::cameras};
 
 /// What training came to.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -104,7 +106,10 @@ impl<'a> Runs<'a> {
             return Err(format!("{}: unspoilt, it does not train: {why}", self.scene.name).into());
         }
         let bytes = read_model(&usual)?;
-        let space = open(&usual, &bytes)?.model.space;
+        let space = match is_baseline(&bytes) {
+            true => open_baseline(&usual, &bytes)?.space(),
+            false => open(&usual, &bytes)?.model.space,
+        };
         let aabb = space.scene_box().map(|_| space.bounds());
         let train = self.scene.load(Split::Train, 0)?;
         Ok(Context {
@@ -140,7 +145,7 @@ impl<'a> Runs<'a> {
         if let Some(seen) = read::<Seen>(&path).filter(|seen| seen.of == of) {
             return Ok(seen);
         }
-        let place = Place::new(self, &training);
+        let place = Place::new(&self.folder, self.scene, &training);
         let trained = self.train(&training, &place)?;
         let mut seen = Seen { of, said: trained.said.clone(), ..Seen::default() };
         match trained.refused {
@@ -270,7 +275,12 @@ impl<'a> Runs<'a> {
         if let Some(threads) = self.common.threads {
             command.args(["--threads", &threads.to_string()]);
         }
-        if let Some(simd) = self.stress.vectors.simd.filter(|_| action != "info") {
+        let has_simd = match action {
+            "info" => false,
+            "train" => self.method.baseline().is_none(),
+            _ => true,
+        };
+        if let Some(simd) = self.stress.vectors.simd.filter(|_| has_simd) {
             command.args(["--simd", simd.name()]);
         }
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -288,42 +298,6 @@ impl<'a> Runs<'a> {
             return Err(Interrupted.into());
         }
         Ok(output)
-    }
-}
-
-/// Where photographs and model of a training lie.
-struct Place {
-    /// As on a command line.
-    data: PathBuf,
-    /// The folder, where it is written here.
-    written: Option<PathBuf>,
-    model: PathBuf,
-    /// Options of commands that read the data.
-    options: Vec<String>,
-    /// What is changed in photographs and truth.
-    all: Option<crate::stress::Change>,
-}
-
-impl Place {
-    fn new(runs: &Runs<'_>, training: &Training) -> Self {
-        let id = training.id();
-        let model = runs.folder.join(format!("{id}.pnerf"));
-        let factor = ["--downscale-factor".to_owned(), runs.scene.factor.to_string()];
-        let given = runs.scene.reading.given();
-        let mut options: Vec<String> = factor.into();
-        let (data, written) = match training.photos {
-            Photos::Written => {
-                options.clear();
-                let folder = runs.folder.join("data").join(&id);
-                (folder.clone(), Some(folder))
-            }
-            Photos::Given => {
-                options.extend(given.split_whitespace().map(str::to_owned));
-                (runs.scene.data.clone(), None)
-            }
-            Photos::BuiltIn(name) => (PathBuf::from(format!("{BUILT_IN}:{name}")), None),
-        };
-        Self { data, written, model, options, all: training.all }
     }
 }
 

@@ -1,6 +1,7 @@
 //! `pocketnerf train`.
 
 mod bar;
+mod baseline;
 mod begin;
 mod kinds;
 mod model;
@@ -55,6 +56,9 @@ const COMPRESSED: f32 = 60.0;
 impl Train {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         self.check()?;
+        if let Some(begin) = self.baseline()? {
+            return self.train_baseline(begin, common);
+        }
         self.watch.attend(&self.out, |audience| self.train(common, audience))
     }
 
@@ -140,7 +144,8 @@ impl Train {
         };
         train(&mut trainer, &mut run, &mut bar, |trainer, run, bar| {
             audience.after_step(trainer, run, &origin, bar);
-            match saving.after_step(trainer, run, &origin, bar)? {
+            let checkpoint = || saving::checkpoint(trainer, run, &origin);
+            match saving.after_step(run.is_over(trainer), checkpoint, bar)? {
                 Some(saved) => {
                     Err(Interrupted { step: trainer.steps(), resume: resume(saved) }.into())
                 }
@@ -150,15 +155,16 @@ impl Train {
         if let (None, Some(why)) = (&refused, trainer.fallback()) {
             bar.warn(device::trained_on_cpu(&why));
         }
+        let checkpoint = || saving::checkpoint(&trainer, &run, &origin);
         let stopped = || saving.is_asked_to_stop();
         let mut result = match finish(&trainer, &run, &origin, (&self.out, &stopped), &mut bar) {
             Ok(Some(result)) => result,
             Ok(None) => {
-                let saved = saving.rescue(&trainer, &run, &origin)?;
+                let saved = saving.rescue(&checkpoint()?)?;
                 return Err(Interrupted { step: trainer.steps(), resume: resume(saved) }.into());
             }
             Err(reason) => {
-                let saved = saving.rescue(&trainer, &run, &origin)?;
+                let saved = saving.rescue(&checkpoint()?)?;
                 let mut resume = resume(saved);
                 // With a limit that can be met.
                 if let Some(CompactError::TooSmall { least, .. }) = reason.downcast_ref() {
@@ -172,7 +178,7 @@ impl Train {
         if let Some(refined) = Refined::of(&trainer, &origin) {
             refined.add_to(&mut result);
         }
-        saving.at_end(&trainer, &run, &origin, &mut bar);
+        saving.at_end(checkpoint, &mut bar);
         drop(bar);
         audience.finish(&self.out);
         if common.json {

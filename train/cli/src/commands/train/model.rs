@@ -20,7 +20,9 @@ pub(super) enum Profile {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Model")]
 pub(super) struct ModelOptions {
-    /// Kind of field [default: hash-grid]
+    /// What is trained: a kind of field, or a baseline to compare with [default: hash-grid]
+    ///
+    /// Baselines have files of their own, which `eval`, `render`, `info` and `chart` read.
     #[arg(long, value_enum)]
     method: Option<Method>,
     /// What the model is to be good at
@@ -114,6 +116,25 @@ impl ModelOptions {
             return Err(format!("{option}: for --method hash-grid alone").into());
         }
         Ok(())
+    }
+
+    /// The baseline that is to be trained, if it is one.
+    pub(super) fn baseline(&self) -> Option<pocketnerf_baselines::Method> {
+        self.method.and_then(Method::baseline)
+    }
+
+    /// Whether `--method` is given.
+    pub(super) fn has_method(&self) -> bool {
+        self.method.is_some()
+    }
+
+    /// An option that was given and means nothing to baselines.
+    pub(super) fn given_for_fields(&self) -> Option<&'static str> {
+        let given = [
+            ("--no-view-dependence", self.no_view_dependence),
+            ("--learning-rate", self.learning_rate.is_some()),
+        ];
+        given.iter().find(|(_, given)| *given).map(|(option, _)| *option)
     }
 
     /// How large the model file is to be.

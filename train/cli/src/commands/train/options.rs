@@ -36,10 +36,10 @@ pub(in crate::commands) struct Train {
     pub(super) out: PathBuf,
     /// Wall time from program start to the written file: 90, 90s, 2m, 1h [default: 2m]
     #[arg(long, value_name = "TIME", conflicts_with = "steps", value_parser = parse_seconds)]
-    seconds: Option<f64>,
+    pub(super) seconds: Option<f64>,
     /// Train for N steps instead: bit-for-bit reproducible
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    steps: Option<u32>,
+    pub(super) steps: Option<u32>,
     /// Format of tables in the model file: i8 (networks: f16), f16 or f32
     #[arg(long, value_name = "TYPE", default_value = "i8", value_parser = parse_precision)]
     pub(super) precision: Precision,
@@ -57,13 +57,13 @@ pub(in crate::commands) struct Train {
     pub(super) watch: WatchOptions,
     /// Random seed [default: 0]
     #[arg(long, value_name = "N")]
-    seed: Option<u64>,
+    pub(super) seed: Option<u64>,
     /// Rays per step [default: adapted to keep steps even; 4096 with --method nerf or derf]
     #[arg(long, value_name = "N")]
-    batch_rays: Option<usize>,
+    pub(super) batch_rays: Option<usize>,
     /// Downscale images by this factor [default: 1]
     #[arg(long, value_name = "K", help_heading = "Dataset")]
-    downscale_factor: Option<u32>,
+    pub(super) downscale_factor: Option<u32>,
     /// Train on at most N views, evenly spread [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..),
         help_heading = "Dataset")]

@@ -34,48 +34,45 @@ impl Saving {
         self.stop.is_asked()
     }
 
-    /// Saves if it is time to, or if the run is to stop and steps are left: then it stops
-    /// here, and the result is where it is saved.
+    /// Saves if it is time to, or if the run is to stop and `is_over` is false: then it stops
+    /// here, and the result is where it is saved. `checkpoint` gives the bytes.
     pub(super) fn after_step(
         &mut self,
-        trainer: &Trainer,
-        run: &Run,
-        origin: &Origin,
+        is_over: bool,
+        checkpoint: impl Fn() -> Result<Vec<u8>, Failure>,
         bar: &mut Bar,
     ) -> Result<Option<PathBuf>, Failure> {
-        if self.stop.is_asked() && !run.is_over(trainer) {
-            return self.rescue(trainer, run, origin).map(Some);
+        if self.stop.is_asked() && !is_over {
+            return self.rescue(&checkpoint()?).map(Some);
         }
         if self.every.is_some_and(|every| self.last.elapsed() >= every) {
-            self.save_or_warn(trainer, run, origin, bar);
+            self.save_or_warn(checkpoint(), bar);
         }
         Ok(None)
     }
 
     /// Writes the last checkpoint, of the whole run, if checkpoints are wanted: it holds the
     /// model in f32.
-    pub(super) fn at_end(&mut self, trainer: &Trainer, run: &Run, origin: &Origin, bar: &mut Bar) {
+    pub(super) fn at_end(
+        &mut self,
+        checkpoint: impl Fn() -> Result<Vec<u8>, Failure>,
+        bar: &mut Bar,
+    ) {
         if self.every.is_some() {
-            self.save_or_warn(trainer, run, origin, bar);
+            self.save_or_warn(checkpoint(), bar);
         }
     }
 
     /// Saves a run that ends here, beside the model or else in the folder for temporary files,
     /// and returns where: a full disk must not cost hours of training.
-    pub(super) fn rescue(
-        &self,
-        trainer: &Trainer,
-        run: &Run,
-        origin: &Origin,
-    ) -> Result<PathBuf, Failure> {
-        let bytes = Self::checkpoint(trainer, run, origin)?;
-        let Err(failure) = output::write_atomic(&self.path, &bytes) else {
+    pub(super) fn rescue(&self, checkpoint: &[u8]) -> Result<PathBuf, Failure> {
+        let Err(failure) = output::write_atomic(&self.path, checkpoint) else {
             return Ok(self.path.clone());
         };
         // With a number, so that it replaces no other run's.
         let name = self.path.file_name().unwrap_or_default().display();
         let other = std::env::temp_dir().join(format!("{}-{name}", std::process::id()));
-        match output::write_atomic(&other, &bytes) {
+        match output::write_atomic(&other, checkpoint) {
             Ok(()) => Ok(other),
             Err(second) => Err(format!("{failure}; {second}; the run is lost").into()),
         }
@@ -83,9 +80,8 @@ impl Saving {
 
     /// A checkpoint that cannot be written while training goes on is no reason to stop: the
     /// next one may succeed.
-    fn save_or_warn(&mut self, trainer: &Trainer, run: &Run, origin: &Origin, bar: &mut Bar) {
-        let bytes = Self::checkpoint(trainer, run, origin);
-        let written = bytes.and_then(|bytes| Ok(output::write_atomic(&self.path, &bytes)?));
+    fn save_or_warn(&mut self, checkpoint: Result<Vec<u8>, Failure>, bar: &mut Bar) {
+        let written = checkpoint.and_then(|bytes| Ok(output::write_atomic(&self.path, &bytes)?));
         self.last = Instant::now();
         if let Err(failure) = written
             && !std::mem::replace(&mut self.warned, true)
@@ -93,11 +89,16 @@ impl Saving {
             bar.warn(format!("{failure}; training continues without this checkpoint"));
         }
     }
+}
 
-    fn checkpoint(trainer: &Trainer, run: &Run, origin: &Origin) -> Result<Vec<u8>, Failure> {
-        let about = origin.about(trainer, run);
-        Ok(checkpoint::write(trainer, run, origin.trained_on, &about)?)
-    }
+/// The bytes of a checkpoint.
+pub(super) fn checkpoint(
+    trainer: &Trainer,
+    run: &Run,
+    origin: &Origin,
+) -> Result<Vec<u8>, Failure> {
+    let about = origin.about(trainer, run);
+    Ok(checkpoint::write(trainer, run, origin.trained_on, &about)?)
 }
 
 /// The checkpoint of a run, beside its model: `scene.pnerf` → `scene.ckpt.pnerf`.

@@ -116,6 +116,17 @@ impl SceneOptions {
         Ok(())
     }
 
+    /// An option that was given and means nothing to baselines.
+    pub(super) fn given_for_fields(&self) -> Option<&'static str> {
+        let given = [
+            ("--space", self.space.is_some()),
+            ("--exposure", self.exposure.is_some()),
+            ("--refine-poses", self.refine_poses),
+            ("--smooth-surfaces", self.smooth_surfaces.is_some()),
+        ];
+        given.iter().find(|(_, given)| *given).map(|(option, _)| *option)
+    }
+
     /// Adds these settings to those of a new run.
     pub(super) fn apply(&self, config: &mut TrainConfig, dataset: &Dataset) -> Result<(), Failure> {
         config.aabb = self.aabb.map(|corners| dataset.box_as_read(corners));

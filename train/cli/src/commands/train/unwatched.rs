@@ -15,6 +15,11 @@ pub(in crate::commands) struct WatchOptions {
 }
 
 impl WatchOptions {
+    /// Whether somebody is to watch.
+    pub(super) fn is_asked(&self) -> bool {
+        self.view.is_some()
+    }
+
     /// Trains, unless a window is asked for.
     pub(super) fn attend(
         &self,

@@ -40,6 +40,11 @@ pub(in crate::commands) struct WatchOptions {
 }
 
 impl WatchOptions {
+    /// Whether somebody is to watch.
+    pub(super) fn is_asked(&self) -> bool {
+        self.view.is_some()
+    }
+
     /// Trains before an audience, if one is wanted: on another thread, because windows belong to
     /// the main one.
     pub(super) fn attend(

@@ -1,5 +1,6 @@
 //! Kinds of field beside the hash grid.
 
+mod baselines;
 mod derf;
 mod planes;
 mod plenoxels;

@@ -28,6 +28,12 @@ pub(in crate::commands) enum Method {
     Nerf,
     /// Small NeRF MLPs for parts of the scene (DeRF)
     Derf,
+    /// A multiplane image for each photograph, the nearest blended (LLFF): a baseline
+    Llff,
+    /// Networks that march along rays (scene representation networks): a baseline
+    Srn,
+    /// A cube of colours and opacities that a network makes (neural volumes): a baseline
+    NeuralVolumes,
 }
 
 impl Method {
@@ -39,6 +45,19 @@ impl Method {
             Self::Plenoxels => "plenoxels",
             Self::Planes => "planes",
             Self::Derf => "derf",
+            Self::Llff => "llff",
+            Self::Srn => "srn",
+            Self::NeuralVolumes => "neural-volumes",
+        }
+    }
+
+    /// The baseline of this name, which is no field.
+    pub(in crate::commands) const fn baseline(self) -> Option<pocketnerf_baselines::Method> {
+        match self {
+            Self::Llff => Some(pocketnerf_baselines::Method::Llff),
+            Self::Srn => Some(pocketnerf_baselines::Method::Srn),
+            Self::NeuralVolumes => Some(pocketnerf_baselines::Method::NeuralVolumes),
+            _ => None,
         }
     }
 
@@ -54,6 +73,9 @@ impl Method {
             Self::Derf => {
                 &["--method", "derf", "--heads", "4", "--width", "32", "--batch-rays", "1024"]
             }
+            Self::Llff => &["--method", "llff"],
+            Self::Srn => &["--method", "srn"],
+            Self::NeuralVolumes => &["--method", "neural-volumes"],
         }
     }
 
@@ -110,7 +132,10 @@ impl KindOptions {
     /// The settings of a new run of so much time on images with or without alpha.
     pub(super) fn config(&self, method: Method, has_alpha: bool, length: Length) -> TrainConfig {
         match method {
-            Method::HashGrid => TrainConfig::hash_grid().for_length(length),
+            // Baselines are no fields, and have no such settings.
+            Method::HashGrid | Method::Llff | Method::Srn | Method::NeuralVolumes => {
+                TrainConfig::hash_grid().for_length(length)
+            }
             Method::Nerf => self.nerf.config(has_alpha),
             Method::Derf => self.derf.config(&self.nerf),
             Method::Planes => self.planes.config(length),

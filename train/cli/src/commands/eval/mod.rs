@@ -1,24 +1,24 @@
 //! `pocketnerf eval`.
 
+mod baseline;
+mod pictures;
+
 use std::path::PathBuf;
 
+use pocketnerf_baselines::is_baseline;
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{ModelFile, PixelOrigin};
 use pocketnerf_train::dataset::{Dataset, Split, poses};
-use pocketnerf_train::evaluate::{Evaluation, evaluate_on, worst};
+use pocketnerf_train::evaluate::{Evaluation, evaluate_on};
 use pocketnerf_train::metrics::{Lpips, Metrics};
-use pocketnerf_train::output::write_atomic;
 use pocketnerf_train::picture::Settings;
-use pocketnerf_train::picture::image_file;
 
 use super::antialias::{Antialiasing, size_doubt};
 use super::device::{self, DeviceOption};
 use super::parse::{parse_color, parse_pixel_origin};
 use super::rendering::{Rendering, Sampling};
-use super::{Common, Failure, Reading, make_folder, open_to_render, print_line, read_model};
-
-/// How many of the worst views' pictures are copied.
-const WORST: usize = 3;
+use super::{Common, Failure, Reading, open_to_render, print_line, read_model};
+use pictures::Pictures;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Eval {
@@ -79,6 +79,9 @@ impl Eval {
         let lpips = self.lpips_weights.as_deref().map(Lpips::read).transpose()?;
         let metrics = Metrics { lpips, fit_exposure: self.fit_exposure };
         let bytes = read_model(&self.model)?;
+        if is_baseline(&bytes) {
+            return self.compare_baseline(&bytes, &metrics, common);
+        }
         let mut table = Vec::new();
         let file = open_to_render(&self.model, &bytes, &mut table)?;
         let mut dataset =
@@ -106,8 +109,7 @@ impl Eval {
         }
         dataset.views = views;
         let background = self.background.unwrap_or_else(|| file.model.display.srgb_background());
-        let folder = self.out.as_deref().map(make_folder).transpose()?;
-        let mut failure = None;
+        let mut pictures = Pictures::new(self.out.as_deref())?;
         let views = &dataset.views;
         let settings = Settings {
             sampling: self.sampling.into(),
@@ -117,39 +119,37 @@ impl Eval {
         let (on, no_device) = self.device.open();
         let result =
             evaluate_on(&on, &file.model, &dataset, background, &settings, &metrics, |i, a, b| {
-                let Some(folder) = &folder else { return };
-                let path = folder.join(format!("{i:03}.png"));
-                let difference = image_file::difference(a, b, 4);
-                let (width, pixels) =
-                    image_file::side_by_side(views[i].camera.width, &[a, b, &difference]);
-                let height = views[i].camera.height;
-                failure =
-                    image_file::write_rgb(&path, width, height, &pixels).err().or(failure.take());
+                pictures.add(i, &views[i].camera, a, b);
             })?;
-        if let Some(failure) = failure {
-            return Err(failure.into());
-        }
+        pictures.finish(&result.per_view)?;
         let fallback = result.fallback.as_deref();
         if let Some(warning) = no_device.or(fallback.map(device::on_cpu)) {
             common.warn(&warning);
             warnings.push(warning);
         }
-        if let Some(folder) = &folder {
-            for (i, view) in worst(&result.per_view).into_iter().take(WORST).enumerate() {
-                let picture = folder.join(format!("{view:03}.png"));
-                let bytes = std::fs::read(&picture)
-                    .map_err(|error| format!("{}: cannot be read: {error}", picture.display()))?;
-                write_atomic(&folder.join(format!("worst-{}.png", i + 1)), &bytes)?;
-            }
-        }
+        let method = file.model.field.kind();
+        let device = device::name(&on, fallback);
+        let stored = bytes.stored().len();
+        self.report(&result, (stored, method, device), &metrics, &warnings, common)
+    }
+
+    /// Prints the scores of a file of so many bytes.
+    fn report(
+        &self,
+        result: &Evaluation,
+        (bytes, method, device): (usize, &str, &str),
+        metrics: &Metrics,
+        warnings: &[String],
+        common: &Common,
+    ) -> Result<(), Failure> {
         if common.json {
-            let mut value = serde_json::to_value(&result)?;
+            let mut value = serde_json::to_value(result)?;
             value["model"] = self.model.display().to_string().into();
-            value["bytes"] = bytes.stored().len().into();
-            value["method"] = file.model.field.kind().into();
+            value["bytes"] = bytes.into();
+            value["method"] = method.into();
             value["split"] = self.split.name().into();
             value["fit_exposure"] = self.fit_exposure.into();
-            value["device"] = device::name(&on, fallback).into();
+            value["device"] = device.into();
             value["warnings"] = warnings.into();
             value["lpips_network"] = metrics.lpips.as_ref().map(Lpips::network).into();
             common.result(value);
@@ -171,7 +171,7 @@ impl Eval {
                 result.psnr_p05,
                 result.psnr_min,
                 result.worst_view.as_deref().unwrap_or("none"),
-                others(&result, &metrics),
+                others(result, metrics),
                 result.seconds_per_frame,
                 result.samples_per_hit_ray,
                 match result.rays_per_pixel {
@@ -193,17 +193,20 @@ impl Eval {
     /// be told, on other views.
     fn other_scene(&self, file: &ModelFile<'_>, dataset: &Dataset) -> Option<String> {
         let origin = file.about.provenance.filter(|origin| origin.trained_on != 0)?;
-        let train = || self.reading.read(&self.data, Split::Train, self.downscale_factor);
         // A folder may have been renamed, and folders of other scenes may have the same name.
         let named_alike = origin.dataset == dataset.name() && self.has_camera_of(file);
-        let same =
-            named_alike || train().is_ok_and(|train| train.fingerprint() == origin.trained_on);
+        self.doubt_of_scene(named_alike, origin.dataset, origin.trained_on)
+    }
+
+    /// The same of one that is not known to be of this dataset, by its fingerprint.
+    fn doubt_of_scene(&self, is_known: bool, name: &str, trained_on: u64) -> Option<String> {
+        let train = || self.reading.read(&self.data, Split::Train, self.downscale_factor);
+        let same = is_known || train().is_ok_and(|train| train.fingerprint() == trained_on);
         (!same).then(|| {
             format!(
-                "{}: trained on {:?}, expected a model of {}: the scores may be those of another \
+                "{}: trained on {name:?}, expected a model of {}: the scores may be those of another \
                  scene",
                 self.model.display(),
-                origin.dataset,
                 self.data.display()
             )
         })
