@@ -58,7 +58,7 @@ fn psnr_of_the_mean() -> f64 {
 fn held_out_views_are_better_than_the_mean_of_all_photographs() {
     let mean = psnr_of_the_mean();
     for (method, steps, better) in
-        [(Method::Llff, 200, 4.0), (Method::Srn, 400, 3.0), (Method::NeuralVolumes, 100, 4.0)]
+        [(Method::Llff, 60, 4.0), (Method::Srn, 400, 3.0), (Method::NeuralVolumes, 100, 4.0)]
     {
         let baseline = trained(method, steps);
         let mut renderer = Renderer::new(&baseline);

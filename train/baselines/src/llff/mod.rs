@@ -19,7 +19,7 @@ use crate::run::At;
 pub(crate) use blend::Prepared;
 use image::{Packed, Shape};
 use learn::{Seen, Target};
-use sweep::sweep;
+use sweep::{blurred, sweep};
 
 /// Planes of an image.
 const PLANES: usize = 32;
@@ -167,10 +167,17 @@ impl Training {
         let correct = |beta: f32| 1.0 - beta.powi(work.step.min(1 << 16) as i32);
         let rate = At { share, ..at }.between(RATES) * correct(BETAS[1]).sqrt() / correct(BETAS[0]);
         let planes = work.shape.planes();
+        let width = planes.size()[0];
         let values: Vec<&[[f32; 4]]> = work.planes.iter().map(|plane| &plane.values[..]).collect();
         let seen = Seen::of(&planes, &values, &targets(target), place.background);
         work.planes.par_iter_mut().enumerate().for_each(|(k, plane)| {
-            plane.step(&seen.gradient(k), rate);
+            let mut gradient = seen.gradient(k);
+            // Neighbouring pixels mostly lie on one surface. Left alone, each explains its few
+            // photographs in a way of its own, and views between them get worse from step to step.
+            let opacities: Vec<f32> = gradient.iter().map(|value| value[3]).collect();
+            let smooth = blurred(&opacities, width);
+            gradient.iter_mut().zip(smooth).for_each(|(value, opacity)| value[3] = opacity);
+            plane.step(&gradient, rate);
         });
         seen.error()
     }

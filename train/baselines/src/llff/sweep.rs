@@ -9,7 +9,7 @@ use crate::photographs::Photograph;
 /// Pixels around one that are compared with it, to each side.
 const WINDOW: usize = 2;
 /// Mean squared difference of colours that tells two planes apart.
-const DIFFERENCE: f32 = 4e-4;
+const DIFFERENCE: f32 = 2e-4;
 /// What is not seen by another photograph differs by this.
 const UNKNOWN: f32 = 0.02;
 /// Opacities begin between this and 1 less than this: a step can move them.
@@ -30,7 +30,7 @@ pub(super) fn sweep(
                 let point = planes.point(k, pixel % width, pixel / width);
                 disagreement(&colors[pixel], point, others)
             };
-            blurred((0..width * height).map(cost).collect(), width)
+            blurred(&(0..width * height).map(cost).collect::<Vec<_>>(), width)
         })
         .collect();
     let n = costs.len();
@@ -75,7 +75,7 @@ fn disagreement(color: &[f32; 3], point: [f32; 3], others: &[&Photograph]) -> f3
 }
 
 /// Means over windows, along rows and then along columns.
-fn blurred(values: Vec<f32>, width: usize) -> Vec<f32> {
+pub(super) fn blurred(values: &[f32], width: usize) -> Vec<f32> {
     let height = values.len() / width;
     let mean = |n: usize, at: usize, value: &dyn Fn(usize) -> f32| {
         let window = at.saturating_sub(WINDOW)..(at + WINDOW + 1).min(n);

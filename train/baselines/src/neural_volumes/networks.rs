@@ -14,6 +14,9 @@ use crate::network::{Dense, Layout, Real};
 const DENSITY: f64 = 16.0;
 /// ... after this is subtracted: clouds are thin at first.
 const THIN: f64 = 4.0;
+/// Gain of last layers: at first all places are nearly alike. Where some are opaque from the start,
+/// nothing behind them is learnt.
+const EVEN: f64 = 0.1;
 
 /// Sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,8 +82,8 @@ impl Networks {
             let between = (0..times).map(|i| (channels >> i).max(16.min(channels)));
             between.chain([last]).collect()
         };
-        let template = Decoder::new(&mut layout, code, &halved(config.doublings, 4), 0.5);
-        let weights = Decoder::new(&mut layout, code, &halved(config.warp_doublings, maps), 0.1);
+        let template = Decoder::new(&mut layout, code, &halved(config.doublings, 4), EVEN);
+        let weights = Decoder::new(&mut layout, code, &halved(config.warp_doublings, maps), EVEN);
         let maps = Dense::new(&mut layout, code, maps * AFFINE, 0.01);
         Self { layout, code: range, template, weights, maps }
     }
