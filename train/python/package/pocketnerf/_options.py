@@ -34,7 +34,9 @@ class TrainOptions(TypedDict, total=False):
     learning_rate: float
     log2_hashmap_size: int
     max_bytes: int
-    method: Literal["hash-grid", "planes", "plenoxels", "nerf", "derf"]
+    method: Literal[
+        "hash-grid", "planes", "plenoxels", "nerf", "derf", "llff", "srn", "neural-volumes"
+    ]
     n_levels: int
     near: float
     no_hierarchy: bool

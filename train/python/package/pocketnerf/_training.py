@@ -30,7 +30,8 @@ class Training:
 
     @cached_property
     def model(self) -> Model:
-        """The model, open."""
+        """The model, open. What ``method="llff"``, ``"srn"`` and ``"neural-volumes"`` train is no
+        model: ``evaluate`` and ``render`` take its file."""
         return Model.open(self.path if self._bytes is None else self._bytes)  # type: ignore[arg-type]
 
     @property

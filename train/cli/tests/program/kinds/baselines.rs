@@ -48,9 +48,7 @@ fn a_run_is_interrupted_and_goes_on() {
         let info = place.ok("info a.ckpt.pnerf --json");
         assert_eq!((&info["method"], &info["checkpoint"]["step"]), (&method.into(), &4.into()));
         place.ok("train data --json --quiet --resume a.ckpt.pnerf --out b.pnbase");
-        place.ok("render a.pnbase --out a.png --width 30 --height 30");
-        place.ok("render b.pnbase --out b.png --width 30 --height 30");
-        assert!(place.bytes("a.png") == place.bytes("b.png"), "{method}");
+        assert!(place.bytes("a.pnbase") == place.bytes("b.pnbase"), "{method}");
         let line = place.line("train data --quiet --resume a.ckpt.pnerf --seed 2 --out c.pnbase");
         assert_eq!(line, "--seed: the checkpoint knows; leave it out");
         let line = place.line("eval a.ckpt.pnerf data");
