@@ -38,8 +38,6 @@ pub(crate) struct Photograph {
     pub(crate) lens: Lens,
     /// RGB over the background, three bytes a pixel.
     pub(crate) rgb: Vec<u8>,
-    /// Opacity, a byte a pixel; `None`: all is opaque.
-    alpha: Option<Vec<u8>>,
     /// A byte a pixel, 0 where it does not count; `None`: all count.
     mask: Option<Vec<u8>>,
 }
@@ -102,11 +100,9 @@ impl Photographs {
         }
         let is_background_known = dataset.has_alpha || dataset.cut_out(background).is_some();
         let place = place(&dataset);
-        let has_alpha = dataset.has_alpha;
         let photograph = |view: View| Photograph {
             camera: view.camera,
             lens: view.lens,
-            alpha: has_alpha.then(|| view.rgba.iter().skip(3).step_by(4).copied().collect()),
             rgb: match view.behind {
                 // What was cut out shows its own background.
                 Some(_) => {
@@ -158,7 +154,7 @@ impl Photograph {
     #[cfg(test)]
     pub(crate) fn plain(camera: Camera, rgb: [u8; 3]) -> Self {
         let pixels = camera.width as usize * camera.height as usize;
-        Self { camera, lens: Lens::Pinhole, rgb: rgb.repeat(pixels), alpha: None, mask: None }
+        Self { camera, lens: Lens::Pinhole, rgb: rgb.repeat(pixels), mask: None }
     }
 
     pub(crate) fn counts(&self, pixel: usize) -> bool {
@@ -179,11 +175,6 @@ impl Photograph {
         let (x, y) = (pixel % width as usize, pixel / width as usize);
         let ray = self.lens.ray(&self.camera, x as f32 + 0.5, y as f32 + 0.5);
         (ray, self.color(pixel))
-    }
-
-    /// How opaque a pixel is, 0 to 1.
-    pub(crate) fn alpha(&self, pixel: usize) -> f32 {
-        self.alpha.as_ref().map_or(1.0, |alpha| f32::from(alpha[pixel]) / 255.0)
     }
 
     /// sRGB, 0 to 1.

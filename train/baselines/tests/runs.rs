@@ -66,6 +66,7 @@ fn held_out_views_are_better_than_the_mean_of_all_photographs() {
         let found = evaluate_pictures(&mut renderer, &test, WHITE, &metrics, |_, _, _| ()).unwrap();
         assert!(found.psnr > mean + better, "{method}: {} dB, the mean {mean}", found.psnr);
         assert_eq!(baseline.steps(), steps);
+        assert_eq!(baseline.doubt(), None, "{method}");
     }
 }
 

@@ -96,12 +96,12 @@ impl Image {
         focal / (self.planes.depths.len() as f32 * self.planes.depths[0])
     }
 
-    /// Premultiplied sRGB and opacity of a ray; `None` where it does not meet the last plane.
-    fn color(&self, ray: &Ray) -> Option<[f32; 4]> {
-        let local = self.planes.local(ray)?;
-        self.planes.spot(&local, self.values.len() - 1)?;
+    /// Premultiplied sRGB and opacity of a ray.
+    fn color(&self, ray: &Ray) -> [f32; 4] {
+        let mut sum = [0.0; 4];
+        let Some(local) = self.planes.local(ray) else { return sum };
         let width = self.planes.size()[0];
-        let (mut sum, mut light) = ([0.0; 4], 1.0);
+        let mut light = 1.0;
         for (k, values) in self.values.iter().enumerate() {
             let Some(spot) = self.planes.spot(&local, k) else { continue };
             let [mut r, mut g, mut b, mut opacity] = [0.0; 4];
@@ -120,19 +120,22 @@ impl Image {
                 break;
             }
         }
-        Some(sum)
+        sum
     }
 }
 
-/// Images weighted by their nearness and opacity; the opacity is the mean of those that see the
-/// place. Where none does, nothing is there.
+/// Images weighted by their nearness and opacity. Where none shows anything, nothing is there.
 fn blended(images: &[(f32, Arc<Image>)], ray: &Ray) -> [f32; 4] {
-    let (mut sum, mut weights) = ([0.0; 4], 0.0);
+    let (mut sum, mut weights, mut most) = ([0.0; 3], 0.0, 0.0_f32);
     for (weight, image) in images {
-        let Some(color) = image.color(ray) else { continue };
-        sum.iter_mut().zip(color).for_each(|(sum, c)| *sum += weight * c);
-        weights += weight;
+        let [r, g, b, alpha] = image.color(ray);
+        sum.iter_mut().zip([r, g, b]).for_each(|(sum, c)| *sum += weight * c);
+        weights += weight * alpha;
+        most = most.max(alpha);
     }
-    // Premultiplied: the mean of colours, each weighted by its opacity, times that of opacities.
-    if weights > 0.0 { sum.map(|v| v / weights) } else { [0.0; 4] }
+    if weights < 1e-6 {
+        return [0.0; 4];
+    }
+    let [r, g, b] = sum.map(|c| c / weights * most);
+    [r, g, b, most]
 }

@@ -143,8 +143,8 @@ impl Training {
     /// One step; gives the mean squared error of its pixels.
     pub(crate) fn step(&mut self, photographs: &Photographs, at: At) -> f64 {
         let n = photographs.all.len();
-        // The images that should be done by now.
-        let due = ((at.share * n as f32) as usize).min(n - 1);
+        // The images that should be done by now; shares are rounded.
+        let due = ((at.share * n as f32 + 1e-3) as usize).min(n - 1);
         if self.done.len() < due
             && let Some(work) = self.current.take()
         {

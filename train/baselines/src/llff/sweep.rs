@@ -36,18 +36,15 @@ pub(super) fn sweep(
     let n = costs.len();
     let mut values = vec![vec![[0.0; 4]; width * height]; n];
     for (pixel, [r, g, b]) in colors.into_iter().enumerate() {
-        let alpha = own.alpha(pixel);
         let least = costs.iter().map(|cost| cost[pixel]).fold(f32::INFINITY, f32::min);
         let share = |k: usize| (-(costs[k][pixel] - least) / DIFFERENCE).exp();
-        // Shares of the light become opacities, from the last plane to the first. Behind the last
-        // one is the background.
+        // Shares of the light become opacities, from the last plane to the first.
         let mut rest = 0.0;
         for k in (0..n).rev() {
             rest += share(k);
             // Where nothing is left behind, neither is there anything here.
-            let opacity = if k + 1 == n { 1.0 } else { share(k) / rest.max(f32::MIN_POSITIVE) };
-            let opacity = alpha * opacity.clamp(MARGIN, 1.0 - MARGIN);
-            values[k][pixel] = [r, g, b, if alpha == 1.0 && k + 1 == n { 1.0 } else { opacity }];
+            let opacity = (share(k) / rest.max(f32::MIN_POSITIVE)).clamp(MARGIN, 1.0 - MARGIN);
+            values[k][pixel] = [r, g, b, if k + 1 == n { 1.0 } else { opacity }];
         }
     }
     values
