@@ -4,17 +4,17 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use pocketnerf_baselines::{Method, Origin, Photographs, Run, is_baseline};
+use pocketnerf_baselines::{BaselineError, Method, Origin, Photographs, Run, is_baseline};
 use pocketnerf_formats::Precision;
-use pocketnerf_train::dataset::{Dataset, Split};
+use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::output;
 use pocketnerf_train::trainer::Size;
 use serde_json::{Value, json};
 
 use super::saving::{Interrupted, Resume, Saving};
-use super::{Bar, Train, checkpoint_path};
+use super::{Bar, Train, checkpoint_path, report};
 use crate::commands::stop::Stop;
-use crate::commands::{Common, Failure, memory, print_line};
+use crate::commands::{Common, Failure, memory};
 
 /// What a run of a baseline begins with.
 pub(super) enum Begin {
@@ -89,19 +89,7 @@ impl Train {
         saving.at_end(|| Ok(run.checkpoint()), &mut bar);
         let result = result(&run, (bytes.len(), replaced), &self.out, bar.warnings());
         drop(bar);
-        if common.json {
-            common.result(result);
-        } else {
-            print_line(format_args!(
-                "{}: {} bytes, {} steps, training PSNR {:.2} dB, {:.1} s{}",
-                self.out.display(),
-                bytes.len(),
-                run.steps(),
-                run.train_psnr(),
-                run.elapsed(),
-                if replaced { "; an older file was replaced" } else { "" },
-            ));
-        }
+        report(result, common);
         Ok(())
     }
 
@@ -116,10 +104,11 @@ impl Train {
         match begin {
             Begin::New(method) => {
                 let factor = self.downscale_factor();
-                let dataset = self.photographs(factor, bar)?;
+                let dataset = self.photographs(true, factor, common, bar)?;
                 let origin = Origin::of(&dataset, self.seed.unwrap_or(0), factor);
                 let photographs = self.placed(dataset, self.scene.background)?;
-                let run = Run::new(method, &photographs, origin, self.length(), started)?;
+                let run = Run::new(method, &photographs, origin, self.length(), started);
+                let run = run.map_err(|error| self.of_data(error))?;
                 Ok((photographs, run))
             }
             Begin::Resumed(path, bytes) => {
@@ -139,25 +128,13 @@ impl Train {
                     return Err(format!("{option}: the checkpoint knows; leave it out").into());
                 }
                 let factor = stored.origin().downscale_factor;
-                let dataset = self.photographs(factor, bar)?;
+                let dataset = self.photographs(false, factor, common, bar)?;
                 let origin = Origin::of(&dataset, stored.origin().seed, factor);
                 let photographs = Photographs::at(dataset, stored.place()).map_err(of_file)?;
                 let run = stored.resume(&origin, started).map_err(of_file)?;
                 Ok((photographs, run))
             }
         }
-    }
-
-    /// The dataset's training split.
-    fn photographs(&self, factor: u32, bar: &mut Bar) -> Result<Dataset, Failure> {
-        bar.phase("reading the images");
-        let mut dataset = self.reading.read(&self.data, Split::Train, factor)?;
-        dataset.notes.iter().for_each(|note| bar.note(note));
-        dataset.leave_out_duplicates();
-        if let Some(views) = self.views {
-            dataset.thin(views as usize);
-        }
-        Ok(dataset)
     }
 
     /// Photographs, and where the options say that the scene is.
@@ -168,8 +145,14 @@ impl Train {
     ) -> Result<Photographs, Failure> {
         let given = self.scene.aabb.map(|corners| dataset.box_as_read(corners));
         dataset.aabb = given.or(dataset.aabb);
-        let photographs = Photographs::new(dataset, background)?;
+        let photographs =
+            Photographs::new(dataset, background).map_err(|error| self.of_data(error))?;
         Ok(photographs.between(self.scene.near, self.scene.far))
+    }
+
+    /// What is wrong with the dataset, with its name.
+    fn of_data(&self, error: BaselineError) -> String {
+        format!("{}: {error}", self.data.display())
     }
 
     /// The command that goes on.

@@ -7,6 +7,7 @@ mod kinds;
 mod model;
 mod options;
 mod origin;
+mod photographs;
 mod refined;
 mod saving;
 mod scene;
@@ -23,10 +24,10 @@ use std::time::Duration;
 
 use pocketnerf_train::cameras::{GAP, WIDE, spacing, widest_gap};
 use pocketnerf_train::compact::CompactError;
-use pocketnerf_train::dataset::{Dataset, Split};
+use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::output;
 use pocketnerf_train::picture::Device;
-use pocketnerf_train::trainer::{Checkpoint, Length, Run, Size, Trainer};
+use pocketnerf_train::trainer::{Checkpoint, Run, Size, Trainer};
 use serde_json::{Value, json};
 
 use super::device::Opening;
@@ -78,26 +79,7 @@ impl Train {
         }
         let factor = checkpoint.as_ref().map(|c| c.trained_on().downscale_factor);
         let factor = factor.unwrap_or_else(|| self.downscale_factor());
-        bar.phase("reading the images");
-        let mut dataset = match (&checkpoint, self.length()) {
-            (None, Length::Seconds(seconds)) => {
-                let time = (common.started, seconds);
-                self.reading.read_within(time, &self.data, Split::Train, factor)?
-            }
-            _ => self.reading.read(&self.data, Split::Train, factor)?,
-        };
-        dataset.notes.iter().for_each(|note| bar.note(note));
-        let duplicates = dataset.leave_out_duplicates();
-        if let Some(first) = duplicates.first() {
-            bar.say(&format!(
-                "{first}: the same photograph from the same place as another; it counts once ({} \
-                 left out)",
-                duplicates.len()
-            ));
-        }
-        if let Some(views) = self.views {
-            dataset.thin(views as usize);
-        }
+        let mut dataset = self.photographs(checkpoint.is_none(), factor, common, &mut bar)?;
         let backdrop = match &checkpoint {
             Some(checkpoint) => checkpoint.config().backdrop,
             None => self.scene.background,
@@ -181,19 +163,7 @@ impl Train {
         saving.at_end(checkpoint, &mut bar);
         drop(bar);
         audience.finish(&self.out);
-        if common.json {
-            common.result(result);
-        } else {
-            print_line(format_args!(
-                "{}: {} bytes, {} steps, training PSNR {:.2} dB, {:.1} s{}",
-                self.out.display(),
-                result["bytes"],
-                result["steps"],
-                result["train_psnr"].as_f64().unwrap_or(f64::NAN),
-                result["seconds"].as_f64().unwrap_or(f64::NAN),
-                if result["replaced"] == true { "; an older file was replaced" } else { "" },
-            ));
-        }
+        report(result, common);
         if audience.stays() {
             stop.done();
         }
@@ -241,6 +211,24 @@ impl Train {
         }
         doubts
     }
+}
+
+/// Prints what a run came to.
+fn report(result: Value, common: &Common) {
+    if common.json {
+        return common.result(result);
+    }
+    let text = |key: &str| result[key].as_str().unwrap_or_default().to_owned();
+    let number = |key: &str| result[key].as_f64().unwrap_or(f64::NAN);
+    print_line(format_args!(
+        "{}: {} bytes, {} steps, training PSNR {:.2} dB, {:.1} s{}",
+        text("out"),
+        result["bytes"],
+        result["steps"],
+        number("train_psnr"),
+        number("seconds"),
+        if result["replaced"] == true { "; an older file was replaced" } else { "" },
+    ));
 }
 
 /// The device, once it is open; the user hears why it is the CPU after all.

@@ -75,6 +75,23 @@ fn options_of_fields_are_refused() {
 }
 
 #[test]
+fn what_a_method_cannot_learn_from_is_refused_by_name() {
+    let place = Place::new();
+    // Something else at every edge: what is behind the scene is not known.
+    for i in 0..12_u32 {
+        let pixels: Vec<u8> = (0..3 * 25 * 25).map(|k| (k * (i + 7) % 251) as u8).collect();
+        let file = place.path("data").join(format!("{i}.png"));
+        image::save_buffer(file, &pixels, 25, 25, image::ColorType::Rgb8).unwrap();
+    }
+    let line = place.line("train data --quiet --method neural-volumes --steps 2 --out m.pnbase");
+    let expected = "data: the background of these photographs is not known, expected images with";
+    assert!(line.starts_with(expected), "{line}");
+    let line = place.line("train data --quiet --method llff --views 1 --steps 2 --out m.pnbase");
+    assert_eq!(line, "data: 1 photographs, expected at least 2 for this method");
+    assert!(!place.path("m.pnbase").exists());
+}
+
+#[test]
 fn they_stand_in_one_chart_with_models() {
     let place = Place::new();
     let chart =
