@@ -69,12 +69,20 @@ def test_lost_node(nodes: Cluster, ball: Path, tmp_path: Path) -> None:
         while len(list(tmp_path.glob("*.pnerf"))) < 4:
             time.sleep(0.05)
         keeper = ray.get_actor(ray.util.list_named_actors()[0])
+        begun = set()
         while not killed:
             for name, task in ray.get(keeper.running.remote()).items():
-                if task["node"] == node.node_id and task["checkpoint"]:
+                if task["node"] != node.node_id:
+                    continue
+                if not task["checkpoint"]:
+                    begun.add(name)
+                elif name in begun:
+                    # Its first checkpoint is new. One that was there before this thread looked
+                    # may be of a task that has ended and whose model is on its way.
                     nodes.remove_node(node, allow_graceful=False)
                     killed.append(name)
-            time.sleep(0.05)
+                    return
+            time.sleep(0.02)
 
     threading.Thread(target=kill, daemon=True).start()
     with ThreadPoolExecutor(1) as pool:
