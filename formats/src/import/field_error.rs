@@ -75,8 +75,8 @@ impl fmt::Display for FieldError {
                 write!(
                     f,
                     ", expected those of nerf-pytorch, nerf_pl, the original program, torch-ngp, \
-                     ngp_pl or nerfstudio's instant-ngp (pts_linears.0.weight, layer1.weight, \
-                     xyz_encoding_1.0.weight, encoder.embeddings, ...)"
+                     ngp_pl, nerfstudio's instant-ngp, TensoRF or svox2 (pts_linears.0.weight, \
+                     layer1.weight, xyz_encoding_1.0.weight, encoder.embeddings, ...)"
                 )
             }
             Self::Missing(name) => write!(f, "{}: the network needs it, not there", shown(name)),

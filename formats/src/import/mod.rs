@@ -47,10 +47,12 @@ mod npy;
 mod npz;
 mod pickle;
 mod safetensors;
+mod settings;
 mod tensor;
 mod tensors;
 mod torch;
 mod tree;
+pub mod volume;
 
 use core::fmt;
 

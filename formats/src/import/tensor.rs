@@ -156,6 +156,23 @@ impl<'a> Tensor<'a> {
         self.convert(|number| number)
     }
 
+    /// Its numbers as `i32`, the last index running fastest; fractions are cut off, and what is
+    /// too large or too small becomes the nearest there is.
+    ///
+    /// # Errors
+    /// As [`Self::to_f32`].
+    pub fn to_i32(&self) -> Result<Vec<i32>, ImportError> {
+        self.convert(|number| number as i32)
+    }
+
+    /// Its numbers, the last index running fastest, as near as `f16` comes to them.
+    ///
+    /// # Errors
+    /// As [`Self::to_f32`].
+    pub fn to_f16(&self) -> Result<Vec<f16>, ImportError> {
+        self.convert(f16::from_f64)
+    }
+
     /// The number of a tensor that has one.
     pub(super) fn number(&self) -> Option<f64> {
         match self.convert(|number| number).ok()?[..] {

@@ -9,6 +9,7 @@ mod error;
 mod nerf;
 mod ngp;
 mod settings;
+mod volume;
 
 use pocketnerf_core::{Camera, Model};
 use pocketnerf_formats::{PixelOrigin, Scene};
@@ -17,6 +18,7 @@ pub use error::ConvertError;
 pub use nerf::{NerfConversion, Place};
 pub use ngp::NgpConversion;
 pub use settings::Settings;
+pub use volume::{VolumeConversion, VolumePainter};
 
 use crate::picture::Sampling;
 

@@ -9,7 +9,7 @@ use pocketnerf_core::encoding::{
 };
 use pocketnerf_core::{DType, Error, Layout, TensorView};
 
-use super::settings::setting;
+use crate::import::settings::setting;
 use crate::import::{FieldError, Tensor};
 
 /// A hash grid in memory of its own.

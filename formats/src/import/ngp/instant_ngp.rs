@@ -10,9 +10,9 @@ use pocketnerf_core::Camera;
 
 use super::cells::{Cells, Order};
 use super::grid::Grid;
-use super::settings::{Settings, setting};
 use super::tcnn::{self, Widths};
 use super::{Parts, SceneContext};
+use crate::import::settings::{Settings, setting};
 use crate::import::tensors::values;
 use crate::import::{Checkpoint, ElementType, FieldError, Tensor};
 use crate::{MAX_PICTURE_SIDE, Scene};

@@ -22,7 +22,6 @@ mod harmonics;
 mod instant_ngp;
 mod nerfstudio;
 mod ngp_pl;
-mod settings;
 mod tcnn;
 mod torch_ngp;
 

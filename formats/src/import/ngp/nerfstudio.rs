@@ -13,11 +13,11 @@ use pocketnerf_core::encoding::CornerLevel;
 use super::cells::{Cells, Order};
 use super::grid::{Grid, Shape};
 use super::harmonics::{HARMONICS, of_half_directions};
-use super::settings::setting;
 use super::tcnn::{Hashed, Widths, levels};
 use super::{Parts, SceneContext};
 use crate::Scene;
 use crate::import::layer::Layer;
+use crate::import::settings::setting;
 use crate::import::tensors::{Tensors, values};
 use crate::import::{Checkpoint, FieldError};
 

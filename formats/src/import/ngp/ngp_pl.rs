@@ -10,10 +10,10 @@ use std::vec::Vec;
 
 use super::cells::{Cells, Order};
 use super::grid::{Grid, Shape};
-use super::settings::setting;
 use super::tcnn::{Hashed, Widths, levels};
 use super::{Parts, SceneContext};
 use crate::Scene;
+use crate::import::settings::setting;
 use crate::import::tensors::{Tensors, values};
 use crate::import::{Checkpoint, FieldError};
 

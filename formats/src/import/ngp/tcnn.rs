@@ -8,9 +8,9 @@ use std::vec::Vec;
 use pocketnerf_core::encoding::CornerLevel;
 
 use super::grid::Shape;
-use super::settings::{Settings, setting};
 use crate::import::FieldError;
 use crate::import::layer::Layer;
+use crate::import::settings::{Settings, setting};
 
 /// The widths of a network without those that padding adds.
 #[derive(Clone, Copy, Debug)]

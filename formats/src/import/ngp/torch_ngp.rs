@@ -12,9 +12,9 @@ use pocketnerf_core::encoding::CornerLevel;
 
 use super::cells::{Cells, Order};
 use super::grid::{Grid, Shape};
-use super::settings::setting;
 use super::{Parts, SceneContext};
 use crate::Scene;
+use crate::import::settings::setting;
 use crate::import::tensors::Tensors;
 use crate::import::{Checkpoint, FieldError};
 

@@ -1,6 +1,6 @@
 //! From a checkpoint to a model: settings, box, cells, file.
 
-use pocketnerf_cli::convert::{compare, config, distill, refuse_others};
+use pocketnerf_cli::convert::{compare_models, config, distill, refuse_others};
 use pocketnerf_core::field::Shading;
 use pocketnerf_core::march::Reach;
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
@@ -52,11 +52,11 @@ fn cells_cost_next_to_nothing() {
     let file = pocketnerf_formats::open_verified(&written).unwrap();
     assert_eq!(file.about.pixel_origin, PixelOrigin::Corner);
     let paper = [(&source, Sampling::Hierarchical), (&file.model, Sampling::Hierarchical)];
-    let same = compare(paper, &cameras(), &settings).unwrap();
+    let same = compare_models(paper, &cameras(), &settings).unwrap();
     assert!(same.psnr > 50.0 && same.evaluations[0] == same.evaluations[1], "{same:?}");
     // Marched with cells and without.
     let marched = Model { occupancy: None, ..file.model };
-    let whole = compare(
+    let whole = compare_models(
         [(&marched, Sampling::Occupancy), (&file.model, Sampling::Occupancy)],
         &cameras(),
         &settings,
@@ -74,7 +74,9 @@ fn views_to_learn_from() {
     let model = conversion.model().unwrap();
     let settings = picture::Settings { quality: 1.0, ..picture::Settings::default() };
     let mut rendered = 0;
-    let dataset = distill::views(&model, &cameras(), &settings, |_| rendered += 1).unwrap();
+    let mut renderer = picture::Renderer::new(&model, &settings);
+    let place = (&model.space, &model.display);
+    let dataset = distill::views(&mut renderer, place, &cameras(), |_| rendered += 1).unwrap();
     assert!(dataset.has_alpha && rendered == 2);
     for (view, camera) in dataset.views.iter().zip(cameras()) {
         assert_eq!(view.camera, camera);
@@ -87,7 +89,7 @@ fn views_to_learn_from() {
     }
     let length = Length::Seconds(60.0);
     let log2 = |bytes| {
-        let mut config = distill::config(&model, Shading::PerRay, bytes, length)?;
+        let mut config = distill::config(&model.space, Shading::PerRay, bytes, length)?;
         assert_eq!(config.aabb, Some([[-1.0; 3], [1.0; 3]]));
         config.field.hash_grid_mut().map(|field| field.grid.log2_hashmap_size)
     };

@@ -1,6 +1,6 @@
 //! From a checkpoint to a model: coordinates, cells, cameras.
 
-use pocketnerf_cli::convert::{compare, nerfstudio};
+use pocketnerf_cli::convert::{compare_models, nerfstudio};
 use pocketnerf_core::{Camera, Model, SimdLevel, Space};
 use pocketnerf_formats::import::ngp::Ngp;
 use pocketnerf_train::convert::{NgpConversion, Settings};
@@ -95,7 +95,7 @@ fn cells_that_are_baked() {
     let settings = picture::Settings { quality: 1.0, ..picture::Settings::default() };
     let models = [(&whole, Sampling::Occupancy), (&model, Sampling::Occupancy)];
     let views: Vec<Camera> = conversion.views().iter().map(|view| view.downscaled(2)).collect();
-    let found = compare(models, &views, &settings).unwrap();
+    let found = compare_models(models, &views, &settings).unwrap();
     assert!(found.psnr > 40.0, "{found:?}");
 }
 

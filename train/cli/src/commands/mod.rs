@@ -85,8 +85,9 @@ enum Action {
     /// Convert another program's checkpoint to a .pnerf model
     ///
     /// Reads checkpoints of the original NeRF, nerf-pytorch and nerf_pl, and hash grids of
-    /// instant-ngp, torch-ngp, ngp_pl and nerfstudio. No pickle is ever executed. A .pnerf
-    /// model or checkpoint is written again in another precision.
+    /// instant-ngp, torch-ngp, ngp_pl and nerfstudio. A hash grid learns from the pictures of
+    /// models of TensoRF and Plenoxels of svox2. No pickle is ever executed. A .pnerf model or
+    /// checkpoint is written again in another precision.
     Convert(Box<convert::Convert>),
     /// Render a model
     Render(render::Render),

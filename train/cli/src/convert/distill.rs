@@ -1,9 +1,10 @@
-//! Renderings of a model, to train another one on.
+//! Pictures of a model, to train another one on.
 
 use pocketnerf_core::field::Shading;
-use pocketnerf_core::{Camera, ColorSpace, Display, Error, Model, Space, math, pixel};
+use pocketnerf_core::{Camera, ColorSpace, Display, Error, Space, math, pixel};
 use pocketnerf_train::dataset::{Dataset, Split, View};
-use pocketnerf_train::picture::{Renderer, Sampling, Settings};
+use pocketnerf_train::lens::Lens;
+use pocketnerf_train::picture::Painter;
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
 /// Most bytes of cells and metadata beside tables and networks.
@@ -86,47 +87,44 @@ fn held_out(cameras: &[Camera]) -> [Vec<Camera>; 2] {
     [of(false), of(true)]
 }
 
-/// Renders the model for these cameras in occupied cells, to train on: transparent if the
-/// space is a box, else over the model's background. In
-/// sRGB, as images are.
+/// Takes pictures for these cameras, to train on: transparent if the space is a box, else over the
+/// background. In sRGB, as images are.
 ///
 /// # Errors
 /// Whatever rendering reports.
 pub fn views(
-    model: &Model<'_>,
+    painter: &mut dyn Painter,
+    (space, display): (&Space, &Display),
     cameras: &[Camera],
-    settings: &Settings,
     mut rendered: impl FnMut(usize),
 ) -> Result<Dataset, Error> {
-    let settings = Settings { sampling: Sampling::Occupancy, quality: 1.0, ..*settings };
-    let transparent = model.space.scene_box().is_some();
-    let mut renderer = Renderer::new(model, &settings);
+    let transparent = space.scene_box().is_some();
     let mut views = Vec::new();
     for (i, camera) in cameras.iter().enumerate() {
-        let picture = renderer.render(camera)?;
+        let picture = painter.paint(camera, &Lens::Pinhole)?;
         let rgba = match transparent {
-            true => straight(&picture.rgba, model.display.color_space),
-            false => opaque(&picture.rgba, &model.display),
+            true => straight(&picture.rgba, display.color_space),
+            false => opaque(&picture.rgba, display),
         };
         views.push(View::new(format!("view {i}"), *camera, rgba));
         rendered(i + 1);
     }
     let dataset = Dataset::new("distilled", "rendered", Split::Train, views);
-    Ok(Dataset { background: Some(model.display.srgb_background()), ..dataset })
+    Ok(Dataset { background: Some(display.srgb_background()), ..dataset })
 }
 
 /// Settings to train a hash grid on such views whose file has at most `bytes`; `None` if no
 /// grid is that small.
 #[must_use]
 pub fn config(
-    model: &Model<'_>,
+    space: &Space,
     shading: Shading,
     bytes: usize,
     length: Length,
 ) -> Option<TrainConfig> {
     let mut config = TrainConfig::hash_grid().for_length(length);
     config.field.hash_grid_mut()?.shading = shading;
-    match model.space {
+    match *space {
         Space::Ndc(ndc) => config.ndc = Some(ndc),
         Space::Contracted(contracted) => config.contracted = Some(contracted),
         ref space => config.aabb = space.scene_box(),

@@ -42,9 +42,7 @@ pub fn refuse_others(bytes: &[u8]) -> Result<(), ConvertError> {
 }
 
 /// Names of tensors or archive entries near the beginning or the end of files of some kinds.
-const CONTAINED: [(&[u8], &str, &str); 6] = [
-    (b"density_plane", "TensoRF's models", ON_PHOTOGRAPHS),
-    (b"density_data.npy", "Plenoxels' models", ON_PHOTOGRAPHS),
+const CONTAINED: [(&[u8], &str, &str); 4] = [
     (b"child.npy", "PlenOctrees", ON_PHOTOGRAPHS),
     (b"Dense_0", "models of JAX (mip-NeRF, Zip-NeRF, jaxnerf)", SAFETENSORS),
     (b"gauss_params", "Gaussian splats of nerfstudio", ON_PHOTOGRAPHS),
@@ -80,13 +78,13 @@ mod tests {
     fn names_tell_what_a_file_is() {
         let unknown = || ConvertError::Field(FieldError::Unknown { found: Vec::new() });
         let missing = || ConvertError::Checkpoint(ImportError::MissingEntry("data.pkl".to_owned()));
-        let tensorf = [&[0; 99][..], b"density_plane.0", &[0; 99]].concat();
-        assert!(instead(&tensorf, unknown()).to_string().contains("TensoRF"));
-        let plenoxels = [&vec![0; 1 << 18][..], b"density_data.npy"].concat();
-        assert!(instead(&plenoxels, missing()).to_string().contains("Plenoxels"));
+        let splats = [&[0; 99][..], b"_model.gauss_params", &[0; 99]].concat();
+        assert!(instead(&splats, unknown()).to_string().contains("Gaussian splats"));
+        let octree = [&vec![0; 1 << 18][..], b"child.npy"].concat();
+        assert!(instead(&octree, missing()).to_string().contains("PlenOctrees"));
         assert!(matches!(instead(b"", unknown()), ConvertError::Field(_)));
         let wrong = ConvertError::Field(FieldError::Missing("x".to_owned()));
-        assert!(matches!(instead(&tensorf, wrong), ConvertError::Field(FieldError::Missing(_))));
+        assert!(matches!(instead(&splats, wrong), ConvertError::Field(FieldError::Missing(_))));
     }
 
     #[test]

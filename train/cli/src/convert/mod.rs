@@ -8,4 +8,4 @@ pub mod nerfstudio;
 mod verify;
 
 pub use kind::{instead, refuse_others};
-pub use verify::{Difference, compare};
+pub use verify::{Difference, compare, compare_models};

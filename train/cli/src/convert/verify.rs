@@ -1,7 +1,8 @@
 //! Compares source and result on the same rays.
 
 use pocketnerf_core::{Camera, ColorSpace, Error, Model};
-use pocketnerf_train::picture::{Picture, Renderer, Sampling, Settings};
+use pocketnerf_train::lens::Lens;
+use pocketnerf_train::picture::{Painter, Picture, Renderer, Sampling, Settings};
 use serde::Serialize;
 
 /// How the pictures of two models differ.
@@ -15,30 +16,25 @@ pub struct Difference {
     pub evaluations: [f64; 2],
 }
 
-/// Renders both models, each with its own sampling, over the first one's background, and
-/// compares the pictures in sRGB.
+/// Takes the pictures of both, in these colour spaces, over one background (sRGB), and compares
+/// them in sRGB.
 ///
 /// # Errors
 /// Whatever rendering reports.
 pub fn compare(
-    models: [(&Model<'_>, Sampling); 2],
+    [first, second]: [(&mut dyn Painter, ColorSpace); 2],
+    background: [f32; 3],
     cameras: &[Camera],
-    settings: &Settings,
 ) -> Result<Difference, Error> {
-    let background = models[0].0.display.srgb_background();
-    let [first_space, second_space] = models.map(|(model, _)| model.display.color_space);
-    let settings = models.map(|(_, sampling)| Settings { sampling, ..*settings });
-    let mut renderers = [0, 1].map(|i| Renderer::new(models[i].0, &settings[i]));
     let (mut squares, mut values, mut max_error) = (0.0, 0usize, 0.0f32);
     let (mut samples, mut pixels) = ([0.0; 2], 0.0);
     for camera in cameras {
-        let [first, second] = &mut renderers;
-        let (first, second) = (first.render(camera)?, second.render(camera)?);
-        samples[0] += first.stats.samples as f64;
-        samples[1] += second.stats.samples as f64;
-        pixels += f64::from(first.width) * f64::from(first.height);
-        let a = in_srgb(first, first_space, background);
-        let b = in_srgb(second, second_space, background);
+        let a = first.0.paint(camera, &Lens::Pinhole)?;
+        let b = second.0.paint(camera, &Lens::Pinhole)?;
+        samples[0] += a.stats.samples as f64;
+        samples[1] += b.stats.samples as f64;
+        pixels += f64::from(a.width) * f64::from(a.height);
+        let (a, b) = (in_srgb(a, first.1, background), in_srgb(b, second.1, background));
         values += a.len();
         for (a, b) in a.iter().zip(&b) {
             squares += f64::from(a - b).powi(2);
@@ -50,6 +46,22 @@ pub fn compare(
         max_error,
         evaluations: samples.map(|samples| samples / f64::max(pixels, 1.0)),
     })
+}
+
+/// Compares the pictures of two models, each with its own sampling, over the first one's background.
+///
+/// # Errors
+/// Whatever rendering reports.
+pub fn compare_models(
+    models: [(&Model<'_>, Sampling); 2],
+    cameras: &[Camera],
+    settings: &Settings,
+) -> Result<Difference, Error> {
+    let background = models[0].0.display.srgb_background();
+    let settings = models.map(|(_, sampling)| Settings { sampling, ..*settings });
+    let [mut first, mut second] = [0, 1].map(|i| Renderer::new(models[i].0, &settings[i]));
+    let [a, b] = models.map(|(model, _)| model.display.color_space);
+    compare([(&mut first, a), (&mut second, b)], background, cameras)
 }
 
 /// The picture of a model of this colour space over an sRGB background.

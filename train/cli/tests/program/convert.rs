@@ -6,6 +6,8 @@ use std::process::{Command, Output};
 use pocketnerf_train::picture::image_file;
 use serde_json::Value;
 
+/// Small models of TensoRF and svox2.
+const VOLUMES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/volumes/");
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/ngp/");
 
 fn pocketnerf(arguments: &[&str]) -> Output {
@@ -75,4 +77,47 @@ fn what_cannot_be_converted_leaves_nothing_behind() {
     std::fs::write(&tensorf, [&b"PK\x03\x04"[..], &[0; 40], b"density_plane.0"].concat()).unwrap();
     assert!(refused(&["convert", text(&tensorf), text(&out)]).contains("tensorf.th"));
     assert!(!out.exists());
+}
+
+/// What no kind of field holds becomes a hash grid that learns from its pictures, in the dataset's
+/// coordinates.
+#[test]
+fn volumes_are_learnt_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("learnt.pnerf");
+    for (file, program, side) in
+        [("harmonics.th", "apchenstu/TensoRF", 2.0), ("nine.npz", "sxyu/svox2", 3.0)]
+    {
+        let file = format!("{VOLUMES}{file}");
+        let how = ["--distill-to", "800000", "--distill-seconds", "4", "--json", "--quiet"];
+        let result = done(&[&["convert", &file, text(&out)][..], &how].concat());
+        assert_eq!(result["program"], program);
+        let bytes = std::fs::metadata(&out).unwrap().len();
+        assert_eq!(result["bytes"], bytes);
+        assert!(bytes <= 800_000);
+        let learnt = &result["verify_occupancy"];
+        // A fog of random colours, from all sides, after a few seconds.
+        assert!(learnt["psnr"].as_f64().unwrap() > 15.0, "{learnt}");
+        let info = done(&["info", text(&out), "--json"]);
+        let bounds = &info["bounds"];
+        let along = |corner: usize| bounds[corner][0].as_f64().unwrap();
+        assert!((along(1) - along(0) - side).abs() < 0.2 * side, "{bounds}");
+    }
+}
+
+#[test]
+fn options_that_volumes_do_not_have() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("none.pnerf");
+    let (tensors, voxels) = (format!("{VOLUMES}plain.th"), format!("{VOLUMES}four.npz"));
+    for (file, option, means) in [
+        (&tensors, &["--scene-scale", "0.5"][..], "this is no grid of svox2"),
+        (&tensors, &["--samples", "64,64"], "this is a model of apchenstu/TensoRF"),
+        (&voxels, &["--aabb", "0,0,0,1,1,1"], "this is a model of sxyu/svox2"),
+        (&voxels, &["--distill-to", "1000"], "no model is that small"),
+    ] {
+        let line = refused(&[&["convert", file, text(&out), "--quiet"][..], option].concat());
+        assert!(line.contains(means) && line.contains(option[0]), "{line}");
+        assert!(!out.exists());
+    }
 }

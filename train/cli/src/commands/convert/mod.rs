@@ -7,12 +7,13 @@ use std::f32::consts::FRAC_PI_4;
 use std::path::PathBuf;
 
 use pocketnerf_core::camera::Orbit;
-use pocketnerf_core::{Camera, Model};
+use pocketnerf_core::{Camera, Model, Space};
+use pocketnerf_formats::import::{Checkpoint, inflate};
 use pocketnerf_formats::{
-    About, DefaultCamera, PhotographList, PixelOrigin, Precision, Provenance,
+    About, DefaultCamera, PhotographList, PixelOrigin, Precision, Provenance, Scene,
 };
 use pocketnerf_train::cameras::Circle;
-use pocketnerf_train::convert::{Conversion, ConvertError};
+use pocketnerf_train::convert::ConvertError;
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::output;
 use pocketnerf_train::picture::{self, Sampling};
@@ -24,7 +25,7 @@ use super::parse::{
 use super::rendering::Rendering;
 use super::train::default_camera;
 use super::{Common, Failure, Reading, eval, print_line, read_model};
-use crate::convert::{compare, refuse_others};
+use crate::convert::{compare_models, instead, refuse_others};
 
 /// Views of an orbit that are compared if no dataset is given.
 const VIEWS: usize = 4;
@@ -82,6 +83,10 @@ pub(super) struct Convert {
     /// Coarse and fine samples per ray
     #[arg(long, value_name = "C,F", value_parser = parse_samples, help_heading = "Model")]
     samples: Option<[u32; 2]>,
+    /// What svox2 multiplied the dataset's positions by [default: 2/3, as it does for Blender's
+    /// datasets]
+    #[arg(long, value_name = "S", value_parser = parse_scale, help_heading = "Scene")]
+    scene_scale: Option<f32>,
     /// Fine network of a .npy checkpoint that holds the coarse one [default: model_fine_*
     /// beside it]
     #[arg(long, value_name = "FILE", help_heading = "Model")]
@@ -91,7 +96,7 @@ pub(super) struct Convert {
     #[arg(long, help_heading = "Model")]
     fine_only: bool,
     /// Train a hash grid of at most so many bytes on renderings of the source, which renders
-    /// many times faster
+    /// many times faster [default: no; 5000000 for TensoRF and svox2]
     ///
     /// The views are those of the training images with --data, else views from all around.
     #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1..),
@@ -171,7 +176,7 @@ impl Convert {
             let distance = own.map_or(0.0, |camera| {
                 Circle::around(&file.model.space, Some(&camera), 1, 1.0).first.radius
             });
-            return self.distill((&file.model, &file.about), bytes, (&[], distance), common);
+            return self.distill_model((&file.model, &file.about), bytes, (&[], distance), common);
         }
         let precision = self.precision.unwrap_or_default();
         let written = pocketnerf_formats::write(&file.model, &file.about, precision)?;
@@ -195,30 +200,37 @@ impl Convert {
             Ok(self.reading.load(folder, Split::Test, self.downscale_factor, common)?)
         };
         let dataset = self.data.as_ref().map(load).transpose()?;
-        let conversion = self.conversion(bytes, dataset.as_ref(), common)?;
+        let unpacked = inflate(bytes).map_err(|error| named(error.into()))?;
+        let better = |error: ConvertError| -> Failure { named(instead(&unpacked, error)).into() };
+        let checkpoint = Checkpoint::read(&unpacked).map_err(|error| better(error.into()))?;
+        if let Some(volume) = self.volume(&checkpoint)? {
+            return self.learn(&volume, dataset.as_ref(), common);
+        }
+        let conversion = self.conversion(&checkpoint, better, dataset.as_ref(), common)?;
         let model = conversion.model().map_err(named)?;
         let scene = conversion.scene();
-        let of_dataset = |dataset: &Dataset| -> Vec<Camera> {
-            let views = dataset.views.iter();
-            views.map(|view| dataset.camera_in_model(&view.camera, &scene)).collect()
+        let mut views = match &dataset {
+            Some(dataset) => cameras_of(dataset, &scene),
+            None => conversion.views().to_vec(),
         };
-        let mut views = dataset.as_ref().map_or_else(Vec::new, of_dataset);
-        if dataset.is_none() {
-            views.extend(conversion.views());
-        }
         let up = scene.to_model_direction([0.0, 0.0, 1.0]);
         let camera = views.first().map_or_else(
-            || default_camera(&orbit(&model, conversion.distance(), up)[0]),
+            || default_camera(&orbit(&model.space, conversion.distance(), up)[0]),
             default_camera,
         );
         let photographs = PhotographList::new(conversion.views());
         let photographs = photographs.as_ref().map(PhotographList::view);
-        let about = About { photographs, ..self.about(camera, &conversion) };
+        let about = About {
+            photographs,
+            pixel_origin: conversion.pixel_origin(),
+            ..about(camera, scene, conversion.program())
+        };
         if let Some(bytes) = self.distill_to {
             let mut table = vec![0; model.table_len()];
             let model = model.with_table(&mut table)?;
             let own = conversion.views();
-            return self.distill((&model, &about), bytes, (own, conversion.distance()), common);
+            let own = (own, conversion.distance());
+            return self.distill_model((&model, &about), bytes, own, common);
         }
         let precision = self.precision.unwrap_or_default();
         let written = pocketnerf_formats::write(&model, &about, precision)?;
@@ -228,7 +240,7 @@ impl Convert {
             let origin = conversion.pixel_origin();
             views.iter_mut().for_each(|camera| eval::shift(camera, origin, 1));
             if views.is_empty() {
-                views = orbit(&model, conversion.distance(), up);
+                views = orbit(&model.space, conversion.distance(), up);
             }
             let sampling = conversion.sampling();
             // Hierarchical sampling ignores the cells.
@@ -238,20 +250,6 @@ impl Convert {
         }
         let fraction = model.occupancy.map_or(1.0, |cells| cells.fraction());
         Ok(self.report(conversion.program(), written.len(), fraction, verified))
-    }
-
-    fn about(&self, camera: DefaultCamera, conversion: &Conversion) -> About<'_> {
-        About {
-            scene: conversion.scene(),
-            camera: Some(camera),
-            provenance: Some(Provenance {
-                program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
-                method: conversion.program(),
-                ..Provenance::default()
-            }),
-            pixel_origin: conversion.pixel_origin(),
-            ..About::default()
-        }
     }
 
     /// Compares the written file with its source, in the source's sampling and in occupied
@@ -280,7 +278,7 @@ impl Convert {
         for (to, with) in compared.iter_mut().zip(samplings) {
             if sampling == Sampling::Hierarchical || with == Sampling::Occupancy {
                 let models = [(source, sampling), (&file.model, with)];
-                *to = serde_json::to_value(compare(models, views, &settings)?)?;
+                *to = serde_json::to_value(compare_models(models, views, &settings)?)?;
             }
         }
         Ok(compared)
@@ -299,12 +297,39 @@ impl Convert {
     }
 }
 
+/// What a file says of a model that another program made.
+fn about(camera: DefaultCamera, scene: Scene<'static>, program: &'static str) -> About<'static> {
+    About {
+        scene,
+        camera: Some(camera),
+        provenance: Some(Provenance {
+            program: concat!("pocketnerf ", env!("CARGO_PKG_VERSION")),
+            method: program,
+            ..Provenance::default()
+        }),
+        ..About::default()
+    }
+}
+
+/// The cameras of a dataset, in a model's coordinates.
+fn cameras_of(dataset: &Dataset, scene: &Scene<'_>) -> Vec<Camera> {
+    let views = dataset.views.iter();
+    views.map(|view| dataset.camera_in_model(&view.camera, scene)).collect()
+}
+
 /// Views all around, from the distance of the source's cameras if that is known.
-fn orbit(model: &Model<'_>, distance: f32, up: [f32; 3]) -> Vec<Camera> {
-    let around = Circle::around(&model.space, None, VIEWS, FRAC_PI_4);
+fn orbit(space: &Space, distance: f32, up: [f32; 3]) -> Vec<Camera> {
+    let around = Circle::around(space, None, VIEWS, FRAC_PI_4);
     let radius = if distance > 0.0 { distance } else { around.first.radius };
     let first = Orbit { radius, axis: up, up, ..around.first };
     Circle { size: SIZE, first, ..around }.cameras()
+}
+
+fn parse_scale(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(scale) if (1e-4..=1e4).contains(&scale) => Ok(scale),
+        _ => Err("expected a number from 0.0001 to 10000".to_owned()),
+    }
 }
 
 fn parse_samples(text: &str) -> Result<[u32; 2], String> {

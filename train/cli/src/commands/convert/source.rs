@@ -4,43 +4,64 @@ use std::path::{Path, PathBuf};
 
 use pocketnerf_formats::import::nerf::Nerf;
 use pocketnerf_formats::import::ngp::Ngp;
-use pocketnerf_formats::import::{Checkpoint, FieldError, inflate};
+use pocketnerf_formats::import::volume::{Svox2, TensoRf};
+use pocketnerf_formats::import::{Checkpoint, FieldError};
 use pocketnerf_train::convert::{
-    Conversion, ConvertError, NerfConversion, NgpConversion, Place, Settings,
+    Conversion, ConvertError, NerfConversion, NgpConversion, Place, Settings, VolumeConversion,
 };
 use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer;
 
 use super::Convert;
 use crate::commands::{Common, Failure, read_model};
-use crate::convert::{config, instead, nerfstudio};
+use crate::convert::{config, nerfstudio};
 
 /// The near plane of normalised device coordinates, the same in all programs.
 const NDC_NEAR: f32 = 1.0;
 
 impl Convert {
+    /// What a checkpoint holds that is not converted, but learnt from.
+    pub(super) fn volume(
+        &self,
+        checkpoint: &Checkpoint<'_>,
+    ) -> Result<Option<VolumeConversion>, Failure> {
+        let named = |error: ConvertError| -> Failure {
+            format!("{}: {error}", self.input.display()).into()
+        };
+        if Svox2::recognises(checkpoint) {
+            let grid = Svox2::read(checkpoint).map_err(|error| named(error.into()))?;
+            let volume = VolumeConversion::svox2(grid, self.scene_scale, self.background);
+            return volume.map(Some).map_err(named);
+        }
+        self.refuse("no grid of svox2", &[("--scene-scale", self.scene_scale.is_some())])?;
+        if !TensoRf::recognises(checkpoint) {
+            return Ok(None);
+        }
+        let field = TensoRf::read(checkpoint).map_err(|error| named(error.into()))?;
+        let level = self.rendering.vectors.level();
+        VolumeConversion::tensorf(field, self.background, level).map(Some).map_err(named)
+    }
+
     /// The field of a checkpoint, and how it is rendered.
     pub(super) fn conversion(
         &self,
-        bytes: &[u8],
+        checkpoint: &Checkpoint<'_>,
+        better: impl Fn(ConvertError) -> Failure,
         dataset: Option<&Dataset>,
         common: &Common,
     ) -> Result<Conversion, Failure> {
         let named = |error: ConvertError| -> Failure {
             format!("{}: {error}", self.input.display()).into()
         };
-        let unpacked = inflate(bytes).map_err(|error| named(error.into()))?;
-        let better = |error: ConvertError| named(instead(&unpacked, error));
-        let checkpoint = Checkpoint::read(&unpacked).map_err(|error| better(error.into()))?;
-        if Ngp::recognises(&checkpoint) {
-            self.refuse_options_of_networks()?;
-            let mut ngp = Ngp::read(&checkpoint).map_err(|error| named(error.into()))?;
+        if Ngp::recognises(checkpoint) {
+            self.refuse("a hash grid", &self.of_networks())?;
+            let mut ngp = Ngp::read(checkpoint).map_err(|error| named(error.into()))?;
             let beside = nerfstudio::complete(&mut ngp, &self.input).map_err(named)?;
             let settings = self.given().or(beside);
             let ngp = NgpConversion::new(ngp, settings, self.aabb, self.rendering.vectors.level());
             return Ok(Conversion::Ngp(ngp.map_err(named)?));
         }
-        let mut nerf = self.networks(&checkpoint, better)?;
+        let mut nerf = self.networks(checkpoint, better)?;
         if self.fine_only {
             nerf.drop_coarse();
         }
@@ -55,8 +76,20 @@ impl Convert {
     }
 
     /// Refuses options that would change nothing.
-    fn refuse_options_of_networks(&self) -> Result<(), Failure> {
-        let given = [
+    pub(super) fn refuse(&self, found: &str, given: &[(&str, bool)]) -> Result<(), Failure> {
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(format!(
+                "{}: this is {found}, for which {option} means nothing; leave it out",
+                self.input.display()
+            )
+            .into()),
+            None => Ok(()),
+        }
+    }
+
+    /// Options of networks of vanilla NeRF, and which are given.
+    pub(super) fn of_networks(&self) -> [(&'static str, bool); 7] {
+        [
             ("--far", self.far.is_some()),
             ("--samples", self.samples.is_some()),
             ("--ndc", self.ndc),
@@ -64,15 +97,7 @@ impl Convert {
             ("--pixel-origin", self.pixel_origin.is_some()),
             ("--fine", self.fine.is_some()),
             ("--fine-only", self.fine_only),
-        ];
-        match given.iter().find(|(_, given)| *given) {
-            Some((option, _)) => Err(format!(
-                "{}: this is a hash grid, {option} is for networks of vanilla NeRF; leave it out",
-                self.input.display()
-            )
-            .into()),
-            None => Ok(()),
-        }
+        ]
     }
 
     /// The networks of one checkpoint, or of two.

@@ -8,16 +8,16 @@ use crate::import::{Checkpoint, FieldError, Tensor};
 
 /// A checkpoint and the path of the values to read.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Settings<'c, 'a>(pub(super) &'c Checkpoint<'a>);
+pub(in crate::import) struct Settings<'c, 'a>(pub(in crate::import) &'c Checkpoint<'a>);
 
 impl<'c, 'a> Settings<'c, 'a> {
     /// A number that has to be there.
-    pub(super) fn number(self, name: &str) -> Result<f64, FieldError> {
+    pub(in crate::import) fn number(self, name: &str) -> Result<f64, FieldError> {
         self.0.number(name).ok_or_else(|| FieldError::Missing(name.to_string()))
     }
 
     /// A whole number, or `default` where there is none.
-    pub(super) fn count(
+    pub(in crate::import) fn count(
         self,
         name: &str,
         default: u32,
@@ -35,7 +35,7 @@ impl<'c, 'a> Settings<'c, 'a> {
     }
 
     /// A text, or `default` where there is none: one of `known`, in capitals or not.
-    pub(super) fn choice(
+    pub(in crate::import) fn choice(
         self,
         name: &str,
         default: &'static str,
@@ -48,7 +48,7 @@ impl<'c, 'a> Settings<'c, 'a> {
 
     /// Numbers that are listed under a name, all of them finite; `None` where one is not
     /// there.
-    pub(super) fn vector<const N: usize>(self, name: &str) -> Option<[f32; N]> {
+    pub(in crate::import) fn vector<const N: usize>(self, name: &str) -> Option<[f32; N]> {
         let mut vector = [0.0; N];
         for (i, value) in vector.iter_mut().enumerate() {
             *value = self.0.number(&format!("{name}.{i}"))? as f32;
@@ -57,13 +57,13 @@ impl<'c, 'a> Settings<'c, 'a> {
     }
 
     /// A tensor that has to be there.
-    pub(super) fn tensor(self, name: &str) -> Result<&'c Tensor<'a>, FieldError> {
+    pub(in crate::import) fn tensor(self, name: &str) -> Result<&'c Tensor<'a>, FieldError> {
         self.0.tensor(name).ok_or_else(|| FieldError::Missing(name.to_string()))
     }
 }
 
 /// The error of a value that no model has.
-pub(super) fn setting(name: &str, found: &str, expected: &str) -> FieldError {
+pub(in crate::import) fn setting(name: &str, found: &str, expected: &str) -> FieldError {
     let [name, found, expected] = [name, found, expected].map(String::from);
     FieldError::Setting { name, found, expected }
 }
