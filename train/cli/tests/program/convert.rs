@@ -85,9 +85,10 @@ fn what_cannot_be_converted_leaves_nothing_behind() {
 fn volumes_are_learnt_from() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("learnt.pnerf");
-    for (file, program, side) in
-        [("harmonics.th", "apchenstu/TensoRF", 2.0), ("nine.npz", "sxyu/svox2", 3.0)]
-    {
+    for (file, program, side, scale) in [
+        ("harmonics.th", "apchenstu/TensoRF", [-1.2, 0.8], 1.0),
+        ("nine.npz", "sxyu/svox2", [-0.9, 1.1], 1.5),
+    ] {
         let file = format!("{VOLUMES}{file}");
         let how = ["--distill-to", "800000", "--distill-seconds", "4", "--json", "--quiet"];
         let result = done(&[&["convert", &file, text(&out)][..], &how].concat());
@@ -99,9 +100,9 @@ fn volumes_are_learnt_from() {
         // A fog of random colours, from all sides, after a few seconds.
         assert!(learnt["psnr"].as_f64().unwrap() > 15.0, "{learnt}");
         let info = done(&["info", text(&out), "--json"]);
-        let bounds = &info["bounds"];
-        let along = |corner: usize| bounds[corner][0].as_f64().unwrap();
-        assert!((along(1) - along(0) - side).abs() < 0.2 * side, "{bounds}");
+        let near = |found: &Value, expected: f64| (found.as_f64().unwrap() - expected).abs() < 1e-5;
+        assert!((0..2).all(|corner| near(&info["aabb"][corner][0], side[corner])), "{info}");
+        assert!(near(&info["world"]["scale"], scale), "{info}");
     }
 }
 

@@ -76,7 +76,8 @@ impl VolumeConversion {
     ) -> Result<Self, ConvertError> {
         let (center, radius) = (grid.center, grid.radius);
         let corner = |side: f32| [0, 1, 2].map(|a| center[a] + side * radius[a]);
-        let scene = Scene { scale: scale.unwrap_or(BLENDER_SCALE), ..Scene::default() };
+        // Units of the dataset in one of that world.
+        let scene = Scene { scale: 1.0 / scale.unwrap_or(BLENDER_SCALE), ..Scene::default() };
         let bounds = [corner(-1.0), corner(1.0)];
         Self::new(Box::new(svox2::Voxels::new(grid)), "sxyu/svox2", bounds, scene, background)
     }
