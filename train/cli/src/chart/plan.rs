@@ -14,14 +14,11 @@ pub struct Recipe {
 }
 
 impl Recipe {
-    /// From the options as on a command line, which name it too.
+    /// From the options as on a command line, which name it too; with tables of eight bits.
     #[must_use]
     pub fn of(options: &str) -> Self {
         let options: Vec<String> = options.split_whitespace().map(str::to_owned).collect();
-        let has_no_tables = options.iter().any(|option| ["nerf", "derf"].contains(&&**option));
-        // A field without tables has no weights of eight bits.
-        let precision = if has_no_tables { Precision::F16 } else { Precision::I8 };
-        Self { name: name(&options), options, precisions: vec![precision] }
+        Self { name: name(&options), options, precisions: vec![Precision::I8] }
     }
 
     fn with(options: &str, precisions: &[Precision]) -> Self {
@@ -64,16 +61,11 @@ pub fn quick() -> Vec<Recipe> {
     ]
 }
 
-/// A method after a minute and after five; or, as small as it is useful, after seconds.
+/// Models of a method after so many seconds each.
 #[must_use]
-pub fn of_method(method: &str, small: &[&str], quick: bool) -> Vec<Recipe> {
-    if quick {
-        let small =
-            if small.is_empty() { "--method hash-grid".to_owned() } else { small.join(" ") };
-        return vec![Recipe::of(&format!("{small} --seconds 12"))];
-    }
-    let batch = if ["nerf", "derf"].contains(&method) { " --batch-rays 1024" } else { "" };
-    [60, 300].map(|s| Recipe::of(&format!("--method {method} --seconds {s}{batch}"))).into()
+pub fn of_method(options: &[&str], seconds: &[u32]) -> Vec<Recipe> {
+    let options = options.join(" ");
+    seconds.iter().map(|s| Recipe::of(&format!("{options} --seconds {s}"))).collect()
 }
 
 /// The whole sweep: time, table size, levels, width and precision of the hash grid, its

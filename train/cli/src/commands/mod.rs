@@ -256,26 +256,18 @@ fn make_folder(path: &Path) -> Result<PathBuf, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
+    use clap::{CommandFactory, ValueEnum};
 
     use super::*;
 
-    /// Headings of options, in the order of every command.
-    const HEADINGS: [&str; 13] = [
-        "Options",
-        "Dataset",
-        "Scene",
-        "Model",
-        "With --method nerf",
-        "With --method derf",
-        "With --method planes",
-        "With --method plenoxels",
-        "Distillation",
-        "Window",
-        "Without a window",
-        "Rendering",
-        COMMON,
-    ];
+    /// Headings of options, in the order of every command: a method's before the next one's.
+    fn headings() -> Vec<String> {
+        let methods = train::Method::value_variants().iter();
+        let methods = methods.map(|method| format!("With --method {}", method.name()));
+        let before = ["Options", "Dataset", "Scene", "Model"].map(str::to_owned);
+        let after = ["Distillation", "Window", "Without a window", "Rendering", COMMON];
+        before.into_iter().chain(methods).chain(after.map(str::to_owned)).collect()
+    }
 
     #[test]
     fn groups_of_options_have_one_order() {
@@ -284,10 +276,11 @@ mod tests {
         command.clone().debug_assert();
         for sub in command.get_subcommands_mut().filter(|sub| sub.get_name() != "help") {
             let help = sub.render_long_help().to_string();
-            let headings = help.lines().filter(|line| !line.starts_with(' '));
-            let found: Vec<&str> = headings.filter_map(|line| line.strip_suffix(':')).collect();
-            let known = HEADINGS.into_iter().filter(|heading| found.contains(heading));
-            let found = found.iter().copied().filter(|heading| *heading != "Arguments");
+            let titles = help.lines().filter(|line| !line.starts_with(' '));
+            let found: Vec<&str> = titles.filter_map(|line| line.strip_suffix(':')).collect();
+            let known = headings();
+            let known = known.iter().filter(|heading| found.contains(&heading.as_str()));
+            let found = found.iter().filter(|heading| **heading != "Arguments");
             assert!(found.eq(known), "{help}");
         }
     }

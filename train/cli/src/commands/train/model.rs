@@ -100,7 +100,7 @@ impl ModelOptions {
         if let (Some(option), true) = (shape, resumes) {
             return Err(format!("{option}: the checkpoint knows; leave it out").into());
         }
-        let method = self.method.unwrap_or_default();
+        let method = self.method();
         self.kinds.check(method)?;
         let other = !method.has_tables();
         if other && self.profile == Profile::Fast {
@@ -121,6 +121,11 @@ impl ModelOptions {
     /// The baseline that is to be trained, if it is one.
     pub(super) fn baseline(&self) -> Option<pocketnerf_baselines::Method> {
         self.method.and_then(Method::baseline)
+    }
+
+    /// What is to be trained.
+    pub(super) fn method(&self) -> Method {
+        self.method.unwrap_or_default()
     }
 
     /// Whether `--method` is given.
@@ -189,7 +194,7 @@ impl ModelOptions {
 
     /// The settings of a new run.
     pub(super) fn config(&self, has_alpha: bool, length: Length) -> TrainConfig {
-        let mut config = self.kinds.config(self.method.unwrap_or_default(), has_alpha, length);
+        let mut config = self.kinds.config(self.method(), has_alpha, length);
         if self.no_view_dependence {
             kinds::omit_view_dependence(&mut config.field);
         }

@@ -8,6 +8,7 @@ use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer::checkpoint::Problem;
 use pocketnerf_train::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig};
 
+use super::kinds::Method;
 use super::model::ModelOptions;
 use super::scene::{Exposure, SceneOptions, SpaceKind};
 use super::watch::WatchOptions;
@@ -114,6 +115,11 @@ impl Train {
     pub(in crate::commands) fn length(&self) -> Length {
         let seconds = Length::Seconds(self.seconds.unwrap_or(SECONDS));
         self.steps.map_or(seconds, Length::Steps)
+    }
+
+    /// What a new run trains.
+    pub(in crate::commands) fn method(&self) -> Method {
+        self.model.method()
     }
 
     /// The factor by which the images of a new run are downscaled.

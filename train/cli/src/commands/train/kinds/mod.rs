@@ -5,6 +5,7 @@ mod nerf;
 mod planes;
 mod plenoxels;
 
+use pocketnerf_formats::Precision;
 use pocketnerf_train::field::FieldConfig;
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
@@ -61,6 +62,23 @@ impl Method {
         }
     }
 
+    /// Options of `pocketnerf train` for a model to compare with others.
+    pub(in crate::commands) fn options(self) -> Vec<&'static str> {
+        let batch: &[&str] = match self {
+            Self::Nerf | Self::Derf => &["--batch-rays", "1024"],
+            _ => &[],
+        };
+        [&["--method", self.name()], batch].concat()
+    }
+
+    /// How values of its tables are stored; networks alone have none of eight bits.
+    pub(in crate::commands) const fn precision(self) -> Precision {
+        match self {
+            Self::Nerf | Self::Derf => Precision::F16,
+            _ => Precision::I8,
+        }
+    }
+
     /// Options of `pocketnerf train` for a model that many runs can be made of.
     pub(in crate::commands) const fn small(self) -> &'static [&'static str] {
         match self {
@@ -85,27 +103,27 @@ impl Method {
     }
 }
 
-/// The options of all kinds but the hash grid.
+/// The options of all kinds but the hash grid, in the order of [`Method`], as `--help` has them.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct KindOptions {
-    #[command(flatten)]
-    nerf: NerfOptions,
-    #[command(flatten)]
-    derf: DerfOptions,
     #[command(flatten)]
     planes: PlanesOptions,
     #[command(flatten)]
     plenoxels: PlenoxelOptions,
+    #[command(flatten)]
+    nerf: NerfOptions,
+    #[command(flatten)]
+    derf: DerfOptions,
 }
 
 impl KindOptions {
     /// An option that was given of each kind, if any.
     fn given_of_each(&self) -> [(Method, Option<&'static str>); 4] {
         [
-            (Method::Nerf, self.nerf.given()),
-            (Method::Derf, self.derf.given()),
             (Method::Planes, self.planes.given()),
             (Method::Plenoxels, self.plenoxels.given()),
+            (Method::Nerf, self.nerf.given()),
+            (Method::Derf, self.derf.given()),
         ]
     }
 
