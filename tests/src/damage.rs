@@ -1,5 +1,7 @@
 //! Damages files in the ways that files are damaged.
 
+use std::time::{Duration, Instant};
+
 use pocketnerf_train::random::Random;
 
 /// An archive without the checksums that would hide all other damage; other files as they
@@ -12,6 +14,48 @@ pub fn without_archive_checksums(mut bytes: Vec<u8>) -> Vec<u8> {
         }
     }
     bytes
+}
+
+/// The bytes with one part, which is there once, replaced by another.
+///
+/// # Panics
+/// Where it is not there, or more than once.
+#[must_use]
+pub fn replaced(bytes: &[u8], part: &[u8], by: &[u8]) -> Vec<u8> {
+    let places: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at..].starts_with(part)).collect();
+    assert_eq!(places.len(), 1, "{}", String::from_utf8_lossy(part));
+    [&bytes[..places[0]], by, &bytes[places[0] + part.len()..]].concat()
+}
+
+/// Damages each of these files in so many ways, one thread a file, and counts the versions that
+/// `use_everything` still finds a use for.
+///
+/// # Panics
+/// If it panics, or takes five seconds, or never finds one.
+pub fn many_mutations(
+    files: &[(&str, Vec<u8>)],
+    count: u64,
+    seed: u64,
+    use_everything: impl Fn(&[u8]) -> bool + Sync,
+) {
+    let each = &|(file, (name, whole)): (usize, &(&str, Vec<u8>))| {
+        let mut useful = 0;
+        for i in 0..count {
+            let mut random = Random::new(seed, [file as u64, i, 0]);
+            let mut bytes = whole.clone();
+            (0..=random.below(3)).for_each(|_| mutate(&mut random, &mut bytes));
+            let begun = Instant::now();
+            useful += u32::from(use_everything(&bytes));
+            assert!(begun.elapsed() < Duration::from_secs(5), "{name}, mutation {i}");
+        }
+        println!("{name}: {useful} of {count} damaged versions are of use");
+        assert!(useful > 0, "{name}");
+    };
+    std::thread::scope(|scope| {
+        for file in files.iter().enumerate() {
+            scope.spawn(move || each(file));
+        }
+    });
 }
 
 /// Changes a file in one of the ways that files are damaged.

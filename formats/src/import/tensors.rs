@@ -157,7 +157,8 @@ impl<'c, 'a> Tensors<'c, 'a> {
     }
 }
 
-fn shape(name: String, tensor: &Tensor<'_>, expected: String) -> FieldError {
+/// The error of a tensor of another shape.
+pub(in crate::import) fn shape(name: String, tensor: &Tensor<'_>, expected: String) -> FieldError {
     FieldError::Shape { name, found: tensor.shape().to_vec(), expected }
 }
 

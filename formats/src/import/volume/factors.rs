@@ -7,7 +7,7 @@ use std::vec::Vec;
 use super::tensorf::MOST;
 use crate::import::FieldError;
 use crate::import::settings::setting;
-use crate::import::tensors::{Tensors, values};
+use crate::import::tensors::{Tensors, shape, values};
 
 /// The axes across which planes lie: (column, row) of planes 0 to 2; the lines are along the
 /// remaining ones, 2, 1 and 0.
@@ -87,13 +87,7 @@ fn side_by_side(
     let (name, tensor) = tensors.take(name)?;
     let n = match *tensor.shape() {
         [1, n, r, c] if [r, c] == [rows, columns] && (1..=MOST).contains(&n) => n,
-        ref other => {
-            return Err(FieldError::Shape {
-                found: other.to_vec(),
-                expected: format!("[1, 1 to {MOST}, {rows}, {columns}]"),
-                name,
-            });
-        }
+        _ => return Err(shape(name, tensor, format!("[1, 1 to {MOST}, {rows}, {columns}]"))),
     };
     let values = values(name, tensor)?;
     let entries = rows * columns;

@@ -7,7 +7,7 @@ use std::vec::Vec;
 use half::f16;
 
 use crate::import::settings::{Settings, setting};
-use crate::import::tensors::values;
+use crate::import::tensors::{shape, values};
 use crate::import::{Checkpoint, FieldError};
 
 /// What `basis_type` says of spherical harmonics.
@@ -72,14 +72,17 @@ impl Svox2 {
         if !radius.iter().all(|radius| (1e-4..1e4).contains(radius)) {
             return Err(setting("radius", &format!("{radius:?}"), "0.0001 to 10000"));
         }
+        let wrong = |name: &str, tensor, expected: &str| {
+            shape(name.to_string(), tensor, expected.to_string())
+        };
         let links = settings.tensor("links")?;
         let sizes = match links.shape() {
             &[x, y, z] if [x, y, z].iter().all(|n| (2..=MOST).contains(n)) => [x, y, z],
-            other => return Err(shape("links", other, "three sizes from 2 to 1024")),
+            _ => return Err(wrong("links", links, "three sizes from 2 to 1024")),
         };
         let densities = settings.tensor("density_data")?;
         let &[rows, 1] = densities.shape() else {
-            return Err(shape("density_data", densities.shape(), "[N, 1]"));
+            return Err(wrong("density_data", densities, "[N, 1]"));
         };
         let harmonics = settings.tensor("sh_data")?;
         let n_harmonics = match harmonics.shape() {
@@ -88,7 +91,7 @@ impl Svox2 {
             {
                 columns / 3
             }
-            other => return Err(shape("sh_data", other, &format!("[{rows}, 3, 12 or 27]"))),
+            _ => return Err(wrong("sh_data", harmonics, &format!("[{rows}, 3, 12 or 27]"))),
         };
         let read = |name: &str, error| FieldError::Tensor(name.to_string(), error);
         let links = links.to_i32().map_err(|error| read("links", error))?;
@@ -102,13 +105,5 @@ impl Svox2 {
         }
         let densities = values("density_data", densities)?;
         Ok(Self { center, radius, sizes, links, densities, harmonics, n_harmonics })
-    }
-}
-
-fn shape(name: &str, found: &[usize], expected: &str) -> FieldError {
-    FieldError::Shape {
-        name: name.to_string(),
-        found: found.to_vec(),
-        expected: expected.to_string(),
     }
 }

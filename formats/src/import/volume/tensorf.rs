@@ -78,16 +78,24 @@ pub struct AlphaMask {
     pub bounds: [[f32; 3]; 2],
     /// Entries along x, y and z.
     pub sizes: [usize; 3],
-    /// x runs fastest, z slowest.
-    pub filled: Vec<bool>,
+    /// A bit an entry, the highest of a byte first; x runs fastest, z slowest.
+    bits: Vec<u8>,
+}
+
+impl AlphaMask {
+    /// Whether the entry (x, y, z) holds something.
+    #[must_use]
+    pub fn holds(&self, [x, y, z]: [usize; 3]) -> bool {
+        let entry = x + self.sizes[0] * (y + self.sizes[1] * z);
+        self.bits[entry / 8] >> (7 - entry % 8) & 1 == 1
+    }
 }
 
 impl TensoRf {
     /// Whether a checkpoint has this program's tensors.
     #[must_use]
     pub fn recognises(checkpoint: &Checkpoint<'_>) -> bool {
-        checkpoint.tensor("state_dict.density_line.0").is_some()
-            && checkpoint.text("kwargs.shadingMode").is_some()
+        checkpoint.text("kwargs.shadingMode").is_some()
     }
 
     /// Takes the field from a checkpoint.
@@ -96,6 +104,10 @@ impl TensoRf {
     /// See [`FieldError`].
     pub fn read(checkpoint: &Checkpoint<'_>) -> Result<Self, FieldError> {
         let settings = Settings(checkpoint);
+        if checkpoint.tensor("state_dict.line_coef").is_some() {
+            let expected = "density_line and app_line, of TensorVMSplit or TensorCP";
+            return Err(setting("state_dict.line_coef", "a TensorVM", expected));
+        }
         let bounds = corners("kwargs.aabb", settings.tensor("kwargs.aabb")?)?;
         let sizes = sizes(settings, "kwargs.gridSize", 0, [0, 1, 2])?;
         let Some(mut tensors) = Tensors::of(checkpoint, "state_dict.") else {
@@ -268,7 +280,5 @@ fn alpha_mask(settings: Settings<'_, '_>) -> Result<Option<AlphaMask>, FieldErro
         let expected = format!("{} bytes", len.div_ceil(8));
         return Err(setting(MASK, &format!("{} bytes", bits.len()), &expected));
     }
-    // The highest bit of a byte is the first.
-    let filled = (0..len).map(|i| bits[i / 8] >> (7 - i % 8) & 1 == 1).collect();
-    Ok(Some(AlphaMask { bounds, sizes, filled }))
+    Ok(Some(AlphaMask { bounds, sizes, bits }))
 }

@@ -4,20 +4,13 @@ use std::time::{Duration, Instant};
 
 use pocketnerf_formats::import::ngp::Ngp;
 use pocketnerf_formats::import::{Checkpoint, FieldError, inflate};
-use pocketnerf_tests::damage::{mutate, without_archive_checksums};
+use pocketnerf_tests::damage::{many_mutations, mutate, replaced, without_archive_checksums};
 use pocketnerf_train::random::Random;
 
 use super::{bytes, ngp};
 
 /// Mutations of every file.
 const MUTATIONS: u64 = 10_000;
-
-/// The bytes with one part, which is there once, replaced by another.
-fn replaced(bytes: &[u8], part: &[u8], by: &[u8]) -> Vec<u8> {
-    let places: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at..].starts_with(part)).collect();
-    assert_eq!(places.len(), 1, "{}", String::from_utf8_lossy(part));
-    [&bytes[..places[0]], by, &bytes[places[0] + part.len()..]].concat()
-}
 
 /// The error of the snapshot with one part replaced.
 #[track_caller]
@@ -89,24 +82,8 @@ fn ten_thousand_mutations() {
         "torch/nerfstudio_tcnn/nerfstudio_models/step-000000009.ckpt",
         "torch/nerfstudio_torch/nerfstudio_models/step-000000009.ckpt",
     ];
-    let each = |(file, name): (usize, &&str)| {
-        let whole = without_archive_checksums(bytes(name));
-        let mut fields = 0;
-        for i in 0..MUTATIONS {
-            let mut random = Random::new(11, [file as u64, i, 0]);
-            let mut bytes = whole.clone();
-            (0..=random.below(3)).for_each(|_| mutate(&mut random, &mut bytes));
-            let begun = Instant::now();
-            fields += u32::from(use_everything(&bytes));
-            assert!(begun.elapsed() < Duration::from_secs(5), "{name}, mutation {i}");
-        }
-        println!("{name}: {fields} of {MUTATIONS} damaged versions are fields");
-    };
-    std::thread::scope(|scope| {
-        for file in files.iter().enumerate() {
-            scope.spawn(move || each(file));
-        }
-    });
+    let files = files.map(|name| (name, without_archive_checksums(bytes(name))));
+    many_mutations(&files, MUTATIONS, 11, use_everything);
 }
 
 /// Unpacking takes a while, so there are fewer of these.

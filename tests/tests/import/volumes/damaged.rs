@@ -1,12 +1,9 @@
 //! Checkpoints that are not what they seem: refused in one line, never a panic.
 
-use std::time::{Duration, Instant};
-
 use pocketnerf_core::{Ray, SimdLevel};
 use pocketnerf_formats::import::{Checkpoint, FieldError};
-use pocketnerf_tests::damage::{mutate, without_archive_checksums};
+use pocketnerf_tests::damage::{many_mutations, replaced, without_archive_checksums};
 use pocketnerf_train::convert::ConvertError;
-use pocketnerf_train::random::Random;
 
 use super::{bytes, volume};
 
@@ -31,32 +28,8 @@ fn use_everything(bytes: &[u8]) -> bool {
 #[test]
 fn ten_thousand_mutations() {
     let files = ["features.th", "harmonics.th", "lines.th", "four.npz"];
-    let each = |(file, name): (usize, &&str)| {
-        let whole = without_archive_checksums(bytes(name));
-        let mut fields = 0;
-        for i in 0..MUTATIONS {
-            let mut random = Random::new(21, [file as u64, i, 0]);
-            let mut bytes = whole.clone();
-            (0..=random.below(3)).for_each(|_| mutate(&mut random, &mut bytes));
-            let begun = Instant::now();
-            fields += u32::from(use_everything(&bytes));
-            assert!(begun.elapsed() < Duration::from_secs(5), "{name}, mutation {i}");
-        }
-        println!("{name}: {fields} of {MUTATIONS} damaged versions are volumes");
-        assert!(fields > 0, "{name}");
-    };
-    std::thread::scope(|scope| {
-        for file in files.iter().enumerate() {
-            scope.spawn(move || each(file));
-        }
-    });
-}
-
-/// The bytes with one part, which is there once, replaced by another.
-fn replaced(bytes: &[u8], part: &[u8], by: &[u8]) -> Vec<u8> {
-    let places: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at..].starts_with(part)).collect();
-    assert_eq!(places.len(), 1, "{}", String::from_utf8_lossy(part));
-    [&bytes[..places[0]], by, &bytes[places[0] + part.len()..]].concat()
+    let files = files.map(|name| (name, without_archive_checksums(bytes(name))));
+    many_mutations(&files, MUTATIONS, 21, use_everything);
 }
 
 #[test]
@@ -65,6 +38,12 @@ fn each_defect_is_named() {
     for (part, by, name) in [
         (&b"MLP_Fea"[..], &b"MLP_PEx"[..], "kwargs.shadingMode"),
         (b"softplus", b"softmaxx", "kwargs.fea2denseAct"),
+        // From 0.5 to 6, from 0 to 1.
+        (
+            b"G\x3f\xe0\0\0\0\0\0\0G\x40\x18\0\0\0\0\0\0",
+            b"G\0\0\0\0\0\0\0\0G\x3f\xf0\0\0\0\0\0\0",
+            "kwargs.near_far",
+        ),
         (b"density_shift", b"density_shaft", "kwargs.density_shift"),
         (b"density_line.1", b"density_lime.1", "density_line.1"),
         (b"basis_mat.weight", b"basis_mat.height", "basis_mat.weight"),
@@ -74,15 +53,7 @@ fn each_defect_is_named() {
         let error = volume(&Checkpoint::read(&bytes).unwrap(), SimdLevel::detect()).unwrap_err();
         assert!(error.to_string().contains(name), "{name}: {error}");
     }
-    // A grid whose spheres around it are not shown.
     let whole = without_archive_checksums(bytes("four.npz"));
-    let at = (0..whole.len()).filter(|at| whole[*at..].starts_with(b"center.npy"));
-    let mut bytes = whole.clone();
-    for at in at.collect::<Vec<_>>() {
-        bytes[at..at + 10].copy_from_slice(b"radius.npy");
-    }
-    // Two arrays of one name.
-    assert!(Checkpoint::read(&bytes).is_err());
     let error = |name: &[u8], value: &[u8]| -> ConvertError {
         let at = (0..whole.len()).find(|at| whole[*at..].starts_with(name)).unwrap();
         let data = (at..whole.len()).find(|at| whole[*at..].starts_with(b"\n")).unwrap() + 1;
@@ -92,7 +63,30 @@ fn each_defect_is_named() {
     };
     assert!(error(b"radius.npy", &0.0f32.to_le_bytes()).to_string().contains("radius"));
     assert!(error(b"links.npy", &99_999i32.to_le_bytes()).to_string().contains("links: 99999"));
+    assert!(error(b"basis_type.npy", &4i64.to_le_bytes()).to_string().contains("basis_type"));
     let infinite = error(b"density_data.npy", &f32::INFINITY.to_le_bytes());
     let expected = FieldError::NotFinite("density_data".to_owned());
     assert!(matches!(infinite, ConvertError::Field(found) if found == expected));
+}
+
+/// What these programs save beside what is rendered here.
+#[test]
+fn what_is_not_rendered_is_named() {
+    let names = ["links", "density_data", "sh_data", "background_data"];
+    let tensor = |(i, name): (usize, &str)| {
+        format!(r#""{name}":{{"dtype":"U8","shape":[1],"data_offsets":[{i},{}]}}"#, i + 1)
+    };
+    let tensors: Vec<String> = names.into_iter().enumerate().map(tensor).collect();
+    let header = format!("{{{}}}", tensors.join(","));
+    let length = (header.len() as u64).to_le_bytes();
+    let spheres = [&length, header.as_bytes(), &[0; 4]].concat();
+    let vector_matrix =
+        b"\x82\xa6kwargs\x81\xabshadingMode\xa2SH\xaastate_dict\x81\xa9line_coef\xc4\x01\0";
+    for (bytes, what) in [
+        (&spheres[..], "background_data: spheres around the scene"),
+        (&vector_matrix[..], "state_dict.line_coef: a TensorVM"),
+    ] {
+        let error = volume(&Checkpoint::read(bytes).unwrap(), SimdLevel::detect()).unwrap_err();
+        assert!(error.to_string().contains(what), "{error}");
+    }
 }

@@ -2,7 +2,12 @@
 
 use pocketnerf_formats::import::volume::Factors;
 
-use super::rays::between;
+/// The entry below a grid position, of those that have a next one, and how far the position is
+/// beyond it.
+pub(super) fn between(position: f32, entries: usize) -> (usize, f32) {
+    let below = (position.max(0.0) as usize).min(entries - 2);
+    (below, (position - below as f32).clamp(0.0, 1.0))
+}
 
 /// Between which entries of a grid a point lies, along x, y and z.
 #[derive(Clone, Copy, Debug)]

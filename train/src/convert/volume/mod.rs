@@ -2,7 +2,6 @@
 //! field can learn from the pictures.
 
 mod factors;
-mod rays;
 mod shade;
 mod svox2;
 mod tensorf;

@@ -1,10 +1,10 @@
 //! Rays through a grid of svox2, as `SparseGrid.volume_render` renders them.
 
-use pocketnerf_core::Ray;
 use pocketnerf_core::encoding::spherical_harmonics;
+use pocketnerf_core::{Ray, Space};
 use pocketnerf_formats::import::volume::Svox2;
 
-use super::rays::{at, between, within};
+use super::factors::between;
 use super::{LEAST_LIGHT, Volume};
 
 /// Voxels of a step.
@@ -48,12 +48,12 @@ impl Voxels {
         Self { grid, blocks, filled }
     }
 
-    /// Whether a block around a voxel holds nothing; then its corners.
-    fn empty(&self, voxel: [usize; 3]) -> Option<[[f32; 3]; 2]> {
+    /// The block around a voxel, in voxels, if it holds nothing.
+    fn empty(&self, voxel: [usize; 3]) -> Option<Space> {
         let block = voxel.map(|v| v / BLOCK);
         let number = (block[0] * self.blocks[1] + block[1]) * self.blocks[2] + block[2];
-        let low = block.map(|b| (b * BLOCK) as f32);
-        (!self.filled[number]).then(|| [low, low.map(|low| low + BLOCK as f32)])
+        let min = block.map(|b| (b * BLOCK) as f32);
+        (!self.filled[number]).then(|| Space::Box { min, max: min.map(|low| low + BLOCK as f32) })
     }
 
     /// Values at a place between corners: the density, then harmonics.
@@ -88,8 +88,11 @@ impl Voxels {
         let scaled = [0, 1, 2].map(|a| ray.direction[a] * scaling[a]);
         // Units of length of a voxel along the ray.
         let unit = 1.0 / scaled.iter().map(|v| v * v).sum::<f32>().sqrt();
-        let direction = scaled.map(|v| v * unit);
-        let [enter, leave] = within(origin, direction, [[-0.5; 3], voxels.map(|n| n - 0.5)]);
+        let in_voxels = Ray { origin, direction: scaled.map(|v| v * unit) };
+        let whole = Space::Box { min: [-0.5; 3], max: voxels.map(|n| n - 0.5) };
+        let Some([enter, leave]) = whole.intersect(&in_voxels, 0.0, f32::INFINITY) else {
+            return [0.0; 4];
+        };
         let mut harmonics = [0.0; 9];
         let degree = n_harmonics.isqrt() as u32;
         spherical_harmonics::evaluate(degree, ray.direction, &mut harmonics[..n_harmonics]);
@@ -97,16 +100,20 @@ impl Voxels {
         let values = &mut values[..=3 * n_harmonics];
 
         let (mut light, mut color) = (1.0f32, [0.0f32; 3]);
-        let mut t = enter.max(0.0);
-        while t <= leave && light >= LEAST_LIGHT {
-            let point = at(origin, direction, t);
-            let place = [0, 1, 2].map(|a| between(point[a].clamp(0.0, voxels[a] - 1.0), sizes[a]));
+        let n_steps = ((leave - enter) / STEP) as usize + 1;
+        let mut step = 0;
+        while step < n_steps && light >= LEAST_LIGHT {
+            let t = enter + step as f32 * STEP;
+            let place = [0, 1, 2].map(|a| {
+                let position = in_voxels.origin[a] + t * in_voxels.direction[a];
+                between(position.min(voxels[a] - 1.0), sizes[a])
+            });
             if let Some(block) = self.empty(place.map(|(voxel, _)| voxel)) {
-                // Steps stay where they would have been.
-                let end = within(origin, direction, block)[1];
-                t += STEP * ((end - t) / STEP).ceil().max(1.0);
+                let end = block.intersect(&in_voxels, t, leave).map_or(t, |[_, end]| end);
+                step += (((end - t) / STEP).ceil() as usize).max(1);
                 continue;
             }
+            step += 1;
             *samples += 1;
             self.values(place, values);
             let through = (-STEP * values[0].max(0.0) * unit).exp();
@@ -116,7 +123,6 @@ impl Voxels {
                 *color += weight * (0.5 + sum).max(0.0);
             }
             light *= through;
-            t += STEP;
         }
         let [r, g, b] = color;
         [r, g, b, 1.0 - light]

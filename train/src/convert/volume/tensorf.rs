@@ -1,11 +1,10 @@
 //! Rays through a model of TensoRF, as `TensorBase.forward` renders them.
 
 use fearless_simd::Level;
-use pocketnerf_core::{Error, Ray};
+use pocketnerf_core::{Error, Ray, Space};
 use pocketnerf_formats::import::volume::{AlphaMask, TensoRf};
 
 use super::factors::{Place, products};
-use super::rays::{at, within};
 use super::shade::{Sample, Shader};
 use super::{LEAST_LIGHT, Volume};
 
@@ -36,27 +35,29 @@ impl Tensors {
             }
             false => sum.max(0.0),
         };
-        value * self.field.distance_scale
+        // What is no number is nothing.
+        (value * self.field.distance_scale).max(0.0)
     }
 
     /// Marches along a ray: what of it has a colour goes to `sample`; its opacity.
     fn march(&self, ray: &Ray, sums: &mut [f32], mut sample: impl FnMut(Sample)) -> (f32, u64) {
-        let TensoRf { bounds, near_far: [near, far], step, weight_threshold, .. } = self.field;
-        let [enter, leave] = within(ray.origin, ray.direction, bounds);
-        let (mut light, mut count) = (1.0f32, 0);
-        if leave < enter {
+        let TensoRf { near_far: [near, far], step, weight_threshold, .. } = self.field;
+        let [min, max] = self.field.bounds;
+        let space = Space::Box { min, max };
+        let Some([enter, leave]) = space.intersect(ray, near, f32::INFINITY) else {
             return (0.0, 0);
-        }
-        let first = enter.clamp(near, far);
+        };
+        let (mut light, mut count) = (1.0f32, 0);
+        let first = enter.min(far);
         let n = self.field.n_steps();
         for i in 0..n {
             let t = first + i as f32 * step;
             if t > leave || light < LEAST_LIGHT {
                 break;
             }
-            let point = at(ray.origin, ray.direction, t);
-            let outside = (0..3).any(|a| !(bounds[0][a]..=bounds[1][a]).contains(&point[a]));
-            if outside || self.field.alpha_mask.as_ref().is_some_and(|mask| !filled(mask, point)) {
+            let point = [0, 1, 2].map(|a| ray.origin[a] + t * ray.direction[a]);
+            let masked = self.field.alpha_mask.as_ref().is_some_and(|mask| !filled(mask, point));
+            if masked || !space.contains(point) {
                 continue;
             }
             count += 1;
@@ -88,16 +89,13 @@ fn filled(mask: &AlphaMask, point: [f32; 3]) -> bool {
         first as usize..(grid[a].ceil().clamp(-1.0, last) + 1.0) as usize
     });
     let [x, y, z] = around;
-    z.clone().any(|z| {
-        y.clone().any(|y| x.clone().any(|x| mask.filled[x + sizes[0] * (y + sizes[1] * z)]))
-    })
+    z.clone().any(|z| y.clone().any(|y| x.clone().any(|x| mask.holds([x, y, z]))))
 }
 
 impl Volume for Tensors {
     fn trace(&self, rays: &[Ray], pixels: &mut [[f32; 4]]) -> u64 {
         pixels.fill([0.0; 4]);
-        // `new` has made one already.
-        let Ok(mut shader) = Shader::new(&self.field) else { return 0 };
+        let mut shader = Shader::new(&self.field).expect("`new` has made one");
         let mut sums = vec![0.0; self.field.density.n_products()];
         let mut samples = 0;
         for (pixel, ray) in rays.iter().enumerate() {
@@ -109,7 +107,10 @@ impl Volume for Tensors {
         }
         shader.flush(self.level, pixels);
         for pixel in pixels {
-            pixel.iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
+            for value in pixel {
+                // What is no number is nothing.
+                *value = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
+            }
         }
         samples
     }
