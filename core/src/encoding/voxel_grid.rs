@@ -122,72 +122,76 @@ pub fn interpolate<S: Simd>(
     out: &mut [f32],
     stride: usize,
 ) {
-    match grid.values.dtype() {
-        DType::F32 => interpolate_stored::<S, F32>(simd, grid, points, out, stride),
-        DType::F16 => interpolate_stored::<S, F16>(simd, grid, points, out, stride),
-        // `validate` refuses all others.
-        _ => interpolate_stored::<S, I8>(simd, grid, points, out, stride),
-    }
-}
-
-#[inline(always)]
-fn interpolate_stored<S: Simd, T: Store>(
-    simd: S,
-    grid: &VoxelGrid<'_>,
-    points: [&[f32]; 3],
-    out: &mut [f32],
-    stride: usize,
-) {
-    match grid.n_values() {
-        4 => interpolate_parts::<S, T, 4>(simd, grid, points, out, stride),
-        _ => interpolate_parts::<S, T, LANES>(simd, grid, points, out, stride),
-    }
-}
-
-/// A point at a time, a value in every lane: corners lie anywhere in memory, but their values
-/// together, in parts of so many.
-#[inline(always)]
-fn interpolate_parts<S: Simd, T: Store, const V: usize>(
-    simd: S,
-    grid: &VoxelGrid<'_>,
-    points: [&[f32]; 3],
-    out: &mut [f32],
-    stride: usize,
-) {
     simd.vectorize(
         #[inline(always)]
         || {
-            let values = T::values(grid.values.bytes()).as_chunks::<V>().0;
-            let parts = grid.n_values() / V;
-            // A number without a brick counts as the last one's.
-            let last = grid.values.rows() as u32 - 1;
-            let factor = grid.values.scale() * T::FACTOR;
+            let factor = grid.values.scale() * factor(grid.values.dtype());
             let [x, y, z] = points.map(|p| p.as_chunks::<LANES>().0);
             let mut corners = Corners::ZERO;
             for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
                 grid.place(simd, [x, y, z], factor, &mut corners);
-                for part in 0..parts {
-                    let mut sums = [[0.0f32; V]; LANES];
-                    for (s, sums) in sums.iter_mut().enumerate() {
-                        for (entry, weight) in corners.entry.iter().zip(&corners.weight) {
-                            let row = &values[entry[s].min(last) as usize * parts + part];
-                            for (sum, value) in sums.iter_mut().zip(row) {
-                                *sum += weight[s] * T::decode_divided(*value);
-                            }
-                        }
+                if grid.n_values() == QUAD {
+                    let sums: [[f32; QUAD]; LANES] = sum(grid, &corners, 0);
+                    for v in 0..QUAD {
+                        let row = &mut out[v * stride + g * LANES..][..LANES];
+                        row.iter_mut().zip(&sums).for_each(|(to, sums)| *to = sums[v]);
                     }
-                    let out = &mut out[part * V * stride + g * LANES..];
-                    if V == LANES {
-                        transpose(simd, (sums.as_flattened(), V, LANES), (out, stride), V);
-                    } else {
-                        for v in 0..V {
-                            for (to, sums) in out[v * stride..][..LANES].iter_mut().zip(&sums) {
-                                *to = sums[v];
-                            }
-                        }
-                    }
+                    continue;
+                }
+                for part in 0..grid.n_values() / LANES {
+                    let sums: [[f32; LANES]; LANES] = sum(grid, &corners, part);
+                    let out = &mut out[part * LANES * stride + g * LANES..];
+                    transpose(simd, (sums.as_flattened(), LANES, LANES), (out, stride), LANES);
                 }
             }
         },
     );
+}
+
+/// Values of a corner that fill no wide register.
+const QUAD: usize = 4;
+
+/// What values as [`sum`] reads them are still to be multiplied by, beside their scale.
+#[inline(always)]
+const fn factor(dtype: DType) -> f32 {
+    match dtype {
+        DType::F32 => F32::FACTOR,
+        DType::F16 => F16::FACTOR,
+        // `validate` refuses all others.
+        _ => I8::FACTOR,
+    }
+}
+
+/// Sums of `V` values of each point's corners, the `part`-th so many.
+#[inline(always)]
+fn sum<const V: usize>(grid: &VoxelGrid<'_>, corners: &Corners, part: usize) -> [[f32; V]; LANES] {
+    match grid.values.dtype() {
+        DType::F32 => sum_stored::<F32, V>(grid, corners, part),
+        DType::F16 => sum_stored::<F16, V>(grid, corners, part),
+        _ => sum_stored::<I8, V>(grid, corners, part),
+    }
+}
+
+/// A point at a time, a value in every lane: corners lie anywhere in memory, but their values
+/// together.
+#[inline(always)]
+fn sum_stored<T: Store, const V: usize>(
+    grid: &VoxelGrid<'_>,
+    corners: &Corners,
+    part: usize,
+) -> [[f32; V]; LANES] {
+    let values = T::values(grid.values.bytes()).as_chunks::<V>().0;
+    let parts = grid.n_values() / V;
+    // A number without a brick counts as the last one's.
+    let last = grid.values.rows() as u32 - 1;
+    let mut sums = [[0.0f32; V]; LANES];
+    for (s, sums) in sums.iter_mut().enumerate() {
+        for (entry, weight) in corners.entry.iter().zip(&corners.weight) {
+            let row = &values[entry[s].min(last) as usize * parts + part];
+            for (sum, value) in sums.iter_mut().zip(row) {
+                *sum += weight[s] * T::decode_divided(*value);
+            }
+        }
+    }
+    sums
 }

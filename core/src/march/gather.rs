@@ -89,8 +89,12 @@ impl Marcher<'_> {
                 }
             }
         }
-        active.copy_within(seen.., n_active);
-        n_active + active.len() - seen
+        // Not `copy_within`: a microcontroller's `memmove` takes a kilobyte and a half.
+        for number in seen..active.len() {
+            active.swap(n_active, number);
+            n_active += 1;
+        }
+        n_active
     }
 }
 

@@ -114,19 +114,21 @@ impl<'a> Marcher<'a> {
         let steps = |t: S::f32s| ((t - near) / step).trunc();
         let mut next = hit.select((steps(t0) - 2.0).max(0.0), splat(0.0));
         let mut end = hit.select((steps(t1) + 3.0).min(MAX_STEPS as f32), splat(0.0));
+        // The first step moves on, then the last one back.
+        let mut is_last = false;
         loop {
-            let late = next.simd_lt(end) & self.outside(simd, &rays, next);
-            if !late.any_true() {
+            let k = if is_last { end - 1.0 } else { next };
+            let outside = next.simd_lt(end) & self.outside(simd, &rays, k);
+            if outside.any_true() {
+                match is_last {
+                    false => next = outside.select(next + 1.0, next),
+                    true => end = outside.select(end - 1.0, end),
+                }
+            } else if is_last {
                 break;
+            } else {
+                is_last = true;
             }
-            next = late.select(next + 1.0, next);
-        }
-        loop {
-            let early = next.simd_lt(end) & self.outside(simd, &rays, end - 1.0);
-            if !early.any_true() {
-                break;
-            }
-            end = early.select(end - 1.0, end);
         }
         next.store_slice(&mut packet.next[first..first + S::f32s::LEN]);
         end.store_slice(&mut packet.end[first..first + S::f32s::LEN]);

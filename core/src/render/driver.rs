@@ -83,7 +83,6 @@ pub(super) fn render(
     if group.is_spent() {
         return Err(Error::TooManySamples { allowed: max_samples });
     }
-    target.fill(span.to);
     Ok(group.stats)
 }
 

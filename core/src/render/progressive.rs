@@ -94,7 +94,7 @@ pub fn refine_tile(
     options: &RenderOptions,
     scratch: &mut [f32],
     rgba: &mut [f32],
-    depth: Option<&mut [f32]>,
+    mut depth: Option<&mut [f32]>,
 ) -> Result<RenderStats, Error> {
     let Refinement { tile, known, spacing } = *refinement;
     let sound = spacing.is_power_of_two()
@@ -104,5 +104,49 @@ pub fn refine_tile(
         return Err(Error::Range("refinement: spacing and what is known"));
     }
     let (source, span) = (&Pixels { camera, tile }, Span { known, grid: spacing, to: spacing });
-    driver::render(&Job { model, source, options, span }, scratch, rgba, depth, None)
+    let job = Job { model, source, options, span };
+    let stats = driver::render(&job, scratch, rgba, depth.as_deref_mut(), None)?;
+    fill([tile.width, tile.height], spacing, rgba.as_chunks_mut().0, depth);
+    Ok(stats)
+}
+
+/// Fills the pixels between those of the grid of this spacing: bilinear.
+fn fill(
+    [width, height]: [u32; 2],
+    spacing: u32,
+    rgba: &mut [[f32; 4]],
+    mut depth: Option<&mut [f32]>,
+) {
+    if spacing == 1 {
+        return;
+    }
+    let is_known = |c: u32, n: u32| c.is_multiple_of(spacing) || c + 1 == n;
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+    for [x, y] in pixels.filter(|[x, y]| !is_known(*x, width) || !is_known(*y, height)) {
+        let between = |c: u32, n: u32| {
+            let low = c - c % spacing;
+            let high = (low + spacing).min(n - 1);
+            let part = (c - low) as f32 / high.abs_diff(low).max(1) as f32;
+            [(low, 1.0 - part), (high, part)]
+        };
+        let (mut color, mut sums) = ([0.0; 4], [0.0; 2]);
+        for (row, v) in between(y, height) {
+            for (column, u) in between(x, width) {
+                let from = (row * width + column) as usize;
+                let (weight, theirs) = (u * v, rgba[from]);
+                for (sum, value) in color.iter_mut().zip(theirs) {
+                    *sum += weight * value;
+                }
+                if let Some(depths) = depth.as_ref().filter(|_| weight * theirs[3] > 0.0) {
+                    sums[0] += weight * theirs[3] * depths[from];
+                    sums[1] += weight * theirs[3];
+                }
+            }
+        }
+        let pixel = (y * width + x) as usize;
+        rgba[pixel] = color;
+        if let Some(depths) = &mut depth {
+            depths[pixel] = if sums[1] > 0.0 { sums[0] / sums[1] } else { f32::INFINITY };
+        }
+    }
 }

@@ -59,43 +59,6 @@ impl Target<'_> {
         }
         true
     }
-
-    /// Fills the pixels between those of the grid of this spacing: bilinear.
-    pub(super) fn fill(&mut self, spacing: u32) {
-        let [width, height] = self.size;
-        if spacing == 1 {
-            return;
-        }
-        let is_known = |c: u32, n: u32| c.is_multiple_of(spacing) || c + 1 == n;
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
-        for [x, y] in pixels.filter(|[x, y]| !is_known(*x, width) || !is_known(*y, height)) {
-            let between = |c: u32, n: u32| {
-                let low = c - c % spacing;
-                let high = (low + spacing).min(n - 1);
-                let part = (c - low) as f32 / high.abs_diff(low).max(1) as f32;
-                [(low, 1.0 - part), (high, part)]
-            };
-            let (mut rgba, mut depth) = ([0.0; 4], [0.0; 2]);
-            for (row, v) in between(y, height) {
-                for (column, u) in between(x, width) {
-                    let from = (row * width + column) as usize;
-                    let (weight, theirs) = (u * v, self.rgba[from]);
-                    for (sum, value) in rgba.iter_mut().zip(theirs) {
-                        *sum += weight * value;
-                    }
-                    if let Some(depths) = self.depth.as_ref().filter(|_| weight * theirs[3] > 0.0) {
-                        depth[0] += weight * theirs[3] * depths[from];
-                        depth[1] += weight * theirs[3];
-                    }
-                }
-            }
-            let pixel = (y * width + x) as usize;
-            self.rgba[pixel] = rgba;
-            if let Some(depths) = &mut self.depth {
-                depths[pixel] = if depth[1] > 0.0 { depth[0] / depth[1] } else { f32::INFINITY };
-            }
-        }
-    }
 }
 
 /// Whether four pixels differ by less than the tolerance, and the means of the first
