@@ -1,35 +1,41 @@
-//! Settings of training runs: a method, and how much detail a run of some length can learn.
+//! Settings of training runs: a kind of field, and how much detail a run of some length can learn.
 
-use pocketnerf_core::field::Activation;
-
-use crate::field::{
-    DerfConfig, FieldConfig, HashGridFieldConfig, HierarchicalTraining, NerfConfig,
-    PlanesFieldConfig, PlenoxelsConfig,
-};
+use crate::field::{FieldConfig, HashGridFieldConfig, NerfConfig, Training};
 use crate::trainer::{Length, TrainConfig, USUAL_SAMPLES};
 
 impl TrainConfig {
-    /// The hash-grid method's defaults.
+    /// The defaults for a field of this kind and shape.
     #[must_use]
-    pub fn hash_grid() -> Self {
+    pub fn new(field: impl Into<FieldConfig>) -> Self {
+        let field = field.into();
+        let Training {
+            occupancy_resolution,
+            samples_per_side,
+            batch_rays,
+            grid_rate,
+            grid_decay,
+            network_rate,
+            kept,
+            first_step_scale,
+        } = field.kind().training();
         Self {
-            field: FieldConfig::HashGrid(HashGridFieldConfig::default()),
+            field,
             seed: 0,
             aabb: None,
             ndc: None,
             contracted: None,
             near: 0.0,
             far: None,
-            occupancy_resolution: 128,
-            samples_per_side: 350.0,
-            batch_rays: None,
+            occupancy_resolution,
+            samples_per_side,
+            batch_rays,
             samples_per_step: USUAL_SAMPLES,
-            grid_rate: 2e-2,
-            grid_decay: 350.0,
-            network_rate: 2e-2,
+            grid_rate,
+            grid_decay,
+            network_rate,
             final_rate: 0.1,
-            kept: [0.1, 0.5],
-            first_step_scale: 2.5,
+            kept,
+            first_step_scale,
             opaque_backdrop: [0.0; 3],
             backdrop: None,
             smooth_surfaces: 0.0,
@@ -37,67 +43,16 @@ impl TrainConfig {
         }
     }
 
-    /// A sparse grid of voxels, as in Plenoxels.
+    /// The hash-grid method's defaults.
     #[must_use]
-    pub fn plenoxels() -> Self {
-        Self {
-            field: FieldConfig::Plenoxels(PlenoxelsConfig::default()),
-            samples_per_side: 384.0,
-            grid_rate: 5e-2,
-            grid_decay: 0.0,
-            kept: [0.3, 0.5],
-            first_step_scale: 1.5,
-            ..Self::hash_grid()
-        }
+    pub fn hash_grid() -> Self {
+        Self::new(HashGridFieldConfig::default())
     }
 
-    /// Planes and lines, as in TensoRF.
-    #[must_use]
-    pub fn planes() -> Self {
-        Self {
-            field: FieldConfig::Planes(PlanesFieldConfig::default()),
-            grid_decay: 0.0,
-            ..Self::hash_grid()
-        }
-    }
-
-    /// A vanilla NeRF, trained in occupied cells alone: what a CPU can do in minutes.
+    /// Those of a vanilla NeRF that is trained in occupied cells alone.
     #[must_use]
     pub fn nerf() -> Self {
-        let nerf = NerfConfig {
-            coarse: false,
-            activation: Activation::Exp,
-            muon: true,
-            ..NerfConfig::vanilla()
-        };
-        Self {
-            field: FieldConfig::Nerf(nerf),
-            occupancy_resolution: 64,
-            samples_per_side: 128.0,
-            batch_rays: Some(4096),
-            kept: [0.5; 2],
-            first_step_scale: 1.0,
-            network_rate: 4e-3,
-            ..Self::hash_grid()
-        }
-    }
-
-    /// Small vanilla NeRFs for parts of a scene, as in DeRF.
-    #[must_use]
-    pub fn derf() -> Self {
-        Self { field: FieldConfig::Derf(DerfConfig::default()), ..Self::nerf() }
-    }
-
-    /// A vanilla NeRF, trained by hierarchical sampling.
-    #[must_use]
-    pub fn hierarchical(training: HierarchicalTraining) -> Self {
-        let nerf = NerfConfig { hierarchical: Some(training), ..NerfConfig::vanilla() };
-        Self {
-            field: FieldConfig::Nerf(nerf),
-            network_rate: 5e-4,
-            samples_per_side: 256.0,
-            ..Self::nerf()
-        }
+        Self::new(NerfConfig::in_cells())
     }
 
     /// With as much detail as a run of this length can learn: shorter steps, and
@@ -111,12 +66,7 @@ impl TrainConfig {
         // Twice the samples for eight times the time, about.
         let finer = (seconds / 60.0).powf(0.35);
         self.samples_per_side = (350.0 * finer).clamp(350.0, 800.0).round();
-        let color_hidden = match &mut self.field {
-            FieldConfig::HashGrid(field) => Some(&mut field.color_hidden),
-            FieldConfig::Planes(field) => Some(&mut field.color_hidden),
-            _ => None,
-        };
-        if let (Some(hidden), true) = (color_hidden, seconds > 90.0) {
+        if let (Some(hidden), true) = (self.field.color_hidden_mut(), seconds > 90.0) {
             *hidden = vec![128, 128];
         }
         self

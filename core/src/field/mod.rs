@@ -138,6 +138,18 @@ pub trait FieldKernels: Field {
     fn decode_density<S: Simd>(&self, simd: S, n: usize, work: &mut Workspace<'_>);
 }
 
+/// Features of a point or of a ray as the oracle has them; those that the field does not have
+/// are 0.
+pub(crate) type Features = [f64; MAX_CHANNELS];
+
+/// A kind of field as the [oracle](crate::reference) has it: one point at a time, in f64,
+/// without the kernels.
+pub(crate) trait ReferenceField {
+    /// Sigma, per scene unit, at unit point `u`, and what a ray along `direction`
+    /// accumulates: a colour or features.
+    fn reference(&self, u: [f32; 3], direction: [f32; 3]) -> (f64, Features);
+}
+
 /// A field of any kind that this build links. What all kinds have in common is that it is
 /// a [`Field`].
 #[non_exhaustive]
@@ -182,7 +194,11 @@ macro_rules! each_kind {
     };
 }
 
-pub(crate) use each_kind;
+impl ReferenceField for AnyField<'_> {
+    fn reference(&self, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
+        each_kind!(self, field => field.reference(u, direction))
+    }
+}
 
 impl<'a> core::ops::Deref for AnyField<'a> {
     type Target = dyn Field + 'a;

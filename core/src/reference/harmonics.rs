@@ -16,7 +16,7 @@ pub(super) const MAX_HARMONICS: usize = (MAX_DEGREE * MAX_DEGREE) as usize;
 /// `K (−1)^m D(l, |m|)(z) × { Re (x + iy)^m, m ≥ 0; Im (x + iy)^|m|, m < 0 }`,
 /// where `D(l, m)` is the m-th derivative of the Legendre polynomial of degree l
 /// and `K = sqrt((2 − [m = 0]) (2l + 1) / 4π × (l − |m|)! / (l + |m|)!)`.
-pub(super) fn harmonics(degree: u32, d: [f32; 3]) -> [f64; MAX_HARMONICS] {
+pub(crate) fn harmonics(degree: u32, d: [f32; 3]) -> [f64; MAX_HARMONICS] {
     let [x, y, z] = d.map(f64::from);
     let mut out = [0.0; MAX_HARMONICS];
     let (mut re, mut im, mut sign) = (1.0, 0.0, 1.0);

@@ -14,11 +14,11 @@
 //! `n_fine` distances more. The fine field is evaluated at all of them, and the picture is
 //! Σ w c.
 
-use super::field::{Features, evaluate, place, shade};
+use super::field::{place, shade};
 use super::math::exp;
 use super::ray::RayResult;
 use super::space::Path;
-use crate::field::{AnyField, MAX_CHANNELS};
+use crate::field::{AnyField, Features, MAX_CHANNELS, ReferenceField};
 use crate::march::{Hierarchical, MAX_SAMPLES, Reach};
 use crate::{Model, Ray};
 
@@ -124,7 +124,7 @@ fn sample(
 ) -> Option<(f64, Features)> {
     let p = path.point(t)?;
     let u = if clipped { place(model, p)? } else { model.space.unit_map().apply(p) };
-    Some(evaluate(field, u, ray.direction))
+    Some(field.reference(u, ray.direction))
 }
 
 /// What sample i stands for.

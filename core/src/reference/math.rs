@@ -4,7 +4,7 @@
 use core::f64::consts::{LOG2_E, PI};
 
 /// e^x, relative error ≤ 1e-15. 0 below −708, infinite above 709, NaN for NaN.
-pub(super) fn exp(x: f64) -> f64 {
+pub(crate) fn exp(x: f64) -> f64 {
     /// ln 2 to 32 bits, so that whole multiples of it are exact, and the rest.
     const LN_2: [f64; 2] =
         [f64::from_bits(0x3fe6_2e42_fee0_0000), f64::from_bits(0x3dea_39ef_3579_3c76)];
@@ -31,7 +31,7 @@ pub(super) fn exp(x: f64) -> f64 {
 /// Sine and cosine of π x, error ≤ 1e-15 for |x| ≤ 2^50: whole half turns are
 /// taken off before π comes in, without rounding.
 #[cfg_attr(not(feature = "nerf"), allow(dead_code, reason = "only waves need it"))]
-pub(super) fn sin_cos_pi(x: f64) -> (f64, f64) {
+pub(crate) fn sin_cos_pi(x: f64) -> (f64, f64) {
     let quarter = nearest(2.0 * x);
     let r = PI * (x - 0.5 * quarter as f64);
     // Taylor on |r| ≤ π / 4: the terms left out are below 1e-20.
@@ -54,7 +54,7 @@ pub(super) fn sin_cos_pi(x: f64) -> (f64, f64) {
 }
 
 /// Square root of a normal positive number, relative error ≤ 1e-15.
-pub(super) fn sqrt(x: f64) -> f64 {
+pub(crate) fn sqrt(x: f64) -> f64 {
     // Newton, from a guess with half the exponent.
     let mut y = f64::from_bits((x.to_bits() >> 1) + (1023 << 51));
     for _ in 0..6 {
@@ -64,7 +64,7 @@ pub(super) fn sqrt(x: f64) -> f64 {
 }
 
 /// 1 / (1 + e^−x). NaN becomes 0: no picture holds NaN, whatever the weights.
-pub(super) fn logistic(x: f64) -> f64 {
+pub(crate) fn logistic(x: f64) -> f64 {
     if x.is_nan() { 0.0 } else { 1.0 / (1.0 + exp(-x)) }
 }
 

@@ -36,11 +36,11 @@
 
 #[cfg_attr(not(feature = "contracted"), path = "no_contracted.rs")]
 mod contracted;
-mod field;
-mod harmonics;
+pub(crate) mod field;
+pub(crate) mod harmonics;
 mod hierarchical;
-mod math;
-mod network;
+pub(crate) mod math;
+pub(crate) mod network;
 mod ray;
 mod space;
 #[cfg(test)]
@@ -49,6 +49,7 @@ pub(crate) mod testing;
 pub use network::MAX_WIDTH;
 pub use ray::RayResult;
 
+use crate::field::ReferenceField;
 use crate::march::Hierarchical;
 use crate::{Camera, Error, Model, Ray};
 
@@ -93,7 +94,7 @@ pub fn query_f64(
     let Some(u) = space::point(&model.space, point).and_then(place) else {
         return Ok((0.0, [0.0; 3]));
     };
-    let (sigma, channels) = field::evaluate(&model.field, u, direction);
+    let (sigma, channels) = model.field.reference(u, direction);
     let rgb = match model.field.deferred() {
         Some(decoder) => field::shade(decoder, &channels, direction),
         None => [channels[0], channels[1], channels[2]],

@@ -10,10 +10,10 @@ pub const MAX_WIDTH: usize = 512;
 pub(super) const TOO_WIDE: Error = Error::Limits("the reference evaluates networks up to 512 wide");
 
 /// Values of one layer; those beyond its width are 0.
-pub(super) type Values = [f64; MAX_WIDTH];
+pub(crate) type Values = [f64; MAX_WIDTH];
 
 /// Refuses a network that is wider than [`MAX_WIDTH`].
-pub(super) fn check(network: &Mlp<'_>) -> Result<(), Error> {
+pub(crate) fn check(network: &Mlp<'_>) -> Result<(), Error> {
     if network.max_width() > MAX_WIDTH {
         return Err(TOO_WIDE);
     }
@@ -23,7 +23,7 @@ pub(super) fn check(network: &Mlp<'_>) -> Result<(), Error> {
 /// `y = W x + b` per layer, ReLU between layers and none after the last.
 ///
 /// A NaN stays NaN through ReLU, so that it reaches the output and is seen there.
-pub(super) fn forward(network: &Mlp<'_>, input: &Values) -> Values {
+pub(crate) fn forward(network: &Mlp<'_>, input: &Values) -> Values {
     let mut x = *input;
     let last = network.layers().len() - 1;
     for (number, layer) in network.layers().iter().enumerate() {
@@ -33,7 +33,7 @@ pub(super) fn forward(network: &Mlp<'_>, input: &Values) -> Values {
 }
 
 /// One layer; ReLU where `relu`.
-pub(super) fn one(layer: &Dense<'_>, x: &Values, relu: bool) -> Values {
+pub(crate) fn one(layer: &Dense<'_>, x: &Values, relu: bool) -> Values {
     let n_out = layer.weight.cols();
     let mut y = [0.0; MAX_WIDTH];
     for (o, y) in y.iter_mut().enumerate().take(n_out) {

@@ -1,9 +1,9 @@
 //! The sum along one ray.
 
-use super::field::{Features, evaluate, place, shade};
+use super::field::{place, shade};
 use super::math::exp;
 use super::space::Path;
-use crate::field::MAX_CHANNELS;
+use crate::field::{Features, MAX_CHANNELS, ReferenceField};
 use crate::march::MAX_STEPS;
 use crate::{Model, Ray, Sampling};
 
@@ -91,7 +91,7 @@ pub(super) fn march(model: &Model<'_>, ray: &Ray) -> RayResult {
         }
         let Some(u) = path.point(t).and_then(|p| place(model, p)) else { continue };
         samples += 1;
-        let (sigma, channels) = evaluate(&model.field, u, ray.direction);
+        let (sigma, channels) = model.field.reference(u, ray.direction);
         sums.add(sigma, f64::from(step), f64::from(t), &channels);
         if sums.transmittance < f64::from(min_transmittance) {
             break;

@@ -15,6 +15,11 @@ pub trait FieldKind: Debug {
     /// Where each tensor lies among the parameters.
     fn layout(&self) -> Layout;
 
+    /// How it is trained, where nothing else is asked for.
+    fn training(&self) -> Training {
+        Training::USUAL
+    }
+
     /// A small field that learns the outline of the same scene in a second.
     fn coarse(&self) -> FieldConfig;
 
@@ -77,6 +82,35 @@ pub trait FieldKind: Debug {
     fn section(&self) -> Option<Vec<u8>> {
         None
     }
+}
+
+/// How a kind of field is trained, where nothing else is asked for. What each means,
+/// [`TrainConfig`](crate::trainer::TrainConfig) says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs, reason = "these are fields of TrainConfig")]
+pub struct Training {
+    pub occupancy_resolution: u32,
+    pub samples_per_side: f32,
+    pub batch_rays: Option<usize>,
+    pub grid_rate: f32,
+    pub grid_decay: f32,
+    pub network_rate: f32,
+    pub kept: [f32; 2],
+    pub first_step_scale: f32,
+}
+
+impl Training {
+    /// Hash grids'.
+    pub const USUAL: Self = Self {
+        occupancy_resolution: 128,
+        samples_per_side: 350.0,
+        batch_rays: None,
+        grid_rate: 2e-2,
+        grid_decay: 350.0,
+        network_rate: 2e-2,
+        kept: [0.1, 0.5],
+        first_step_scale: 2.5,
+    };
 }
 
 impl HierarchicalTraining {

@@ -23,7 +23,7 @@ mod trainable;
 pub use derf::DerfConfig;
 pub use encoded::{EncodedFieldConfig, Encoding};
 pub use hash_grid::HashGridFieldConfig;
-pub use kind::{FieldKind, Grown, Unusable};
+pub use kind::{FieldKind, Grown, Training, Unusable};
 pub use layout::{Layout, Part, Range, Role};
 pub use nerf::{FourierConfig, NerfConfig, NetworksReport, WavesConfig};
 pub use planes::{PlanesConfig, PlanesFieldConfig};
@@ -89,24 +89,13 @@ impl FieldConfig {
         if let Self::HashGrid(config) = self { Some(config) } else { None }
     }
 
-    /// The vanilla NeRF, where it is one.
-    pub const fn nerf_mut(&mut self) -> Option<&mut NerfConfig> {
-        if let Self::Nerf(config) = self { Some(config) } else { None }
-    }
-
-    /// The planes, where it is them.
-    pub const fn planes_mut(&mut self) -> Option<&mut PlanesFieldConfig> {
-        if let Self::Planes(config) = self { Some(config) } else { None }
-    }
-
-    /// The decomposed field, where it is one.
-    pub const fn derf_mut(&mut self) -> Option<&mut DerfConfig> {
-        if let Self::Derf(config) = self { Some(config) } else { None }
-    }
-
-    /// The grid of voxels, where it is one.
-    pub const fn plenoxels_mut(&mut self) -> Option<&mut PlenoxelsConfig> {
-        if let Self::Plenoxels(config) = self { Some(config) } else { None }
+    /// Widths of the hidden layers of the colour network, where there is one behind an encoding.
+    pub const fn color_hidden_mut(&mut self) -> Option<&mut Vec<usize>> {
+        match self {
+            Self::HashGrid(config) => Some(&mut config.color_hidden),
+            Self::Planes(config) => Some(&mut config.color_hidden),
+            _ => None,
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 //! direction.
 
 mod network;
+mod reference;
 
 pub use network::NerfNetwork;
 

@@ -1,8 +1,7 @@
 //! What lies behind an encoding: densities and channels of encoded values.
 
-use super::Features;
 use super::shade;
-use crate::field::{Decoder, MAX_CHANNELS, Shading};
+use crate::field::{Decoder, Features, MAX_CHANNELS, Shading};
 use crate::reference::math::exp;
 use crate::reference::network::{self, Values};
 
@@ -10,7 +9,7 @@ use crate::reference::network::{self, Values};
 const MAX_LOG_DENSITY: f64 = 15.0;
 
 /// Sigma and channels of encoded values behind a decoder.
-pub(super) fn decode(
+pub(crate) fn decode(
     decoder: &Decoder<'_>,
     encoded: &Values,
     direction: [f32; 3],

@@ -1,26 +1,18 @@
-//! What a field says of one point: density, features and colour.
+//! What of a field the oracle has for every kind: whether it can be evaluated, where it holds
+//! anything, and the networks behind an encoding. Each kind's own oracle stands beside its
+//! kernels, in `field`, and knows nothing of them.
 
 #[cfg(any(feature = "hash-grid", feature = "planes"))]
 mod decoder;
-#[cfg(feature = "derf")]
-mod derf;
-#[cfg(feature = "hash-grid")]
-mod hash_grid;
-#[cfg(feature = "nerf")]
-mod nerf;
-#[cfg(feature = "planes")]
-mod planes;
-#[cfg(feature = "plenoxels")]
-mod plenoxels;
 
-use crate::field::{AnyField, Decoder, MAX_CHANNELS, each_kind};
+#[cfg(any(feature = "hash-grid", feature = "planes"))]
+pub(crate) use decoder::decode;
+
+use crate::field::{Decoder, Features};
 use crate::reference::harmonics::harmonics;
 use crate::reference::math::logistic;
 use crate::reference::network::{self, MAX_WIDTH};
 use crate::{Error, Model};
-
-/// Features of a point or of a ray; those that the field does not have are 0.
-pub(crate) type Features = [f64; MAX_CHANNELS];
 
 /// Checks that the parts fit together and that the reference can evaluate them.
 pub(super) fn check(model: &Model<'_>) -> Result<(), Error> {
@@ -33,18 +25,6 @@ pub(super) fn check(model: &Model<'_>) -> Result<(), Error> {
         None if model.field.limits().width > MAX_WIDTH => Err(network::TOO_WIDE),
         None => Ok(()),
     }
-}
-
-/// A kind of field as the oracle has it.
-pub(crate) trait ReferenceField {
-    /// Sigma, per scene unit, at unit point `u`, and what a ray along `direction`
-    /// accumulates: a colour or features.
-    fn reference(&self, u: [f32; 3], direction: [f32; 3]) -> (f64, Features);
-}
-
-/// As [`ReferenceField::reference`].
-pub(super) fn evaluate(field: &AnyField<'_>, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
-    each_kind!(field, field => field.reference(u, direction))
 }
 
 /// The unit coordinates of local point `p` where the model may hold something:
@@ -76,7 +56,7 @@ pub(super) fn shade(decoder: &Decoder<'_>, features: &Features, direction: [f32;
 mod tests {
     use super::*;
     extern crate std;
-    use crate::field::Shading;
+    use crate::field::{MAX_CHANNELS, ReferenceField, Shading};
     use crate::reference::testing::{SceneBuilder, dense, kinds};
 
     #[test]
@@ -88,7 +68,7 @@ mod tests {
             scene.decoder.log_density_bias = -2.0;
             scene.decoder.shading = Shading::PerRay;
             let field = scene.build().field;
-            let (sigma, features) = evaluate(&field, [0.1, 0.2, 0.75], [0.0, 0.0, 1.0]);
+            let (sigma, features) = field.reference([0.1, 0.2, 0.75], [0.0, 0.0, 1.0]);
             assert!((sigma - 1.0).abs() < 1e-14);
             assert!((features[0] - 5.0).abs() < 1e-14 && (features[1] + 3.0).abs() < 1e-14);
             assert_eq!(features[2..], [0.0; MAX_CHANNELS - 2]);
@@ -108,7 +88,7 @@ mod tests {
                 (f32::NAN, 0.0),
             ] {
                 let scene = SceneBuilder::new(&kind, [0.0; 3], [raw, 0.0, 0.0]).build();
-                let (sigma, _) = evaluate(&scene.field, [0.5; 3], [0.0, 0.0, 1.0]);
+                let (sigma, _) = scene.field.reference([0.5; 3], [0.0, 0.0, 1.0]);
                 assert!((sigma - expected).abs() <= 1e-14 * expected, "{raw}: {sigma}");
             }
         }

@@ -1,6 +1,7 @@
 //! Small networks for parts of a scene.
 
 use pocketnerf_core::AnyField;
+use pocketnerf_train::field::DerfConfig;
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
 use super::leaves_no_trace;
@@ -9,17 +10,16 @@ use crate::setup::{self, advance, begin};
 const STEPS: u32 = 24;
 
 fn config() -> TrainConfig {
-    let mut config = TrainConfig {
+    let mut derf = DerfConfig::default();
+    derf.n_heads = 4;
+    (derf.head.depth, derf.head.width, derf.head.skip, derf.head.color_width) = (2, 16, 0, 8);
+    TrainConfig {
         aabb: setup::config().aabb,
         occupancy_resolution: 32,
         samples_per_side: 64.0,
         batch_rays: Some(256),
-        ..TrainConfig::derf()
-    };
-    let derf = config.field.derf_mut().unwrap();
-    derf.n_heads = 4;
-    (derf.head.depth, derf.head.width, derf.head.skip, derf.head.color_width) = (2, 16, 0, 8);
-    config
+        ..TrainConfig::new(derf)
+    }
 }
 
 #[test]

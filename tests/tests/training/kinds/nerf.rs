@@ -11,50 +11,50 @@ use crate::setup::{self, advance, begin, finish};
 
 const STEPS: u32 = 24;
 
-/// Three layers of 24, trained in occupied cells.
-fn occupancy() -> TrainConfig {
+/// Three layers of 24.
+fn small() -> NerfConfig {
     let octaves =
         |n| FourierConfig { waves: WavesConfig::Octaves { n, pi: false }, include_input: true };
-    let mut nerf = TrainConfig::nerf();
-    let field = nerf.field.nerf_mut().unwrap();
-    *field = NerfConfig {
+    NerfConfig {
         positions: octaves(5),
         directions: Some(octaves(2)),
         depth: 3,
         width: 24,
         skip: 2,
         color_width: 12,
-        ..*field
-    };
+        ..NerfConfig::in_cells()
+    }
+}
+
+/// Trained in occupied cells.
+fn occupancy() -> TrainConfig {
     TrainConfig {
         aabb: setup::config().aabb,
         occupancy_resolution: 16,
         batch_rays: Some(96),
-        ..nerf
+        ..TrainConfig::new(small())
     }
 }
 
 /// The same with a coarse network beside it, and random frequencies.
 fn hierarchical() -> TrainConfig {
-    let mut config = TrainConfig::hierarchical(HierarchicalTraining {
+    let training = HierarchicalTraining {
         sampling: Hierarchical { n_coarse: 16, n_fine: 16, reach: Reach::Clipped },
         noise: 0.1,
         crop_steps: 4,
-    });
-    let small = *occupancy().field.nerf_mut().unwrap();
+    };
     let positions = FourierConfig {
         waves: WavesConfig::Gaussian { n: 16, deviation: 0.7 },
         include_input: false,
     };
-    let field = config.field.nerf_mut().unwrap();
-    let NerfConfig { muon, hierarchical, .. } = *field;
-    *field = NerfConfig { positions, coarse: true, muon, hierarchical, ..small };
+    let NerfConfig { muon, hierarchical, .. } = NerfConfig::hierarchical(training);
+    let field = NerfConfig { positions, coarse: true, muon, hierarchical, ..small() };
     TrainConfig {
         aabb: setup::config().aabb,
         occupancy_resolution: 16,
         batch_rays: Some(96),
         samples_per_side: 48.0,
-        ..config
+        ..TrainConfig::new(field)
     }
 }
 

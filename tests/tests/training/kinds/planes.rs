@@ -1,7 +1,7 @@
 //! Planes and lines that become finer while they learn.
 
 use pocketnerf_core::AnyField;
-use pocketnerf_train::field::PlanesConfig;
+use pocketnerf_train::field::{PlanesConfig, PlanesFieldConfig};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
 use super::leaves_no_trace;
@@ -11,15 +11,14 @@ const STEPS: u32 = 40;
 
 /// From 96 entries along an axis to 120.
 fn config() -> TrainConfig {
-    let mut config = TrainConfig {
+    let grid = PlanesConfig::new(120, 16);
+    TrainConfig {
         aabb: setup::config().aabb,
         occupancy_resolution: 32,
         samples_per_step: 4096,
         samples_per_side: 96.0,
-        ..TrainConfig::planes()
-    };
-    config.field.planes_mut().unwrap().grid = PlanesConfig::new(120, 16);
-    config
+        ..TrainConfig::new(PlanesFieldConfig { grid, ..PlanesFieldConfig::default() })
+    }
 }
 
 #[test]

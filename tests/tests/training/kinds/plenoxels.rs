@@ -18,7 +18,7 @@ fn config() -> TrainConfig {
         occupancy_resolution: 32,
         samples_per_step: 4096,
         samples_per_side: 96.0,
-        ..TrainConfig::plenoxels()
+        ..TrainConfig::new(PlenoxelsConfig::default())
     }
 }
 
@@ -36,7 +36,7 @@ fn threads_and_interruptions_leave_no_trace() {
 #[test]
 fn what_is_empty_is_not_kept() {
     let mut config = config();
-    *config.field.plenoxels_mut().unwrap() = PlenoxelsConfig::new(64, 2);
+    config.field = PlenoxelsConfig::new(64, 2).into();
     let (mut trainer, mut run) = begin(config, Length::Steps(600));
     let mut first = None;
     while advance(&mut trainer, &mut run, 10).unwrap() {

@@ -1,6 +1,6 @@
 //! The shape of a decomposed field.
 
-use pocketnerf_core::field::{Activation, DerfField, HeadShape, MAX_HEADS};
+use pocketnerf_core::field::{DerfField, HeadShape, MAX_HEADS};
 use pocketnerf_core::{DType, Error, Layout as Order, Occupancy, TensorView};
 
 use super::sites;
@@ -20,16 +20,8 @@ pub struct DerfConfig {
 
 impl Default for DerfConfig {
     fn default() -> Self {
-        let head = NerfConfig {
-            depth: 4,
-            width: 64,
-            skip: 3,
-            color_width: 32,
-            coarse: false,
-            activation: Activation::Exp,
-            muon: true,
-            ..NerfConfig::vanilla()
-        };
+        let (depth, width, skip, color_width) = (4, 64, 3, 32);
+        let head = NerfConfig { depth, width, skip, color_width, ..NerfConfig::in_cells() };
         Self { n_heads: 8, head, sites: Vec::new() }
     }
 }

@@ -17,7 +17,7 @@ use pocketnerf_core::field::DerfField;
 use pocketnerf_core::{AnyField, Error, Occupancy};
 
 use super::nerf::{self, Gradients, NerfGradients};
-use super::{Back, Context, FieldConfig, FieldKind, Layout, TrainableField, Update};
+use super::{Back, Context, FieldConfig, FieldKind, Layout, TrainableField, Training, Update};
 use crate::pool::Pool;
 use back::{DerfBack, Worker};
 pub use config::DerfConfig;
@@ -36,7 +36,17 @@ struct TrainableDerf {
     workers: Pool<Worker>,
 }
 
+impl From<DerfConfig> for FieldConfig {
+    fn from(field: DerfConfig) -> Self {
+        Self::Derf(field)
+    }
+}
+
 impl FieldKind for DerfConfig {
+    fn training(&self) -> Training {
+        self.head.training()
+    }
+
     fn build(&self, scale: f32) -> Box<dyn TrainableField> {
         let layout = self.layout();
         let networks = NerfGradients::new(&self.head, &self.head.layout());

@@ -7,7 +7,7 @@ use pocketnerf_core::field::Decoder;
 use pocketnerf_core::{AnyField, Error, TensorView};
 
 use super::EncodedFieldConfig;
-use crate::field::{FieldConfig, Range};
+use crate::field::{FieldConfig, Range, Training};
 
 /// An encoding of positions whose tables are trained. What is implemented is its shape.
 pub trait Encoding: Clone + Debug + PartialEq + Send + Sync + Sized + 'static {
@@ -41,6 +41,11 @@ pub trait Encoding: Clone + Debug + PartialEq + Send + Sync + Sized + 'static {
 
     /// The kind of field of such a shape.
     fn config(field: EncodedFieldConfig<Self>) -> FieldConfig;
+
+    /// How fields of it are trained.
+    fn training(&self) -> Training {
+        Training::USUAL
+    }
 
     /// Encodes points, as core does.
     fn encode<S: Simd>(

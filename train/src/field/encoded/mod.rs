@@ -20,7 +20,8 @@ pub use config::EncodedFieldConfig;
 pub use encoding::Encoding;
 
 use super::{
-    Back, Context, FieldConfig, FieldKind, Grown, Layout, Range, Rounded, TrainableField, Update,
+    Back, Context, FieldConfig, FieldKind, Grown, Layout, Range, Rounded, TrainableField, Training,
+    Update,
 };
 use crate::aligned::Aligned;
 use crate::pool::Pool;
@@ -51,6 +52,12 @@ struct TrainableEncoded<E> {
     exact: bool,
 }
 
+impl<E: Encoding> From<EncodedFieldConfig<E>> for FieldConfig {
+    fn from(field: EncodedFieldConfig<E>) -> Self {
+        E::config(field)
+    }
+}
+
 impl<E: Encoding> FieldKind for EncodedFieldConfig<E> {
     fn build(&self, scale: f32) -> Box<dyn TrainableField> {
         let layout = self.layout();
@@ -72,6 +79,10 @@ impl<E: Encoding> FieldKind for EncodedFieldConfig<E> {
 
     fn layout(&self) -> Layout {
         self.layout()
+    }
+
+    fn training(&self) -> Training {
+        self.grid.training()
     }
 
     fn coarse(&self) -> FieldConfig {

@@ -103,6 +103,18 @@ impl NerfConfig {
         }
     }
 
+    /// One network, trained in occupied cells alone: what a CPU can do in minutes.
+    #[must_use]
+    pub fn in_cells() -> Self {
+        Self { coarse: false, activation: Activation::Exp, muon: true, ..Self::vanilla() }
+    }
+
+    /// The original, trained by hierarchical sampling.
+    #[must_use]
+    pub fn hierarchical(training: HierarchicalTraining) -> Self {
+        Self { hierarchical: Some(training), ..Self::vanilla() }
+    }
+
     /// The shape of a field, whose random frequencies have these deviations; `None` for
     /// one that could not be trained.
     #[must_use]

@@ -35,7 +35,7 @@ pub(super) use update::Gradients;
 
 use super::{
     Back, Context, FieldConfig, FieldKind, HashGridFieldConfig, HierarchicalTraining, Layout,
-    TrainableField, Update,
+    TrainableField, Training, Update,
 };
 use crate::pool::Pool;
 use back::{NerfBack, Worker};
@@ -51,7 +51,29 @@ struct TrainableNerf {
     workers: Pool<Worker>,
 }
 
+impl From<NerfConfig> for FieldConfig {
+    fn from(field: NerfConfig) -> Self {
+        Self::Nerf(field)
+    }
+}
+
 impl FieldKind for NerfConfig {
+    fn training(&self) -> Training {
+        let [samples_per_side, network_rate] = match self.hierarchical {
+            None => [128.0, 4e-3],
+            Some(_) => [256.0, 5e-4],
+        };
+        Training {
+            occupancy_resolution: 64,
+            samples_per_side,
+            batch_rays: Some(4096),
+            network_rate,
+            kept: [0.5; 2],
+            first_step_scale: 1.0,
+            ..Training::USUAL
+        }
+    }
+
     fn build(&self, scale: f32) -> Box<dyn TrainableField> {
         let layout = self.layout();
         Box::new(TrainableNerf {

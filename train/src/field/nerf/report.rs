@@ -118,12 +118,12 @@ fn network(network: &NerfNetwork<'_>, [n_position, n_direction]: [usize; 2]) -> 
 mod tests {
     use serde_json::json;
 
-    use crate::field::networks;
+    use crate::field::{FieldKind, NerfConfig, networks};
     use crate::trainer::TrainConfig;
 
     #[test]
     fn the_original_by_hand() {
-        let field = TrainConfig::nerf().field.kind().build(1.0);
+        let field = NerfConfig::in_cells().build(1.0);
         let parameters = vec![0.0; field.layout().len()];
         let found = networks(&field.view(&parameters).unwrap()).unwrap();
         // Ten octaves of positions and four of directions, sines and cosines.

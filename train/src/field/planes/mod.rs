@@ -15,7 +15,7 @@ use pocketnerf_core::{AnyField, DType, Error, TensorView};
 pub use config::PlanesConfig;
 
 use super::encoded::{EncodedFieldConfig, Encoding};
-use super::{FieldConfig, Range};
+use super::{FieldConfig, Range, Training};
 
 /// Planes and lines, a density network and a colour network.
 pub type PlanesFieldConfig = EncodedFieldConfig<PlanesConfig>;
@@ -41,6 +41,10 @@ impl Encoding for PlanesConfig {
     type View<'a> = Planes<'a>;
 
     const TABLES_OF_A_TASK: usize = 2;
+
+    fn training(&self) -> Training {
+        Training { grid_decay: 0.0, ..Training::USUAL }
+    }
 
     fn n_output(&self) -> usize {
         3 * self.n_components as usize

@@ -17,7 +17,7 @@ pub use config::PlenoxelsConfig;
 
 use super::{
     Back, Context, FieldConfig, FieldKind, Grown, HashGridFieldConfig, Layout, Rounded,
-    TrainableField, Update,
+    TrainableField, Training, Update,
 };
 use crate::aligned::Aligned;
 use crate::pool::Pool;
@@ -41,7 +41,24 @@ struct TrainablePlenoxels {
     exact: bool,
 }
 
+impl From<PlenoxelsConfig> for FieldConfig {
+    fn from(field: PlenoxelsConfig) -> Self {
+        Self::Plenoxels(field)
+    }
+}
+
 impl FieldKind for PlenoxelsConfig {
+    fn training(&self) -> Training {
+        Training {
+            samples_per_side: 1.5 * self.last_resolution as f32,
+            grid_rate: 5e-2,
+            grid_decay: 0.0,
+            kept: [0.3, 0.5],
+            first_step_scale: 1.5,
+            ..Training::USUAL
+        }
+    }
+
     fn build(&self, scale: f32) -> Box<dyn TrainableField> {
         let bricks = self.bricks();
         let config = Self { bricks: Some(Arc::clone(&bricks)), ..self.clone() };

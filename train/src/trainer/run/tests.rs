@@ -5,7 +5,7 @@ use pocketnerf_core::SimdLevel;
 use super::*;
 use crate::builtin;
 use crate::dataset::{Dataset, Split};
-use crate::field::HierarchicalTraining;
+use crate::field::{HierarchicalTraining, NerfConfig};
 use crate::trainer::prepass::{Deadline, PrepassError};
 use crate::trainer::{StepSettings, TrainConfig};
 
@@ -66,8 +66,11 @@ fn a_short_run_is_not_calibrated() {
     let usual = FinishingBudget::usual(trainer.config(), trainer.steps());
     assert_eq!(run.finishing_budget(&trainer), usual);
     // A field that takes few steps of many rays is, sooner.
-    assert_eq!(TrainConfig::nerf().settled(), 100);
-    assert_eq!(TrainConfig::hierarchical(HierarchicalTraining::PLAIN).settled(), 512);
+    assert_eq!(TrainConfig::new(NerfConfig::in_cells()).settled(), 100);
+    assert_eq!(
+        TrainConfig::new(NerfConfig::hierarchical(HierarchicalTraining::PLAIN)).settled(),
+        512
+    );
     // Nothing is rendered: cells and tolerance are those of training.
     let finished = trainer.finished(FinishingBudget::NONE).unwrap();
     let (model, stands) = (finished.model(), trainer.model());

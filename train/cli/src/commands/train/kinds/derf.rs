@@ -1,5 +1,6 @@
 //! Options of `pocketnerf train --method derf`.
 
+use pocketnerf_train::field::DerfConfig;
 use pocketnerf_train::trainer::TrainConfig;
 
 use super::nerf::NerfOptions;
@@ -20,11 +21,9 @@ impl DerfOptions {
 
     /// The settings of a new run, with heads as a vanilla NeRF's options say.
     pub(super) fn config(&self, nerf: &NerfOptions) -> TrainConfig {
-        let mut config = TrainConfig::derf();
-        if let Some(derf) = config.field.derf_mut() {
-            derf.n_heads = self.heads.map_or(derf.n_heads, |n| n as usize);
-            nerf.shape(&mut derf.head);
-        }
-        config
+        let mut derf = DerfConfig::default();
+        derf.n_heads = self.heads.map_or(derf.n_heads, |n| n as usize);
+        nerf.shape(&mut derf.head);
+        TrainConfig::new(derf)
     }
 }

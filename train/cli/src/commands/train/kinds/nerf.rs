@@ -138,7 +138,7 @@ impl NerfOptions {
 
     /// The settings of a new run on images with or without alpha.
     pub(super) fn config(&self, has_alpha: bool) -> TrainConfig {
-        let mut config = if self.is_hierarchical() {
+        let mut nerf = if self.is_hierarchical() {
             let mut training = HierarchicalTraining::PLAIN;
             training.noise = self.density_noise.unwrap_or(0.0);
             training.crop_steps = self.crop_steps.unwrap_or(if has_alpha { 500 } else { 0 });
@@ -147,14 +147,12 @@ impl NerfOptions {
             if self.no_hierarchy {
                 (*n_coarse, *n_fine) = (*n_coarse + *n_fine, 0);
             }
-            TrainConfig::hierarchical(training)
+            NerfConfig::hierarchical(training)
         } else {
-            TrainConfig::nerf()
+            NerfConfig::in_cells()
         };
-        if let Some(nerf) = config.field.nerf_mut() {
-            self.shape(nerf);
-        }
-        config
+        self.shape(&mut nerf);
+        TrainConfig::new(nerf)
     }
 
     /// The network that the options describe, where they say anything.

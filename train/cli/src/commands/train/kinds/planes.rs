@@ -1,6 +1,6 @@
 //! Options of `pocketnerf train --method planes`.
 
-use pocketnerf_train::field::PlanesConfig;
+use pocketnerf_train::field::{PlanesConfig, PlanesFieldConfig};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
 #[derive(Clone, Debug, clap::Args)]
@@ -31,14 +31,11 @@ impl PlanesOptions {
 
     /// The settings of a new run.
     pub(super) fn config(&self, length: Length) -> TrainConfig {
-        let mut config = TrainConfig::planes().for_length(length);
-        if let Some(field) = config.field.planes_mut() {
-            let usual = field.grid;
-            field.grid = PlanesConfig::new(
-                self.plane_resolution.unwrap_or(usual.last_resolution),
-                self.components.unwrap_or(usual.n_components),
-            );
-        }
-        config
+        let usual = PlanesFieldConfig::default();
+        let grid = PlanesConfig::new(
+            self.plane_resolution.unwrap_or(usual.grid.last_resolution),
+            self.components.unwrap_or(usual.grid.n_components),
+        );
+        TrainConfig::new(PlanesFieldConfig { grid, ..usual }).for_length(length)
     }
 }

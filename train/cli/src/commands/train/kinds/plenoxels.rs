@@ -29,13 +29,8 @@ impl PlenoxelOptions {
 
     /// The settings of a new run.
     pub(super) fn config(&self) -> TrainConfig {
-        let mut config = TrainConfig::plenoxels();
-        if let Some(field) = config.field.plenoxels_mut() {
-            let usual = field.last_resolution;
-            let last = self.voxels.unwrap_or(usual);
-            *field = PlenoxelsConfig::new(last, self.sh_bands.unwrap_or(field.sh_degree));
-            config.samples_per_side *= last as f32 / usual as f32;
-        }
-        config
+        let usual = PlenoxelsConfig::default();
+        let voxels = self.voxels.unwrap_or(usual.last_resolution);
+        TrainConfig::new(PlenoxelsConfig::new(voxels, self.sh_bands.unwrap_or(usual.sh_degree)))
     }
 }

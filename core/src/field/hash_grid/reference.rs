@@ -1,10 +1,9 @@
 //! The hash grid, corner by corner, from the text of [`crate::encoding::hash_grid`].
 
-use super::decoder::decode;
-use super::{Features, ReferenceField};
 use crate::encoding::hash_grid::GridIndex;
 use crate::encoding::hash_grid::{HASH_PRIMES, HashGrid, HashGridConfig};
-use crate::field::HashGridField;
+use crate::field::{Features, HashGridField, ReferenceField};
+use crate::reference::field::decode;
 use crate::reference::network::{MAX_WIDTH, Values};
 
 impl ReferenceField for HashGridField<'_> {

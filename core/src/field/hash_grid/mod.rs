@@ -1,28 +1,35 @@
-//! The planes field: planes and lines, density network, colour network.
+//! The hash-grid field: grid, density network, colour network.
+
+mod reference;
 
 use fearless_simd::Simd;
 
 use crate::Error;
-use crate::encoding::{Planes, planes};
+use crate::encoding::{HashGrid, hash_grid};
 use crate::field::{Decoder, Field, FieldKernels, Samples};
 use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
 
-/// Planes and lines (Chen et al. 2022, "TensoRF"), and networks.
-///
-/// In the paper densities are sums of products of their own, and colours come from a matrix and a
-/// network; here both networks read all products, as they read a hash grid's values.
+/// A multiresolution hash grid and its networks.
 #[derive(Clone, Copy, Debug)]
-pub struct PlanesField<'a> {
+pub struct HashGridField<'a> {
     /// Position encoding.
-    pub planes: Planes<'a>,
+    pub grid: HashGrid<'a>,
     /// Networks.
     pub decoder: Decoder<'a>,
 }
 
-impl Field for PlanesField<'_> {
+impl HashGridField<'_> {
+    /// Values of an encoded point.
+    #[must_use]
+    pub const fn n_encoded(&self) -> usize {
+        self.grid.config.n_output()
+    }
+}
+
+impl Field for HashGridField<'_> {
     fn kind(&self) -> &'static str {
-        "planes"
+        "hash-grid"
     }
 
     fn channels(&self) -> usize {
@@ -34,22 +41,18 @@ impl Field for PlanesField<'_> {
     }
 
     fn limits(&self) -> Limits {
-        self.decoder.limits(self.planes.n_output())
+        self.decoder.limits(self.n_encoded())
     }
 
-    /// From an entry of a line to the next.
+    /// A cell of the finest level.
     fn finest_detail(&self) -> f32 {
-        1.0 / (self.planes.resolution - 1) as f32
+        let levels = 0..self.grid.config.n_levels as usize;
+        1.0 / levels.map(|level| self.grid.config.level(level).scale).fold(1.0, f32::max)
     }
 
     fn validate(&self) -> Result<(), Error> {
-        self.planes.validate()?;
-        self.decoder.validate(self.planes.n_output())
-    }
-
-    /// Four of a plane, two of a line.
-    fn entries_read(&self, table: usize) -> usize {
-        if table.is_multiple_of(2) { 4 } else { 2 }
+        self.grid.validate()?;
+        self.decoder.validate(self.n_encoded())
     }
 
     fn decoder(&self) -> Option<&Decoder<'_>> {
@@ -57,9 +60,9 @@ impl Field for PlanesField<'_> {
     }
 }
 
-impl FieldKernels for PlanesField<'_> {
+impl FieldKernels for HashGridField<'_> {
     fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>) {
-        planes::encode(simd, &self.planes, points, work.a, work.stride);
+        hash_grid::encode(simd, &self.grid, points, work.a, work.stride);
     }
 
     fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {

@@ -1,5 +1,7 @@
 //! DeRF: a scene in parts, each with a small network of its own.
 
+mod reference;
+
 use fearless_simd::Simd;
 
 use crate::encoding::{Affine, Fourier, Waves};

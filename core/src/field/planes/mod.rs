@@ -1,33 +1,30 @@
-//! The hash-grid field: grid, density network, colour network.
+//! The planes field: planes and lines, density network, colour network.
+
+mod reference;
 
 use fearless_simd::Simd;
 
 use crate::Error;
-use crate::encoding::{HashGrid, hash_grid};
+use crate::encoding::{Planes, planes};
 use crate::field::{Decoder, Field, FieldKernels, Samples};
 use crate::scratch::{Limits, Workspace};
 use crate::tensor::DType;
 
-/// A multiresolution hash grid and its networks.
+/// Planes and lines (Chen et al. 2022, "TensoRF"), and networks.
+///
+/// In the paper densities are sums of products of their own, and colours come from a matrix and a
+/// network; here both networks read all products, as they read a hash grid's values.
 #[derive(Clone, Copy, Debug)]
-pub struct HashGridField<'a> {
+pub struct PlanesField<'a> {
     /// Position encoding.
-    pub grid: HashGrid<'a>,
+    pub planes: Planes<'a>,
     /// Networks.
     pub decoder: Decoder<'a>,
 }
 
-impl HashGridField<'_> {
-    /// Values of an encoded point.
-    #[must_use]
-    pub const fn n_encoded(&self) -> usize {
-        self.grid.config.n_output()
-    }
-}
-
-impl Field for HashGridField<'_> {
+impl Field for PlanesField<'_> {
     fn kind(&self) -> &'static str {
-        "hash-grid"
+        "planes"
     }
 
     fn channels(&self) -> usize {
@@ -39,18 +36,22 @@ impl Field for HashGridField<'_> {
     }
 
     fn limits(&self) -> Limits {
-        self.decoder.limits(self.n_encoded())
+        self.decoder.limits(self.planes.n_output())
     }
 
-    /// A cell of the finest level.
+    /// From an entry of a line to the next.
     fn finest_detail(&self) -> f32 {
-        let levels = 0..self.grid.config.n_levels as usize;
-        1.0 / levels.map(|level| self.grid.config.level(level).scale).fold(1.0, f32::max)
+        1.0 / (self.planes.resolution - 1) as f32
     }
 
     fn validate(&self) -> Result<(), Error> {
-        self.grid.validate()?;
-        self.decoder.validate(self.n_encoded())
+        self.planes.validate()?;
+        self.decoder.validate(self.planes.n_output())
+    }
+
+    /// Four of a plane, two of a line.
+    fn entries_read(&self, table: usize) -> usize {
+        if table.is_multiple_of(2) { 4 } else { 2 }
     }
 
     fn decoder(&self) -> Option<&Decoder<'_>> {
@@ -58,9 +59,9 @@ impl Field for HashGridField<'_> {
     }
 }
 
-impl FieldKernels for HashGridField<'_> {
+impl FieldKernels for PlanesField<'_> {
     fn encode<S: Simd>(&self, simd: S, points: [&[f32]; 3], work: &mut Workspace<'_>) {
-        hash_grid::encode(simd, &self.grid, points, work.a, work.stride);
+        planes::encode(simd, &self.planes, points, work.a, work.stride);
     }
 
     fn decode<S: Simd>(&self, simd: S, samples: Samples<'_>, work: &mut Workspace<'_>) {

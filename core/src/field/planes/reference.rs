@@ -1,10 +1,9 @@
 //! Planes and lines, entry by entry, from the text of [`crate::encoding::planes`].
 
-use super::decoder::decode;
-use super::{Features, ReferenceField};
 use crate::TensorView;
 use crate::encoding::Planes;
-use crate::field::PlanesField;
+use crate::field::{Features, PlanesField, ReferenceField};
+use crate::reference::field::decode;
 use crate::reference::network::{MAX_WIDTH, Values};
 
 /// Values of an entry.

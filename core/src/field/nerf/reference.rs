@@ -1,8 +1,7 @@
 //! Vanilla NeRF, one point and one value at a time.
 
-use super::{Features, ReferenceField};
 use crate::encoding::{Affine, Fourier, Waves};
-use crate::field::{Activation, MAX_CHANNELS, NerfField};
+use crate::field::{Activation, Features, MAX_CHANNELS, NerfField, ReferenceField};
 use crate::reference::math::{exp, logistic, sin_cos_pi};
 use crate::reference::network::{MAX_WIDTH, Values, one};
 

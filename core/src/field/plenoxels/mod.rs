@@ -1,5 +1,7 @@
 //! Plenoxels: a sparse grid of densities and spherical harmonics of colour, and no network.
 
+mod reference;
+
 use fearless_simd::{Simd, SimdBase, SimdFloat};
 
 use crate::Error;

@@ -1,9 +1,8 @@
 //! Plenoxels, corner by corner, from the texts of [`crate::encoding::voxel_grid`] and
 //! [`PlenoxelField`].
 
-use super::{Features, ReferenceField};
 use crate::encoding::VoxelGrid;
-use crate::field::{MAX_CHANNELS, PlenoxelField};
+use crate::field::{Features, MAX_CHANNELS, PlenoxelField, ReferenceField};
 use crate::reference::harmonics::harmonics;
 use crate::reference::math::exp;
 

@@ -1,7 +1,6 @@
 //! DeRF, from the text of [`DerfField`].
 
-use super::{Features, ReferenceField};
-use crate::field::{DerfField, MAX_CHANNELS};
+use crate::field::{DerfField, Features, MAX_CHANNELS, ReferenceField};
 
 impl ReferenceField for DerfField<'_> {
     fn reference(&self, u: [f32; 3], direction: [f32; 3]) -> (f64, Features) {
