@@ -131,7 +131,7 @@ pub fn interpolate<S: Simd>(
             for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
                 grid.place(simd, [x, y, z], factor, &mut corners);
                 if grid.n_values() == QUAD {
-                    let sums: [[f32; QUAD]; LANES] = sum(grid, &corners, 0);
+                    let sums: [[f32; QUAD]; LANES] = sum(simd, grid, &corners, 0);
                     for v in 0..QUAD {
                         let row = &mut out[v * stride + g * LANES..][..LANES];
                         row.iter_mut().zip(&sums).for_each(|(to, sums)| *to = sums[v]);
@@ -139,7 +139,7 @@ pub fn interpolate<S: Simd>(
                     continue;
                 }
                 for part in 0..grid.n_values() / LANES {
-                    let sums: [[f32; LANES]; LANES] = sum(grid, &corners, part);
+                    let sums: [[f32; LANES]; LANES] = sum(simd, grid, &corners, part);
                     let out = &mut out[part * LANES * stride + g * LANES..];
                     transpose(simd, (sums.as_flattened(), LANES, LANES), (out, stride), LANES);
                 }
@@ -164,18 +164,24 @@ const fn factor(dtype: DType) -> f32 {
 
 /// Sums of `V` values of each point's corners, the `part`-th so many.
 #[inline(always)]
-fn sum<const V: usize>(grid: &VoxelGrid<'_>, corners: &Corners, part: usize) -> [[f32; V]; LANES] {
+fn sum<S: Simd, const V: usize>(
+    simd: S,
+    grid: &VoxelGrid<'_>,
+    corners: &Corners,
+    part: usize,
+) -> [[f32; V]; LANES] {
     match grid.values.dtype() {
-        DType::F32 => sum_stored::<F32, V>(grid, corners, part),
-        DType::F16 => sum_stored::<F16, V>(grid, corners, part),
-        _ => sum_stored::<I8, V>(grid, corners, part),
+        DType::F32 => sum_stored::<S, F32, V>(simd, grid, corners, part),
+        DType::F16 => sum_stored::<S, F16, V>(simd, grid, corners, part),
+        _ => sum_stored::<S, I8, V>(simd, grid, corners, part),
     }
 }
 
 /// A point at a time, a value in every lane: corners lie anywhere in memory, but their values
 /// together.
 #[inline(always)]
-fn sum_stored<T: Store, const V: usize>(
+fn sum_stored<S: Simd, T: Store, const V: usize>(
+    simd: S,
     grid: &VoxelGrid<'_>,
     corners: &Corners,
     part: usize,
@@ -184,13 +190,28 @@ fn sum_stored<T: Store, const V: usize>(
     let parts = grid.n_values() / V;
     // A number without a brick counts as the last one's.
     let last = grid.values.rows() as u32 - 1;
+    let n = S::f32s::LEN;
     let mut sums = [[0.0f32; V]; LANES];
     for (s, sums) in sums.iter_mut().enumerate() {
+        // Registers by hand where they are full: compilers gather values of many points instead.
+        let mut registers = [S::f32s::splat(simd, 0.0); LANES];
         for (entry, weight) in corners.entry.iter().zip(&corners.weight) {
             let row = &values[entry[s].min(last) as usize * parts + part];
-            for (sum, value) in sums.iter_mut().zip(row) {
-                *sum += weight[s] * T::decode_divided(*value);
+            let mut decoded = [0.0f32; V];
+            for (to, value) in decoded.iter_mut().zip(row) {
+                *to = T::decode_divided(*value);
             }
+            if V < n {
+                for (sum, value) in sums.iter_mut().zip(decoded) {
+                    *sum += weight[s] * value;
+                }
+            }
+            for (register, value) in registers.iter_mut().zip(decoded.chunks_exact(n)) {
+                *register += S::f32s::from_slice(simd, value) * weight[s];
+            }
+        }
+        for (register, to) in registers.iter().zip(sums.chunks_exact_mut(n)) {
+            register.store_slice(to);
         }
     }
     sums

@@ -90,10 +90,15 @@ pub(super) struct Chart {
     #[arg(long, value_name = "OPTIONS", allow_hyphen_values = true, help_heading = "Model")]
     train: Vec<String>,
     /// Train a model by each of these methods instead of the sweep: all, or names as of
-    /// `train --method`; 12 seconds each with --quick, else 60 and 300
+    /// `train --method`; small ones with --quick
     #[arg(long, value_name = "METHOD,…", value_delimiter = ',', conflicts_with = "train",
         value_parser = parse_methods, help_heading = "Model")]
     methods: Vec<Methods>,
+    /// Seconds for which each of --methods is trained, a model each [default: 60,300; 12 with
+    /// --quick]
+    #[arg(long, value_name = "S,…", value_delimiter = ',', requires = "methods",
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = "Model")]
+    seconds: Vec<u32>,
     /// Chart these model files instead of the sweep
     #[arg(long, value_name = "FILE", num_args = 1.., help_heading = "Model")]
     models: Vec<PathBuf>,
@@ -209,10 +214,10 @@ impl Chart {
 
     /// Everything that decides what is measured, to recognise the same command.
     fn asked(&self, common: &Common) -> String {
-        let Self { data, train, methods, models, precision, sampling, .. } = self;
+        let Self { data, train, methods, seconds, models, precision, sampling, .. } = self;
         let Self { split, background, reading, peers, lpips_weights, .. } = self;
         format!(
-            "{data:?} {} {train:?} {methods:?} {models:?} {precision:?} {:?} {sampling:?} {:?} \
+            "{data:?} {} {train:?} {methods:?} {seconds:?} {models:?} {precision:?} {:?} {sampling:?} {:?} \
              {split} {:?} {background:?} {reading:?} {peers:?} {lpips_weights:?} {:?} {:?} {:?}",
             self.quick,
             self.qualities,

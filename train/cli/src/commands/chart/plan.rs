@@ -58,7 +58,9 @@ impl Chart {
                 Methods::All => true,
                 Methods::One(method) => method == *one,
             });
-            asked.flat_map(|method| of_method(*method, self.quick)).collect::<Vec<_>>()
+            asked
+                .flat_map(|method| of_method(*method, self.quick, &self.seconds))
+                .collect::<Vec<_>>()
         };
         let by_method: Vec<Recipe> = self.methods.iter().flat_map(by_method).collect();
         let mut recipes: Vec<Recipe> = match (&self.train[..], &self.models[..], self.quick) {
@@ -84,12 +86,14 @@ impl Chart {
     }
 }
 
-/// A method after a minute and after five; or, as small as it is useful, after seconds.
-fn of_method(method: Method, quick: bool) -> Vec<Recipe> {
+/// A method after so many seconds, usually after a minute and after five; or, as small as it is
+/// useful, after a few.
+fn of_method(method: Method, quick: bool, seconds: &[u32]) -> Vec<Recipe> {
+    let usual: &[u32] = if quick { &[12] } else { &[60, 300] };
+    let seconds = if seconds.is_empty() { usual } else { seconds };
     match (method.small(), quick) {
-        (_, false) => plan::of_method(&method.options(), &[60, 300]),
-        ([], true) => plan::of_method(&method.options(), &[12]),
-        (small, true) => plan::of_method(small, &[12]),
+        (_, false) | ([], true) => plan::of_method(&method.options(), seconds),
+        (small, true) => plan::of_method(small, seconds),
     }
 }
 
@@ -132,9 +136,13 @@ mod tests {
             assert!(matches!(length(recipe), Ok(Length::Seconds(_))), "{recipe:?}");
         }
         for method in Method::value_variants() {
-            for recipe in [true, false].into_iter().flat_map(|quick| of_method(*method, quick)) {
+            for recipe in [true, false].into_iter().flat_map(|quick| of_method(*method, quick, &[]))
+            {
                 assert!(matches!(length(&recipe), Ok(Length::Seconds(_))), "{recipe:?}");
             }
+            let asked = of_method(*method, false, &[7, 9]);
+            let seconds: Vec<_> = asked.iter().map(|recipe| length(recipe).unwrap()).collect();
+            assert_eq!(seconds, [Length::Seconds(7.0), Length::Seconds(9.0)]);
         }
         let unknown = parse_methods("mpi").unwrap_err();
         assert_eq!(
