@@ -185,6 +185,35 @@ fn what_a_chart_says_can_be_repeated(point: &Value, out: &Path) {
 }
 
 #[cfg(unix)]
+/// A pixel that is larger than those of the photographs has several rays.
+#[test]
+fn smaller_pictures_are_antialiased_as_by_eval() {
+    let folder = tempfile::tempdir().unwrap();
+    let [model, out] = ["m.pnerf", "chart"].map(|name| folder.path().join(name));
+    let small = "--downscale-factor 8 --exposure off --log2-hashmap-size 9 --n-levels 4";
+    let train = format!("train builtin --steps 120 {small} --quiet --out {}", text(&model));
+    done(&pocketnerf(&train.split(' ').collect::<Vec<_>>()));
+    let chart = ["chart", "builtin", "--out", text(&out), "--models", text(&model)];
+    let same = ["--downscale-factor=8,16", "--qualities=1", "--rounds=1", "--quiet"];
+    done(&pocketnerf(&[&chart[..], &same].concat()));
+    let points = points(&out);
+    let [large, small] = [0, 1].map(|i| &points["points"][i]);
+    assert_eq!((&large["width"], &small["width"]), (&50.into(), &25.into()));
+    let eval = |point: &Value, more: &str| {
+        let command = format!("{}{more} --json --quiet", point["eval_command"].as_str().unwrap());
+        let words: Vec<&str> = command.split(' ').skip(1).collect();
+        let eval: Value = serde_json::from_str(&done(&pocketnerf(&words))).unwrap();
+        eval["psnr"].as_f64().unwrap()
+    };
+    for point in [large, small] {
+        let [ours, theirs] = [point["psnr"].as_f64().unwrap(), eval(point, "")];
+        assert!((ours - theirs).abs() < 1e-9, "{ours} {theirs}");
+    }
+    let [smooth, jagged] = ["", " --antialias off"].map(|more| eval(small, more));
+    // Little, of a model of so few steps.
+    assert!(jagged < smooth - 0.05, "{jagged} {smooth}");
+}
+
 #[test]
 fn an_interrupted_chart_goes_on_where_it_stopped() {
     use std::os::unix::process::CommandExt;

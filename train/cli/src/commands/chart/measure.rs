@@ -8,7 +8,7 @@ use pocketnerf_formats::ModelFile;
 use pocketnerf_train::dataset::{self, Dataset};
 use pocketnerf_train::lens::Lens;
 use pocketnerf_train::metrics::Metrics;
-use pocketnerf_train::picture::{self, Sampling, Settings};
+use pocketnerf_train::picture::{self, Antialias, Sampling, Settings};
 
 use super::Chart;
 use super::models::{Model, Models};
@@ -183,7 +183,12 @@ impl<'m> File<'m> {
     /// How it is rendered.
     fn ways(&self, chart: &Chart) -> Vec<Option<Settings>> {
         match self {
-            Self::Model(_) => chart.ways().into_iter().map(Some).collect(),
+            // As `eval` renders where nothing else is asked for.
+            Self::Model(file) => {
+                let antialias = Antialias::of(&file.about);
+                let ways = chart.ways().into_iter();
+                ways.map(|way| Some(Settings { antialias, ..way })).collect()
+            }
             Self::Baseline(_) => vec![None],
         }
     }

@@ -113,8 +113,8 @@ impl Judge<'_> {
     /// Everything that a score depends on.
     fn identity(&self, way: &Way<'_>) -> String {
         let how = way.settings.map(|settings| {
-            let Settings { simd, skip, quality, sampling, .. } = settings;
-            format!("{simd:?} {skip} {quality} {sampling:?}")
+            let Settings { simd, skip, quality, sampling, antialias, .. } = settings;
+            format!("{simd:?} {skip} {quality} {sampling:?} {antialias:?}")
         });
         format!(
             "model {:016x}, views {:016x}, on {:?}, {}, LPIPS {:?}, {}",
