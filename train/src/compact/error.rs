@@ -13,7 +13,7 @@ pub enum CompactError {
         least: usize,
     },
     /// The kind of field has no tables.
-    #[error("the model has no tables to be rounded, expected a hash grid")]
+    #[error("the model has no tables to be rounded, expected a hash grid or planes")]
     NoTables,
     /// It cannot be rendered.
     #[error(transparent)]

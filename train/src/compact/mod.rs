@@ -1,8 +1,8 @@
 //! A model in fewer bytes than packing alone gives, without photographs: values of its tables and
-//! networks are rounded to multiples of coarser steps, a step a level or matrix, chosen so that
+//! networks are rounded to multiples of coarser steps, a step a table or matrix, chosen so that
 //! pictures change least for the bytes that are saved.
 //!
-//! Fine levels bear coarse steps: their part of a picture is small. What each step of each part
+//! Fine levels of a hash grid bear coarse steps: their part of a picture is small. What each step of each part
 //! does to pictures and to bytes is measured, one part at a time; their errors add up.
 
 mod candidates;
@@ -24,14 +24,13 @@ use crate::picture::Settings;
 use choice::{choose, coarsest};
 use pictures::Difference;
 use search::{Search, Whole, lengths_of};
-use tables::levels;
 
 /// A model that was made smaller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compacted {
     /// The packed file.
     pub bytes: Vec<u8>,
-    /// The step of each level, in units of the stored values; 1: as it was.
+    /// The step of each table, in units of the stored values; 1: as it was.
     pub steps: Vec<u16>,
     /// The step of each large matrix of the networks, in the same way.
     pub network_steps: Vec<u16>,
@@ -44,7 +43,7 @@ pub struct Compacted {
 
 /// Packs the ordinary `file` into at most `most` bytes. Pictures are compared from `cameras`, of
 /// which a dozen small ones suffice. Where training has got used to steps of some `lengths`, a
-/// level each, these are only refined, if they fit.
+/// table each, these are only refined, if they fit.
 ///
 /// # Errors
 /// [`CompactError::TooSmall`] if no choice of steps is that small; what opening, rendering or
@@ -106,20 +105,20 @@ pub fn smallest(
 }
 
 /// How often pictures of all views are rendered and a file is packed to find a size, about, where
-/// a model has so many levels.
-pub(crate) const fn work(levels: usize) -> [usize; 2] {
+/// a model has so many tables.
+pub(crate) const fn work(tables: usize) -> [usize; 2] {
     /// Large matrices of the networks.
     const MATRICES: usize = 4;
     let [of_table, of_matrix] = candidates::LOOKS;
-    let tried = choice::HALVINGS + levels + MATRICES;
-    [of_table * levels + of_matrix * MATRICES + tried, tried]
+    let tried = choice::HALVINGS + tables + MATRICES;
+    [of_table * tables + of_matrix * MATRICES + tried, tried]
 }
 
 /// With no step longer than a unit.
 fn unchanged(packed: Vec<u8>) -> Result<Compacted, CompactError> {
     let file = unpacked(&packed)?;
     let model = open(&file)?.model;
-    let (steps, network_steps) = (vec![1; levels(&model).len()], Vec::new());
+    let (steps, network_steps) = (vec![1; tables::all(&model).len()], Vec::new());
     let lengths = lengths_of(&model, &steps);
     Ok(Compacted { bytes: packed, steps, network_steps, lengths, psnr: f64::INFINITY })
 }

@@ -3,31 +3,30 @@
 use pocketnerf_core::DType;
 use pocketnerf_formats::{ContainerWriter, ModelFile, Section, WriteError, kind};
 
-use super::tables::levels;
 use super::{networks, tables};
 
 /// Smaller matrices take too few bytes.
 const LEAST_MATRIX: usize = 1024;
 
-/// Parts of a model whose tables have eight bits: levels first, coarse to fine.
+/// Parts of a model whose tables have eight bits: tables first, in their order.
 pub(super) struct Parts<'f> {
     pub(super) file: ModelFile<'f>,
     parts: Vec<Section<'f>>,
-    n_levels: usize,
+    n_tables: usize,
     /// Values of an entry.
     features: usize,
 }
 
 impl<'f> Parts<'f> {
     pub(super) fn of(file: ModelFile<'f>) -> Self {
-        let levels = levels(&file.model);
-        let features = levels.first().map_or(1, |table| table.cols());
-        let n_levels = levels.len();
+        let all = tables::all(&file.model);
+        let features = all.first().map_or(1, |table| table.cols());
+        let n_tables = all.len();
         let is_half = file.tensors().all(|(_, tensor)| tensor.dtype() != DType::F32);
         let of = |kind| file.sections().filter(move |section| section.id.kind == kind);
         let matrices = of(kind::NETWORK).filter(|matrix| matrix.bytes.len() >= LEAST_MATRIX);
         let parts = of(kind::GRID).chain(matrices.filter(|_| is_half)).collect();
-        Self { file, parts, n_levels, features }
+        Self { file, parts, n_tables, features }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -36,7 +35,7 @@ impl<'f> Parts<'f> {
 
     /// Whether a part is a table.
     pub(super) fn is_table(&self, part: usize) -> bool {
-        part < self.n_levels
+        part < self.n_tables
     }
 
     /// A part's values, multiples of `step`; as they are where that is 1.

@@ -6,7 +6,7 @@ use pocketnerf_formats::{ModelFile, Precision, open, pack, unpacked, write};
 use super::candidates::{Candidate, candidates};
 use super::parts::Parts;
 use super::pictures::Pictures;
-use super::tables::levels;
+use super::tables;
 use super::{CompactError, Compacted};
 use crate::picture::Settings;
 
@@ -25,7 +25,7 @@ impl<'c> Whole<'c> {
     ) -> Result<Self, CompactError> {
         let ordinary = unpacked(packed)?.into_owned();
         let model = open(&ordinary)?.model;
-        if levels(&model).is_empty() {
+        if tables::all(&model).is_empty() {
             return Err(CompactError::NoTables);
         }
         let pictures = Pictures::of(&model, cameras, settings)?;
@@ -36,8 +36,8 @@ impl<'c> Whole<'c> {
     pub(super) fn in_eight_bits(&self) -> Result<Vec<u8>, CompactError> {
         let file = open(&self.ordinary)?;
         let are_bytes = |model| {
-            let mut tables = levels(model).iter();
-            tables.all(|table| table.dtype() == pocketnerf_core::DType::I8)
+            let tables = tables::all(model);
+            tables.iter().all(|table| table.dtype() == pocketnerf_core::DType::I8)
         };
         match are_bytes(&file.model) {
             true => Ok(self.ordinary.clone()),
@@ -52,7 +52,7 @@ pub(super) struct Search<'w> {
     parts: Parts<'w>,
     /// Of each part.
     pub(super) candidates: Vec<Vec<Candidate>>,
-    /// Steps that training has got used to, of the levels.
+    /// Steps that training has got used to, of the tables.
     known: Vec<u16>,
 }
 
@@ -64,7 +64,8 @@ impl<'w> Search<'w> {
         lengths: Option<&[f32]>,
     ) -> Result<Self, CompactError> {
         let file: ModelFile<'w> = open(file)?;
-        let units = levels(&file.model).iter().map(|table| f32::from(table.scale_log2()).exp2());
+        let tables = tables::all(&file.model);
+        let units = tables.iter().map(|table| f32::from(table.scale_log2()).exp2());
         let steps = units.zip(lengths.unwrap_or_default()).map(|(unit, length)| length / unit);
         let known: Vec<u16> = steps.map(|step| step.round().clamp(1.0, 127.0) as u16).collect();
         let parts = Parts::of(file);
@@ -101,7 +102,7 @@ impl<'w> Search<'w> {
         let smaller = unpacked(&bytes)?;
         let model = open(&smaller)?.model;
         let psnr = -10.0 * self.whole.pictures.difference(&model)?.error.log10();
-        let network_steps = steps.split_off(levels(&model).len());
+        let network_steps = steps.split_off(tables::all(&model).len());
         let lengths = lengths_of(&model, &steps);
         Ok(Compacted { bytes, steps, network_steps, lengths, psnr })
     }
@@ -109,6 +110,7 @@ impl<'w> Search<'w> {
 
 /// How long steps are.
 pub(super) fn lengths_of(model: &Model<'_>, steps: &[u16]) -> Vec<f32> {
-    let tables = levels(model).iter().zip(steps);
+    let tables = tables::all(model);
+    let tables = tables.iter().zip(steps);
     tables.map(|(table, step)| f32::from(*step) * f32::from(table.scale_log2()).exp2()).collect()
 }

@@ -1,7 +1,7 @@
-//! Tables of a hash grid: rounded, and what they take when they are packed.
+//! Tables of an encoding: rounded, and what they take when they are packed.
 
 use crate::field::rounding::DEAD_ZONE;
-use pocketnerf_core::field::HashGridField;
+use pocketnerf_core::encoding::Planes;
 use pocketnerf_core::{AnyField, Model, TensorView};
 
 /// Entries that lie together.
@@ -9,17 +9,19 @@ const BLOCK: usize = 8;
 /// Values that are packed together.
 const CHUNK: usize = 8192;
 
-fn grid<'f, 'a>(model: &'f Model<'a>) -> Option<&'f HashGridField<'a>> {
+/// The tables of a hash grid, coarse to fine, or those of planes, each plane before its line, as
+/// the file has them; none for other kinds of field.
+pub(super) fn all<'a>(model: &Model<'a>) -> Vec<TensorView<'a>> {
     match &model.field {
-        AnyField::HashGrid(field) => Some(field),
-        _ => None,
+        AnyField::HashGrid(field) => {
+            field.grid.levels[..field.grid.config.n_levels as usize].to_vec()
+        }
+        AnyField::Planes(field) => {
+            let pairs = &field.planes.pairs[..Planes::n_pairs(field.planes.n_components)];
+            pairs.iter().flat_map(|pair| [pair.plane, pair.line]).collect()
+        }
+        _ => Vec::new(),
     }
-}
-
-/// A hash grid's tables; none for other kinds of field.
-pub(super) fn levels<'f, 'a>(model: &'f Model<'a>) -> &'f [TensorView<'a>] {
-    let grid = grid(model).map(|field| &field.grid);
-    grid.map_or(&[], |grid| &grid.levels[..grid.config.n_levels as usize])
 }
 
 /// Values of eight bits, each the nearest multiple of `step` that eight bits hold, or 0 in the

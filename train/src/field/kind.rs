@@ -31,6 +31,11 @@ pub trait FieldKind: Debug {
         Ok(())
     }
 
+    /// Whether models of a size that is asked for can be made of it.
+    fn can_be_sized(&self) -> bool {
+        false
+    }
+
     /// Whether a sample takes a thousand times as long as one of a hash grid.
     fn is_costly(&self) -> bool {
         false

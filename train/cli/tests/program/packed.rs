@@ -181,8 +181,11 @@ fn sizes_that_cannot_be_asked_for() {
     let place = Place::new();
     for (option, expected) in [
         ("--target-psnr 30", "--target-psnr 30: no photograph can be held out to measure it"),
-        ("--method nerf --auto", "--auto: for --method hash-grid alone"),
-        ("--method nerf --target-psnr 30", "--target-psnr: for --method hash-grid alone"),
+        ("--method nerf --auto", "--auto: for --method hash-grid and planes alone"),
+        (
+            "--method nerf --target-psnr 30",
+            "--target-psnr: for --method hash-grid and planes alone",
+        ),
     ] {
         let train = TRAIN.replace("--log2-hashmap-size 9", "");
         let line = place.line(&format!("{train} --steps 5 --out x.pnerf {option}"));

@@ -85,6 +85,10 @@ impl<E: Encoding> FieldKind for EncodedFieldConfig<E> {
         self.grid.training()
     }
 
+    fn can_be_sized(&self) -> bool {
+        true
+    }
+
     fn coarse(&self) -> FieldConfig {
         FieldConfig::HashGrid(self.coarse())
     }

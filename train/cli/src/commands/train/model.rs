@@ -34,8 +34,9 @@ pub(super) struct ModelOptions {
     log2_hashmap_size: Option<u32>,
     /// Write a model file of at most N bytes [default: no limit]
     ///
-    /// Fewer bytes give fewer entries, unless --log2-hashmap-size sets their number. In the last
-    /// quarter of the run tables are rounded as coarsely as needed, and the run adapts to that.
+    /// Fewer bytes give a hash grid fewer entries, unless --log2-hashmap-size sets their number.
+    /// In the last quarter of the run tables are rounded as coarsely as needed, and the run adapts
+    /// to that.
     #[arg(long, value_name = "N", group = "size", conflicts_with = "precision",
         value_parser = clap::value_parser!(u32).range(1..))]
     max_bytes: Option<u32>,
@@ -92,6 +93,11 @@ fn parse_times(text: &str) -> Result<f32, String> {
     times.ok_or_else(|| "expected 0.01 to 100".to_owned())
 }
 
+/// A size of models that have none to choose.
+fn not_for_this(option: &str) -> Failure {
+    format!("{option}: for --method hash-grid and planes alone").into()
+}
+
 impl ModelOptions {
     /// Refuses options that make no sense, alone or when resuming.
     pub(super) fn check(&self, resumes: bool) -> Result<(), Failure> {
@@ -112,8 +118,11 @@ impl ModelOptions {
             ("--hidden-width", self.hidden_width.is_some()),
         ];
         let given = of_grids.iter().find(|(_, given)| *given).map(|(option, _)| *option);
-        if let (true, Some(option)) = (other, given.or(self.size_option())) {
+        if let (true, Some(option)) = (other, given) {
             return Err(format!("{option}: for --method hash-grid alone").into());
+        }
+        if let (false, Some(option)) = (method.can_be_sized(), self.size_option()) {
+            return Err(not_for_this(option));
         }
         Ok(())
     }
@@ -165,8 +174,8 @@ impl ModelOptions {
     /// Refuses fewer bytes than the networks take, and a size for what has no tables.
     pub(super) fn check_size(&self, trainer: &Trainer) -> Result<(), Failure> {
         let Some(option) = self.size_option() else { return Ok(()) };
-        if !matches!(trainer.config().field, FieldConfig::HashGrid(_)) {
-            return Err(format!("{option}: for --method hash-grid alone").into());
+        if !trainer.config().field.kind().can_be_sized() {
+            return Err(not_for_this(option));
         }
         if let (Some(psnr), 0) = (self.target_psnr, trainer.n_to_hold_out()) {
             let why = match trainer.steps() {
@@ -183,9 +192,13 @@ impl ModelOptions {
         let Some(most) = self.max_bytes else { return Ok(()) };
         let least = trainer.least_bytes();
         if (most as usize) < least {
+            let narrower = match trainer.config().field {
+                FieldConfig::HashGrid(_) => "; --hidden-width 16 makes them smaller",
+                _ => "",
+            };
             return Err(format!(
-                "--max-bytes {most}: the networks alone take more, expected at least {least}; \
-                 --hidden-width 16 makes them smaller"
+                "--max-bytes {most}: the networks alone take more, expected at least \
+                 {least}{narrower}"
             )
             .into());
         }

@@ -39,7 +39,7 @@ pub(super) fn sized(
     };
     let mut said = match steps.iter().chain(&network_steps).any(|step| *step > 1) {
         true => format!(
-            "tables are rounded to multiples of {} (coarse to fine levels), networks to multiples \
+            "tables are rounded to multiples of {}, networks to multiples \
              of {}; pictures {pictures}",
             list(&steps),
             list(&network_steps),
@@ -55,7 +55,7 @@ pub(super) fn sized(
     {
         bar.warn(format!(
             "{asked}: not reached, {found:.2} dB on held-out views is the best; train longer or \
-             with more entries (--log2-hashmap-size)"
+             with more entries (--log2-hashmap-size, --plane-resolution)"
         ));
     }
     let facts = json!({

@@ -69,7 +69,7 @@ fn options_of_fields_are_refused() {
         ),
         ("--method neural-volumes --heads 4", "--heads: give --method derf too"),
         ("--method neural-volumes --n-levels 8", "--n-levels: for --method hash-grid alone"),
-        ("--method srn --max-bytes 100000", "--max-bytes: for --method hash-grid alone"),
+        ("--method srn --max-bytes 100000", "--max-bytes: for --method hash-grid and planes alone"),
     ];
     refused("srn", &lines, &["--steps 0"]);
 }

@@ -1,6 +1,7 @@
 //! `train --method planes`.
 
-use super::{goes_on_after_an_interruption, refused, taken_by_every_command};
+use super::{goes_on_after_an_interruption, refused, taken_by_every_command, train};
+use crate::place::Place;
 
 #[test]
 fn every_command_takes_planes() {
@@ -17,6 +18,38 @@ fn a_run_is_interrupted_and_goes_on() {
     goes_on_after_an_interruption("planes", "--plane-resolution 128 --components 32");
 }
 
+/// While training and afterwards, whether interrupted or not.
+#[test]
+fn a_file_is_as_small_as_asked_for() {
+    let place = Place::new();
+    let train = train("planes", "--plane-resolution 64 --steps 60");
+    let whole = place.ok(&format!("{train} --out whole.pnerf"))["bytes"].as_u64().unwrap();
+    let most = whole / 10 * 7;
+    let is_near = |bytes: u64| bytes <= most && 100 * bytes >= 97 * most;
+    let trained = place.ok(&format!("{train} --max-bytes {most} --out small.pnerf"));
+    assert!(is_near(trained["bytes"].as_u64().unwrap()), "{most} {trained}");
+    // Twelve tables, some of them rounded.
+    let steps = trained["size"]["steps"].as_array().unwrap();
+    assert!(steps.len() == 12 && steps.iter().any(|step| *step != 1), "{trained}");
+    let again = "--out x.pnerf --save-every 0.000001 --threads 1";
+    place.ok(&format!("{train} --max-bytes {most} {again}"));
+    assert!(place.bytes("x.pnerf") == place.bytes("small.pnerf"));
+    let resumed = format!("train data --resume x.ckpt.pnerf --max-bytes {most} --out re.pnerf");
+    place.ok(&resumed);
+    assert!(place.bytes("re.pnerf") == place.bytes("small.pnerf"));
+
+    let repacked = place.ok(&format!("repack whole.pnerf r.pnerf --max-bytes {most} --json"));
+    assert!(is_near(repacked["bytes"].as_u64().unwrap()), "{most} {repacked}");
+    assert!(repacked["psnr_to_original"].as_f64().unwrap() > 25.0, "{repacked}");
+    place.ok("render r.pnerf --width 24 --height 20");
+    let auto = place.ok(&format!("{train} --auto --out auto.pnerf"));
+    assert!(auto["bytes"].as_u64().unwrap() < whole, "{whole} {auto}");
+
+    let line = place.line(&format!("{train} --max-bytes 1000 --out y.pnerf"));
+    let expected = "--max-bytes 1000: the networks alone take more, expected at least";
+    assert!(line.contains(expected) && !line.contains("--hidden-width"), "{line}");
+}
+
 #[test]
 fn options_of_other_kinds_are_refused() {
     let lines = [
@@ -24,7 +57,6 @@ fn options_of_other_kinds_are_refused() {
         ("--components 16", "--components: give --method planes too"),
         ("--method planes --n-levels 8", "--n-levels: for --method hash-grid alone"),
         ("--method planes --voxels 64", "--voxels: give --method plenoxels too"),
-        ("--method planes --max-bytes 100000", "--max-bytes: for --method hash-grid alone"),
         ("--method planes --refine-poses", "--refine-poses: for --method hash-grid alone"),
     ];
     let out_of_range = ["--plane-resolution 8", "--plane-resolution 2000", "--components 24"];
