@@ -54,7 +54,7 @@ pub(crate) fn sin_cos_pi(x: f64) -> (f64, f64) {
 }
 
 /// Square root of a normal positive number, relative error ≤ 1e-15.
-pub(crate) fn sqrt(x: f64) -> f64 {
+pub(super) fn sqrt(x: f64) -> f64 {
     // Newton, from a guess with half the exponent.
     let mut y = f64::from_bits((x.to_bits() >> 1) + (1023 << 51));
     for _ in 0..6 {

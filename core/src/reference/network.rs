@@ -13,7 +13,7 @@ pub(super) const TOO_WIDE: Error = Error::Limits("the reference evaluates networ
 pub(crate) type Values = [f64; MAX_WIDTH];
 
 /// Refuses a network that is wider than [`MAX_WIDTH`].
-pub(crate) fn check(network: &Mlp<'_>) -> Result<(), Error> {
+pub(super) fn check(network: &Mlp<'_>) -> Result<(), Error> {
     if network.max_width() > MAX_WIDTH {
         return Err(TOO_WIDE);
     }
@@ -23,7 +23,7 @@ pub(crate) fn check(network: &Mlp<'_>) -> Result<(), Error> {
 /// `y = W x + b` per layer, ReLU between layers and none after the last.
 ///
 /// A NaN stays NaN through ReLU, so that it reaches the output and is seen there.
-pub(crate) fn forward(network: &Mlp<'_>, input: &Values) -> Values {
+pub(super) fn forward(network: &Mlp<'_>, input: &Values) -> Values {
     let mut x = *input;
     let last = network.layers().len() - 1;
     for (number, layer) in network.layers().iter().enumerate() {

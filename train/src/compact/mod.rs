@@ -2,8 +2,8 @@
 //! networks are rounded to multiples of coarser steps, a step a table or matrix, chosen so that
 //! pictures change least for the bytes that are saved.
 //!
-//! Fine levels of a hash grid bear coarse steps: their part of a picture is small. What each step of each part
-//! does to pictures and to bytes is measured, one part at a time; their errors add up.
+//! Fine levels of a hash grid bear coarse steps: their part of a picture is small. What each step of
+//! each part does to pictures and to bytes is measured, one part at a time; their errors add up.
 
 mod candidates;
 mod choice;

@@ -89,18 +89,25 @@ pub trait FieldKind: Debug {
     }
 }
 
-/// How a kind of field is trained, where nothing else is asked for. What each means,
-/// [`TrainConfig`](crate::trainer::TrainConfig) says.
+/// How a kind of field is trained, where nothing else is asked for: what
+/// [`TrainConfig`](crate::trainer::TrainConfig) begins with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(missing_docs, reason = "these are fields of TrainConfig")]
 pub struct Training {
+    /// Cells of the occupancy along an axis.
     pub occupancy_resolution: u32,
+    /// Samples along the longest side of the box.
     pub samples_per_side: f32,
+    /// Rays a step; `None`: as many as give the usual number of samples.
     pub batch_rays: Option<usize>,
+    /// Learning rate of table entries at its highest.
     pub grid_rate: f32,
+    /// Decay of table entries, summed over the steps of a run.
     pub grid_decay: f32,
+    /// Learning rate of network weights at its highest.
     pub network_rate: f32,
+    /// Share of samples that are passed back, at the start and at the end.
     pub kept: [f32; 2],
+    /// Steps are so many times longer at the start.
     pub first_step_scale: f32,
 }
 

@@ -184,7 +184,6 @@ fn what_a_chart_says_can_be_repeated(point: &Value, out: &Path) {
     assert_eq!(point["worst_view"], worst["name"]);
 }
 
-#[cfg(unix)]
 /// A pixel that is larger than those of the photographs has several rays.
 #[test]
 fn smaller_pictures_are_antialiased_as_by_eval() {
@@ -214,6 +213,7 @@ fn smaller_pictures_are_antialiased_as_by_eval() {
     assert!(jagged < smooth - 0.05, "{jagged} {smooth}");
 }
 
+#[cfg(unix)]
 #[test]
 fn an_interrupted_chart_goes_on_where_it_stopped() {
     use std::os::unix::process::CommandExt;

@@ -93,7 +93,14 @@ fn parse_times(text: &str) -> Result<f32, String> {
     times.ok_or_else(|| "expected 0.01 to 100".to_owned())
 }
 
-/// A size of models that have none to choose.
+/// Refuses a size of models that have none to choose.
+fn check_sizes_of(option: &str, config: &TrainConfig) -> Result<(), Failure> {
+    match config.field.kind().can_be_sized() {
+        true => Ok(()),
+        false => Err(not_for_this(option)),
+    }
+}
+
 fn not_for_this(option: &str) -> Failure {
     format!("{option}: for --method hash-grid and planes alone").into()
 }
@@ -121,10 +128,13 @@ impl ModelOptions {
         if let (true, Some(option)) = (other, given) {
             return Err(format!("{option}: for --method hash-grid alone").into());
         }
-        if let (false, Some(option)) = (method.can_be_sized(), self.size_option()) {
-            return Err(not_for_this(option));
+        match self.size_option() {
+            Some(option) if self.baseline().is_some() => Err(not_for_this(option)),
+            Some(option) => {
+                check_sizes_of(option, &self.kinds.config(method, true, Length::Steps(1)))
+            }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// The baseline that is to be trained, if it is one.
@@ -174,9 +184,7 @@ impl ModelOptions {
     /// Refuses fewer bytes than the networks take, and a size for what has no tables.
     pub(super) fn check_size(&self, trainer: &Trainer) -> Result<(), Failure> {
         let Some(option) = self.size_option() else { return Ok(()) };
-        if !trainer.config().field.kind().can_be_sized() {
-            return Err(not_for_this(option));
-        }
+        check_sizes_of(option, trainer.config())?;
         if let (Some(psnr), 0) = (self.target_psnr, trainer.n_to_hold_out()) {
             let why = match trainer.steps() {
                 0 => "no photograph can be held out to measure it, expected at least 32",

@@ -97,11 +97,6 @@ impl Method {
         }
     }
 
-    /// Whether the bytes of its models can be chosen.
-    pub(in crate::commands) const fn can_be_sized(self) -> bool {
-        matches!(self, Self::HashGrid | Self::Planes)
-    }
-
     /// Whether it has tables, whose size and precision can be chosen.
     pub(in crate::commands) fn has_tables(self) -> bool {
         self == Self::HashGrid
