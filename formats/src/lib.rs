@@ -112,13 +112,15 @@ pub use metadata::field::tensors;
 #[cfg(feature = "alloc")]
 pub use packed::unpacked;
 pub use packed::{
-    PACKED_BLOCKS, PACKED_CELLS, PACKED_HALVES, PACKED_TABLE, PACKED_VOXELS, is_packed,
-    unpack_into, unpacked_len,
+    PACKED_BLOCKS, PACKED_CELLS, PACKED_HALVES, PACKED_PLANES, PACKED_TABLE, PACKED_VOXELS,
+    is_packed, unpack_into, unpacked_len,
 };
 #[cfg(feature = "alloc")]
 pub use photographs::PhotographList;
 pub use photographs::Photographs;
 pub use reader::{ModelFile, open, open_verified};
 pub use tensor_name::{Role, TensorName};
+#[cfg(all(feature = "alloc", feature = "planes"))]
+pub use write::packed_plane_len;
 #[cfg(feature = "alloc")]
 pub use write::{ContainerWriter, Precision, WriteError, pack, with_quality, with_world, write};

@@ -1,9 +1,12 @@
 //! Packed files: sections whose payload is coded in fewer bytes. Unpacking gives an ordinary
 //! file, into the caller's memory, without a heap.
 
+pub(crate) mod ans;
 pub(crate) mod bits;
 pub(crate) mod cells;
 pub(crate) mod halves;
+#[cfg(feature = "planes")]
+pub(crate) mod planes;
 pub(crate) mod tables;
 #[cfg(feature = "plenoxels")]
 pub(crate) mod voxels;
@@ -24,6 +27,8 @@ pub const PACKED_CELLS: u16 = 3;
 pub const PACKED_HALVES: u16 = 4;
 /// Encoding of the values of voxels.
 pub const PACKED_VOXELS: u16 = 5;
+/// Encoding of planes.
+pub const PACKED_PLANES: u16 = 6;
 
 /// A packed payload stands for at most so many times its bytes.
 pub(crate) const MOST_RATIO: u64 = 1 << 12;
@@ -54,18 +59,18 @@ pub fn is_packed(bytes: &[u8]) -> Result<bool, FormatError> {
 /// Whether sections of this encoding are unpacked here. Others, of newer programs, stay as they
 /// are: whoever opens the file decides whether it can do without them.
 const fn is_known(encoding: u16) -> bool {
-    matches!(encoding, PACKED_TABLE..=PACKED_VOXELS)
+    matches!(encoding, PACKED_TABLE..=PACKED_PLANES)
 }
 
 /// Writes the ordinary file that a file, packed or not, stands for into the first
 /// [`unpacked_len`] bytes of `out`, and gives their number. Every payload is compared with its
 /// checksum first. O(bytes), about 250 bytes of stack and tables of a kilobyte; with `std`, five. Voxels have
-/// tables of four kilobytes.
+/// tables of four kilobytes, planes of three; with `std`, twenty.
 ///
 /// # Errors
 /// Those of [`unpacked_len`]; [`FormatError::Room`] for too short an `out`;
 /// [`FormatError::Checksum`]; [`FormatError::Packed`] for a payload that cannot be decoded;
-/// [`FormatError::FieldKind`] for voxels, where they are left out.
+/// [`FormatError::FieldKind`] for voxels and planes, where they are left out.
 pub fn unpack_into(bytes: &[u8], out: &mut [u8]) -> Result<usize, FormatError> {
     let needed = unpacked_len(bytes)?;
     let given = out.len() as u64;
@@ -152,6 +157,10 @@ fn unpack_section(section: &Section<'_>, out: &mut [u8]) -> Result<(), FormatErr
         PACKED_VOXELS => voxels::unpack(section.bytes, out),
         #[cfg(not(feature = "plenoxels"))]
         PACKED_VOXELS => return Err(FormatError::FieldKind("plenoxels")),
+        #[cfg(feature = "planes")]
+        PACKED_PLANES => planes::unpack(section.bytes, out),
+        #[cfg(not(feature = "planes"))]
+        PACKED_PLANES => return Err(FormatError::FieldKind("planes")),
         _ => {
             out.copy_from_slice(section.bytes);
             Some(())
@@ -165,16 +174,20 @@ mod tests {
     use super::*;
     use crate::{ContainerWriter, SectionId, kind};
 
-    /// A program without voxels says so, instead of that the section is damaged.
+    /// A program without voxels or planes says so, instead of that the section is damaged.
     #[test]
-    fn voxels_that_are_left_out_are_refused_by_name() {
+    fn kinds_that_are_left_out_are_refused_by_name() {
         let id = SectionId::first(kind::GRID);
-        let mut writer = ContainerWriter::new();
-        writer.add_packed((id, 1, true), PACKED_VOXELS, 64, alloc::vec![0; 8]);
-        let expected = match cfg!(feature = "plenoxels") {
-            true => FormatError::Packed(id),
-            false => FormatError::FieldKind("plenoxels"),
-        };
-        assert_eq!(unpacked(&writer.finish().unwrap()).unwrap_err(), expected);
+        let kinds = [
+            (PACKED_VOXELS, cfg!(feature = "plenoxels"), "plenoxels"),
+            (PACKED_PLANES, cfg!(feature = "planes"), "planes"),
+        ];
+        for (encoding, is_here, name) in kinds {
+            let mut writer = ContainerWriter::new();
+            writer.add_packed((id, 1, true), encoding, 64, alloc::vec![0; 8]);
+            let expected =
+                if is_here { FormatError::Packed(id) } else { FormatError::FieldKind(name) };
+            assert_eq!(unpacked(&writer.finish().unwrap()).unwrap_err(), expected);
+        }
     }
 }

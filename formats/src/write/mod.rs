@@ -14,6 +14,8 @@ use serde::Serialize;
 pub use container::ContainerWriter;
 pub use error::WriteError;
 pub use pack::pack;
+#[cfg(feature = "planes")]
+pub use pack::packed_plane_len;
 
 use crate::about::{About, PixelOrigin, World};
 use crate::container::{SectionId, kind};

@@ -9,6 +9,7 @@ mod golden;
 mod mutated;
 mod packed;
 mod packed_by_hand;
+mod packed_planes;
 mod query;
 mod rounded;
 mod specification;

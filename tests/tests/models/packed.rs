@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::rounded;
+use crate::{packed_planes, rounded};
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Probe, RenderOptions, SimdLevel, Tuning};
 use pocketnerf_formats::{
@@ -18,7 +18,7 @@ pub(crate) fn still_life() -> Vec<u8> {
     std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../embed-demo/still-life.pnerf")).unwrap()
 }
 
-fn tiny_files() -> [Vec<u8>; 9] {
+fn tiny_files() -> [Vec<u8>; 10] {
     let (tiny, trained) = (Tiny::new(), Tiny::trained());
     let written = |model, precision| write(model, &tiny::about(), precision).unwrap();
     [
@@ -29,6 +29,7 @@ fn tiny_files() -> [Vec<u8>; 9] {
         written(&tiny.nerf(), Precision::F16),
         written(&trained.plenoxels(), Precision::I8),
         written(&trained.planes(), Precision::I8),
+        packed_planes::smooth(),
         written(&trained.derf(), Precision::F16),
         rounded::networks(&written(&trained.hash_grid(), Precision::I8), 4096.0),
     ]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::rounded;
+use crate::{packed_planes, rounded};
 use pocketnerf_formats::{
     Container, ContainerWriter, Precision, Section, SectionId, kind, pack, unpacked, write,
 };
@@ -24,6 +24,8 @@ fn by_hand_from_the_specification() {
     let plain = write(&Tiny::trained().plenoxels(), &tiny::about(), Precision::I8).unwrap();
     let packed = golden("plenoxels-i8-packed.pnerf", &pack(&smooth(&plain)).unwrap());
     assert!(unpacked_by_hand(&packed).contains(&5));
+    let packed = golden("planes-i8-packed.pnerf", &pack(&packed_planes::smooth()).unwrap());
+    assert_eq!(unpacked_by_hand(&packed), [0, 4, 6]);
 }
 
 /// Voxels as training makes them: each is like those beside it, and so are the colours.
@@ -85,6 +87,7 @@ fn unpacked_by_hand(packed: &[u8]) -> Vec<u16> {
             3 => cells_by_hand(section.bytes, n),
             4 => halves_by_hand(section.bytes, n),
             5 => voxels_by_hand(section.bytes, n),
+            6 => packed_planes::by_hand(section.bytes, n),
             other => panic!("{other}"),
         };
         assert!(found == expected.bytes, "{}", section.id);

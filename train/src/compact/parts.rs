@@ -1,7 +1,7 @@
 //! The parts of a model file that can be rounded: tables and large matrices.
 
-use pocketnerf_core::DType;
-use pocketnerf_formats::{ContainerWriter, ModelFile, Section, WriteError, kind};
+use pocketnerf_core::{AnyField, DType};
+use pocketnerf_formats::{ContainerWriter, ModelFile, Section, WriteError, kind, packed_plane_len};
 
 use super::{networks, tables};
 
@@ -15,6 +15,8 @@ pub(super) struct Parts<'f> {
     n_tables: usize,
     /// Values of an entry.
     features: usize,
+    /// Entries in a row, where tables are planes, each before its line.
+    row: Option<u16>,
 }
 
 impl<'f> Parts<'f> {
@@ -26,7 +28,11 @@ impl<'f> Parts<'f> {
         let of = |kind| file.sections().filter(move |section| section.id.kind == kind);
         let matrices = of(kind::NETWORK).filter(|matrix| matrix.bytes.len() >= LEAST_MATRIX);
         let parts = of(kind::GRID).chain(matrices.filter(|_| is_half)).collect();
-        Self { file, parts, n_tables, features }
+        let row = match &file.model.field {
+            AnyField::Planes(field) => u16::try_from(field.planes.resolution).ok(),
+            _ => None,
+        };
+        Self { file, parts, n_tables, features, row }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -51,7 +57,10 @@ impl<'f> Parts<'f> {
     pub(super) fn rate(&self, part: usize, step: u16) -> f64 {
         let values = self.rounded(part, step);
         match self.is_table(part) {
-            true => tables::rate(&values, self.features),
+            true => match self.row.filter(|_| part.is_multiple_of(2)) {
+                Some(row) => packed_plane_len(&values, row) as f64,
+                None => tables::rate(&values, self.features),
+            },
             false => networks::rate(&values, step),
         }
     }

@@ -1,8 +1,11 @@
 //! From an ordinary file to a packed one.
 
+mod ans;
 mod bits;
 mod cells;
 mod halves;
+#[cfg(feature = "planes")]
+mod planes;
 mod tables;
 mod unused;
 #[cfg(feature = "planes")]
@@ -12,6 +15,9 @@ mod unused_voxels;
 #[cfg(feature = "plenoxels")]
 mod voxels;
 
+#[cfg(feature = "planes")]
+pub use planes::packed_plane_len;
+
 use alloc::borrow::Cow;
 use alloc::vec::Vec;
 
@@ -20,6 +26,8 @@ use pocketnerf_core::{AnyField, DType, encoding::spherical_harmonics};
 
 use super::{ContainerWriter, WriteError};
 use crate::container::{Container, RAW, kind};
+#[cfg(feature = "planes")]
+use crate::packed::PACKED_PLANES;
 use crate::packed::{PACKED_BLOCKS, PACKED_CELLS, PACKED_HALVES, PACKED_TABLE};
 #[cfg(feature = "plenoxels")]
 use crate::packed::{PACKED_VOXELS, voxels::Shape};
@@ -89,7 +97,7 @@ fn side(file: &ModelFile<'_>) -> usize {
     occupancy.map_or(0, |o| (o.resolution() / pocketnerf_core::occupancy::BLOCK) as usize)
 }
 
-/// A table: the values of voxels, or entries of any other kind.
+/// A table: the values of voxels, a plane, or entries of any other kind.
 fn pack_grid(file: &ModelFile<'_>, index: usize, payload: &[u8]) -> Option<(u16, Vec<u8>)> {
     let table = tables::pack(payload, block_of(file, index)).map(|packed| (PACKED_TABLE, packed));
     #[cfg(feature = "plenoxels")]
@@ -97,6 +105,12 @@ fn pack_grid(file: &ModelFile<'_>, index: usize, payload: &[u8]) -> Option<(u16,
         && table.as_ref().is_none_or(|(_, table)| packed.len() < table.len())
     {
         return Some((PACKED_VOXELS, packed));
+    }
+    #[cfg(feature = "planes")]
+    if let Some(packed) = planes::row(file, index).and_then(|row| planes::pack(payload, row))
+        && table.as_ref().is_none_or(|(_, table)| packed.len() < table.len())
+    {
+        return Some((PACKED_PLANES, packed));
     }
     table
 }

@@ -1,0 +1,130 @@
+//! Range variants of asymmetric numeral systems (Duda 2013) with two interleaved states: the
+//! decoder.
+
+/// Bits of a frequency.
+pub(crate) const FREQUENCY_BITS: u32 = 12;
+/// Sum of all frequencies.
+pub(crate) const TOTAL: u32 = 1 << FREQUENCY_BITS;
+/// A state is at least this, and below its square.
+pub(crate) const LEAST_STATE: u32 = 1 << 16;
+/// Bits of the table that finds a symbol; the rest is a search. A microcontroller has less room.
+const FIND_BITS: u32 = if cfg!(feature = "std") { FREQUENCY_BITS } else { 8 };
+
+/// How often each byte occurs.
+pub(crate) struct Frequencies {
+    /// Frequencies of all bytes below, [`TOTAL`] at the end.
+    below: [u16; 257],
+    /// The byte at which the search for each slot begins.
+    find: [u8; 1 << FIND_BITS],
+}
+
+impl Frequencies {
+    /// From the first bytes of a section, which are taken off: first and last byte that occurs,
+    /// then the frequency of each of these and those between, seven bits a byte.
+    pub(crate) fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let ([first, last], mut rest) = bytes.split_first_chunk().map(|(b, r)| (*b, r))?;
+        let mut below = [0u16; 257];
+        let mut sum = 0u32;
+        for (byte, below) in (0..=255u8).zip(&mut below) {
+            *below = sum as u16;
+            if (first..=last).contains(&byte) {
+                let (low, after) = rest.split_first()?;
+                rest = after;
+                sum += u32::from(*low & 0x7f);
+                if *low >= 0x80 {
+                    let (high, after) = rest.split_first()?;
+                    rest = after;
+                    sum += u32::from(*high) << 7;
+                }
+                if sum > TOTAL {
+                    return None;
+                }
+            }
+        }
+        below[256] = sum as u16;
+        if sum != TOTAL {
+            return None;
+        }
+        let mut find = [0; 1 << FIND_BITS];
+        let mut symbol = 0;
+        for (i, found) in find.iter_mut().enumerate() {
+            let slot = (i << (FREQUENCY_BITS - FIND_BITS)) as u16;
+            while below[symbol + 1] <= slot {
+                symbol += 1;
+            }
+            *found = symbol as u8;
+        }
+        *bytes = rest;
+        Some(Self { below, find })
+    }
+
+    /// The byte that a state begins with, and the state after it.
+    #[inline(always)]
+    fn decode(&self, state: u32) -> (u8, u32) {
+        let slot = state & (TOTAL - 1);
+        let mut symbol = self.find[(slot >> (FREQUENCY_BITS - FIND_BITS)) as usize];
+        if FIND_BITS < FREQUENCY_BITS {
+            while u32::from(self.below[usize::from(symbol) + 1]) <= slot {
+                symbol += 1;
+            }
+        }
+        let [low, high] = [0, 1].map(|i| u32::from(self.below[usize::from(symbol) + i]));
+        (symbol, (high - low) * (state >> FREQUENCY_BITS) + slot - low)
+    }
+}
+
+/// Reads symbols.
+pub(crate) struct SymbolReader<'p> {
+    states: [u32; 2],
+    words: core::slice::Iter<'p, [u8; 2]>,
+    rest: &'p [u8],
+}
+
+impl<'p> SymbolReader<'p> {
+    /// Of two states and the words behind them.
+    pub(crate) fn new(packed: &'p [u8]) -> Option<Self> {
+        let (states, packed) = packed.split_first_chunk::<8>()?;
+        let [a, b, c, d, e, f, g, h] = *states;
+        let states = [u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h])];
+        let (words, rest) = packed.as_chunks::<2>();
+        Some(Self { states, words: words.iter(), rest })
+    }
+
+    /// The next byte of a state.
+    #[inline(always)]
+    pub(crate) fn byte(&mut self, state: usize, frequencies: &Frequencies) -> u8 {
+        let (symbol, next) = frequencies.decode(self.states[state]);
+        self.go_on(state, next);
+        symbol
+    }
+
+    /// The next bit of a state, which is 0 `zeros` times of [`TOTAL`].
+    #[cfg(feature = "planes")]
+    #[inline(always)]
+    pub(crate) fn bit(&mut self, state: usize, zeros: u32) -> bool {
+        let (slot, high) = (self.states[state] & (TOTAL - 1), self.states[state] >> FREQUENCY_BITS);
+        let bit = slot >= zeros;
+        let next = match bit {
+            true => (TOTAL - zeros) * high + slot - zeros,
+            false => zeros * high + slot,
+        };
+        self.go_on(state, next);
+        bit
+    }
+
+    #[inline(always)]
+    fn go_on(&mut self, state: usize, next: u32) {
+        self.states[state] = match next < LEAST_STATE {
+            // Where words are missing the states do not end as they began.
+            true => {
+                next << 16 | u32::from(u16::from_le_bytes(*self.words.next().unwrap_or(&[0; 2])))
+            }
+            false => next,
+        };
+    }
+
+    /// Whether the words end where the symbols do.
+    pub(crate) fn is_at_end(&self) -> bool {
+        self.states == [LEAST_STATE; 2] && self.words.len() == 0 && self.rest.is_empty()
+    }
+}
