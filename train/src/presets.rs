@@ -14,6 +14,7 @@ impl TrainConfig {
             batch_rays,
             grid_rate,
             grid_decay,
+            grid_smoothing: _,
             network_rate,
             kept,
             first_step_scale,

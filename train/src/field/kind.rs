@@ -103,6 +103,9 @@ pub struct Training {
     pub grid_rate: f32,
     /// Decay of table entries, summed over the steps of a run.
     pub grid_decay: f32,
+    /// How much table entries are drawn to the mean of their neighbours, summed over the steps of
+    /// a run; 0 where neighbours in a table are not neighbours in the scene.
+    pub grid_smoothing: f32,
     /// Learning rate of network weights at its highest.
     pub network_rate: f32,
     /// Share of samples that are passed back, at the start and at the end.
@@ -119,6 +122,7 @@ impl Training {
         batch_rays: None,
         grid_rate: 2e-2,
         grid_decay: 350.0,
+        grid_smoothing: 0.0,
         network_rate: 2e-2,
         kept: [0.1, 0.5],
         first_step_scale: 2.5,

@@ -203,6 +203,9 @@ pub struct Update<'u> {
     pub table_rate: f32,
     /// Decay of table entries where there is a gradient, times the learning rate.
     pub table_decay: f32,
+    /// Share of the way to the mean of their neighbours that table entries go where there is a
+    /// gradient, times the learning rate.
+    pub table_smoothing: f32,
     /// Learning rate of all else.
     pub rate: f32,
     /// Where the time of each stage is recorded.

@@ -196,6 +196,7 @@ impl Trainer {
         let settings = StepSettings {
             rate: 0.0,
             decay: 0.0,
+            smoothing: 0.0,
             step_scale: self.config.first_step_scale,
             kept: self.config.kept[0],
             update_occupancy: false,

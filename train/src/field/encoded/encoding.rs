@@ -82,6 +82,10 @@ pub trait Encoding: Clone + Debug + PartialEq + Send + Sync + Sized + 'static {
     ) {
     }
 
+    /// Moves values of a table, as far as they have a gradient, by this share towards the mean of
+    /// their neighbours, where it has any.
+    fn smooth<S: Simd>(&self, _: S, _table: usize, _share: f32, _: (&mut [f32], &[f32])) {}
+
     /// Checks that there can be such an encoding.
     ///
     /// # Errors

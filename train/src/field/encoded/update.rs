@@ -29,6 +29,9 @@ fn follow(
     }
 }
 
+/// Of the way to the mean of its neighbours a value goes so much in a step at most.
+const MOST_SMOOTHED: f32 = 0.5;
+
 /// Tables that are updated together.
 struct Task<'p> {
     number: usize,
@@ -98,6 +101,7 @@ impl<E: Encoding> TrainableEncoded<E> {
         tasks.reverse();
         let grid_adam = Adam { beta1: 0.0, decay: update.table_decay, ..adam };
         let grid_rate = grid_adam.corrected(update.table_rate, step);
+        let smoothed = (grid_rate * update.table_smoothing).min(MOST_SMOOTHED);
         let longest = tasks.iter().map(|task| task.parameters.len()).max().unwrap_or(0);
         let update_networks = || {
             let mut laps = Laps::begin(stopwatch);
@@ -116,13 +120,17 @@ impl<E: Encoding> TrainableEncoded<E> {
                 }
             });
             laps.end(Stage::Scatter, 0);
-            let Task { ranges, parameters, square, tables, rounding, .. } = task;
+            let Task { number, ranges, parameters, square, tables, rounding, .. } = task;
             let mean: &mut [f32] = &mut [];
             let mut rest = Slices { parameters, gradient, mean, square, rounded: tables };
-            for (range, rounding) in ranges.iter().zip(rounding) {
+            for (i, (range, rounding)) in ranges.iter().zip(rounding).enumerate() {
                 let Slices { parameters, gradient, mean, square, rounded } =
                     rest.split_off(range.len());
                 dispatch!(level, simd => {
+                    if smoothed > 0.0 {
+                        let table = number * E::TABLES_OF_A_TASK + i;
+                        config.grid.smooth(simd, table, smoothed, (&mut *parameters, &*gradient));
+                    }
                     let slices =
                         Slices { parameters: &mut *parameters, gradient, mean, square, rounded: &mut *rounded };
                     let largest = grid_adam.update(simd, grid_rate, *rounding, slices);

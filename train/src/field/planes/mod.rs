@@ -4,6 +4,7 @@
 mod config;
 mod growth;
 mod scatter;
+mod smoothing;
 
 use fearless_simd::Simd;
 use pocketnerf_core::encoding::Planes;
@@ -36,6 +37,8 @@ impl Default for PlanesFieldConfig {
 /// What lines and planes lie between at first. Products are small, and both have a gradient.
 const INITIAL_LINES: [f32; 2] = [0.8, 1.2];
 const INITIAL_PLANES: [f32; 2] = [-0.05, 0.05];
+/// What photographs leave open is smooth, and takes few bytes: docs/lab/planes.md.
+const SMOOTHING: f32 = 1000.0;
 
 impl Encoding for PlanesConfig {
     type View<'a> = Planes<'a>;
@@ -43,7 +46,7 @@ impl Encoding for PlanesConfig {
     const TABLES_OF_A_TASK: usize = 2;
 
     fn training(&self) -> Training {
-        Training { grid_decay: 0.0, ..Training::USUAL }
+        Training { grid_decay: 0.0, grid_smoothing: SMOOTHING, ..Training::USUAL }
     }
 
     fn n_output(&self) -> usize {
@@ -102,6 +105,20 @@ impl Encoding for PlanesConfig {
         match pair.plane.dtype() {
             DType::F32 => scatter::scatter_pair::<S, F32>(simd, shape, points, rows, gradient),
             _ => scatter::scatter_pair::<S, I8>(simd, shape, points, rows, gradient),
+        }
+    }
+
+    fn smooth<S: Simd>(
+        &self,
+        simd: S,
+        table: usize,
+        share: f32,
+        (parameters, gradient): (&mut [f32], &[f32]),
+    ) {
+        let side = self.resolution as usize;
+        match table.is_multiple_of(2) {
+            true => smoothing::plane(simd, side, share, parameters, gradient),
+            false => smoothing::line(share, parameters, gradient),
         }
     }
 

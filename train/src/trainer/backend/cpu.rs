@@ -87,6 +87,7 @@ impl Cpu {
             adam: group.adam,
             table_rate: input.table_rate,
             table_decay: input.table_decay,
+            table_smoothing: input.table_smoothing,
             rate: input.rate,
             stopwatch: input.stopwatch,
         });

@@ -132,6 +132,9 @@ pub(crate) struct StepInput<'s> {
     /// Part of a table's entry that is taken away where there is a gradient, times the
     /// learning rate.
     pub(crate) table_decay: f32,
+    /// Share of the way to the mean of their neighbours that table entries go where there is a
+    /// gradient, times the learning rate.
+    pub(crate) table_smoothing: f32,
     /// Learning rate of all else.
     pub(crate) rate: f32,
     /// Whether the parameters after the step count in their average.

@@ -92,6 +92,7 @@ pub(super) fn step_at(trainer: &mut Trainer, progress: f32) {
     trainer.step(&StepSettings {
         rate: (progress * 16.0).min(1.0) * (1.0 - 0.9 * progress),
         decay: 0.0,
+        smoothing: 0.0,
         step_scale: 1.0,
         kept: 0.3,
         update_occupancy: true,

@@ -55,6 +55,9 @@ pub struct StepSettings {
     /// Part of a grid entry that is taken away where there is a gradient, times
     /// the learning rate.
     pub decay: f32,
+    /// Share of the way to the mean of its neighbours that a grid entry goes where there is a
+    /// gradient, times the learning rate.
+    pub smoothing: f32,
     /// Factor on the distance between samples.
     pub step_scale: f32,
     /// Share of samples to pass back.
@@ -75,6 +78,7 @@ impl StepSettings {
     pub(crate) const PLAIN: Self = Self {
         rate: 1.0,
         decay: 0.0,
+        smoothing: 0.0,
         step_scale: 1.0,
         kept: 1.0,
         update_occupancy: false,
@@ -138,6 +142,7 @@ impl Trainer {
             roulette: if settings.kept < 1.0 { self.roulette } else { 0.0 },
             table_rate: self.config.grid_rate * settings.rate,
             table_decay: settings.decay,
+            table_smoothing: settings.smoothing,
             rate: self.config.network_rate * settings.rate,
             average: settings.average,
             between_views: settings.between_views && self.space.scene_box().is_some(),

@@ -243,6 +243,7 @@ impl<E: Exact + Copy> Step<E> {
             roulette,
             table_rate: 0.0,
             table_decay: 0.0,
+            table_smoothing: 0.0,
             rate: 0.0,
             average: false,
             smooth_surfaces: 0.0,
