@@ -30,6 +30,10 @@ pub(crate) fn holds(entry: &Entry) -> bool {
     u64::from_le_bytes(*entry) != 0
 }
 
+const fn signed(value: u8) -> i16 {
+    value.cast_signed() as i16
+}
+
 impl Around {
     /// Of entry `before.len()` of a plane with rows of so many.
     #[inline(always)]
@@ -51,13 +55,13 @@ impl Around {
     #[inline(always)]
     pub(crate) fn expected(&self) -> Expected {
         let [beside, above, corner, behind] = self.0;
-        let value = |entry: &Entry, v: usize| i16::from(entry[v].cast_signed());
         let mut expected = Expected { values: [0; FEATURES], doubts: None };
         if let (Some(beside), Some(above), Some(corner)) = (beside, above, corner) {
             let behind = behind.unwrap_or(above);
             let mut doubts = [0; FEATURES];
             for (v, doubt) in doubts.iter_mut().enumerate() {
-                let [a, b, c, d] = [beside, above, corner, behind].map(|entry| value(&entry, v));
+                let (a, b) = (signed(beside[v]), signed(above[v]));
+                let (c, d) = (signed(corner[v]), signed(behind[v]));
                 let sum = (9 * a + 7 * b - 3 * c + 3 * d + 8) >> 4;
                 expected.values[v] = sum.clamp(i8::MIN.into(), i8::MAX.into()) as i8;
                 *doubt = a.abs_diff(c) + b.abs_diff(c) + d.abs_diff(b);
@@ -65,7 +69,7 @@ impl Around {
             expected.doubts = Some(doubts);
         } else if let (Some(a), Some(b)) = (beside, above) {
             for v in 0..FEATURES {
-                expected.values[v] = ((value(&a, v) + value(&b, v)) >> 1) as i8;
+                expected.values[v] = ((signed(a[v]) + signed(b[v])) >> 1) as i8;
             }
         } else if let Some(one) = beside.or(above).or(behind).or(corner) {
             expected.values = one.map(u8::cast_signed);
@@ -124,10 +128,14 @@ pub(crate) fn unpack(packed: &[u8], out: &mut [u8]) -> Option<()> {
         return None;
     }
     if *step != 1 {
+        // No branch a value: so the compiler takes many at once.
+        let mut is_too_large = false;
         for value in out {
-            let steps = i16::from(value.cast_signed()) * i16::from(*step);
-            *value = i8::try_from(steps).ok()?.cast_unsigned();
+            let product = signed(*value) * i16::from(*step);
+            *value = product as u8;
+            is_too_large |= product != signed(*value);
         }
+        return (!is_too_large).then_some(());
     }
     Some(())
 }

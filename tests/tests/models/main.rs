@@ -8,8 +8,6 @@ mod detail;
 mod golden;
 mod mutated;
 mod packed;
-mod packed_by_hand;
-mod packed_planes;
 mod query;
 mod rounded;
 mod specification;

@@ -14,6 +14,8 @@ const OF_MATRICES: [u16; 10] = [1, 8, 16, 32, 64, 128, 256, 512, 1024, 2048];
 const LOOKED_AT: [&[u16]; 2] = [&[4, 12, 40, 127, 255], &[32, 128, 512]];
 /// How often a table is looked at, and a matrix.
 pub(super) const LOOKS: [usize; 2] = [LOOKED_AT[0].len(), LOOKED_AT[1].len()];
+/// How often the bytes of a table are found: for planes it is packed, which is counted.
+pub(super) const RATES: usize = OF_TABLES.len();
 /// A part is tried no further once pictures differ by more than this mean squared error, 20 dB.
 const WORST: f64 = 1e-2;
 /// Smaller differences are noise.

@@ -111,7 +111,7 @@ pub(crate) const fn work(tables: usize) -> [usize; 2] {
     const MATRICES: usize = 4;
     let [of_table, of_matrix] = candidates::LOOKS;
     let tried = choice::HALVINGS + tables + MATRICES;
-    [of_table * tables + of_matrix * MATRICES + tried, tried]
+    [of_table * tables + of_matrix * MATRICES + tried, tried + candidates::RATES]
 }
 
 /// With no step longer than a unit.

@@ -5,11 +5,13 @@ use pocketnerf_core::{AnyField, DType, Layout, Model, TensorView};
 use pocketnerf_formats::{Precision, write};
 use pocketnerf_tests::tiny::{self, Tiny};
 
+use super::symbols::Symbols;
+
 /// Entries along an axis.
 const SIDE: usize = 18;
 
 /// A file with planes as training makes them: smooth, with holes; some of them rounded.
-pub(crate) fn smooth() -> Vec<u8> {
+pub(super) fn smooth() -> Vec<u8> {
     let value = |plane: usize, i: usize| {
         let [x, y] = [i / FEATURES % SIDE, i / FEATURES / SIDE].map(|c| c as f32);
         let v = (i % FEATURES) as f32;
@@ -43,42 +45,14 @@ fn tensor(bytes: &[u8]) -> TensorView<'_> {
 }
 
 /// Encoding 6, as SPEC.md has it.
-pub(crate) fn by_hand(payload: &[u8], n: usize) -> Vec<u8> {
-    let number = |at: usize, size: usize| {
-        payload[at..at + size].iter().rev().fold(0u32, |sum, byte| sum << 8 | u32::from(*byte))
-    };
-    let (row, step) = (number(0, 2) as usize, i32::from(payload[2]));
-    let limits = [payload[3], payload[4]].map(i32::from);
-    let zeros: Vec<u32> = (0..16).map(|context| number(5 + 2 * context, 2)).collect();
-    let (mut at, mut tables) = (37, [[0u32; 256]; 4]);
-    for frequencies in &mut tables {
-        let [first, last] = [payload[at], payload[at + 1]];
-        at += 2;
-        for byte in first..=last {
-            let wide = payload[at] >= 0x80;
-            let high = if wide { number(at + 1, 1) << 7 } else { 0 };
-            frequencies[byte as usize] = number(at, 1) % 128 + high;
-            at += 1 + usize::from(wide);
-        }
-        assert_eq!(frequencies.iter().sum::<u32>(), 4096);
-    }
-    let mut states = [number(at, 4), number(at + 4, 4)];
-    at += 8;
-    // Decodes the symbol of which there are so many, from this many on.
-    let mut symbol = |state: usize, frequencies: &[u32]| {
-        let x = &mut states[state];
-        let (s, mut low, mut symbol) = (*x % 4096, 0, 0);
-        while s >= low + frequencies[symbol] {
-            low += frequencies[symbol];
-            symbol += 1;
-        }
-        *x = frequencies[symbol] * (*x >> 12) + s - low;
-        if *x < 1 << 16 {
-            *x = *x * 65536 + number(at, 2);
-            at += 2;
-        }
-        symbol
-    };
+pub(super) fn by_hand(payload: &[u8], n: usize) -> Vec<u8> {
+    let mut symbols = Symbols::new(payload, 0);
+    let row = symbols.number(2) as usize;
+    let step = symbols.number(1) as i32;
+    let limits = [0; 2].map(|_| symbols.number(1) as i32);
+    let zeros = [0; 16].map(|_| symbols.number(2));
+    let tables = [0; 4].map(|_| symbols.frequencies());
+    symbols.begin();
     let mut entries: Vec<[i32; 8]> = Vec::new();
     for i in 0..n / 8 {
         let [x, y] = [i % row, i / row].map(|c| c as i32);
@@ -93,7 +67,7 @@ pub(crate) fn by_hand(payload: &[u8], n: usize) -> Vec<u8> {
         let context: usize =
             around.iter().enumerate().map(|(bit, e)| usize::from(e.is_some()) << bit).sum();
         let mut own = [0; 8];
-        if symbol(0, &[zeros[context], 4096 - zeros[context]]) == 1 {
+        if symbols.next(0, &[zeros[context], 4096 - zeros[context]]) == 1 {
             for v in 0..8 {
                 let (expected, table) = match (a, b, c) {
                     (Some(a), Some(b), Some(c)) => {
@@ -107,13 +81,13 @@ pub(crate) fn by_hand(payload: &[u8], n: usize) -> Vec<u8> {
                     (Some(a), Some(b), None) => ((a[v] + b[v]).div_euclid(2), 3),
                     _ => (a.or(b).or(d).or(c).map_or(0, |one| one[v]), 3),
                 };
-                let byte = symbol(v % 2, &tables[table]) as i32;
+                let byte = symbols.next(v % 2, &tables[table]) as i32;
                 own[v] = (expected + byte - 128 + 128).rem_euclid(256) - 128;
             }
         }
         entries.push(own);
     }
-    assert_eq!((states, at), ([1 << 16; 2], payload.len()));
+    assert_eq!((symbols.states, symbols.at), ([1 << 16; 2], payload.len()));
     let values = entries.iter().flatten();
     values.map(|value| i8::try_from(value * step).unwrap().cast_unsigned()).collect()
 }

@@ -1,8 +1,12 @@
 //! Packed files: ordinary ones come back, render to the same bytes, and no damage does harm.
 
+mod by_hand;
+mod planes;
+mod symbols;
+
 use std::borrow::Cow;
 
-use crate::{packed_planes, rounded};
+use crate::rounded;
 use pocketnerf_core::render::Tiles;
 use pocketnerf_core::{Probe, RenderOptions, SimdLevel, Tuning};
 use pocketnerf_formats::{
@@ -29,7 +33,7 @@ fn tiny_files() -> [Vec<u8>; 10] {
         written(&tiny.nerf(), Precision::F16),
         written(&trained.plenoxels(), Precision::I8),
         written(&trained.planes(), Precision::I8),
-        packed_planes::smooth(),
+        planes::smooth(),
         written(&trained.derf(), Precision::F16),
         rounded::networks(&written(&trained.hash_grid(), Precision::I8), 4096.0),
     ]

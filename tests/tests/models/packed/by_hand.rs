@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use crate::{packed_planes, rounded};
 use pocketnerf_formats::{
     Container, ContainerWriter, Precision, Section, SectionId, kind, pack, unpacked, write,
 };
 use pocketnerf_tests::tiny::{self, Tiny};
 
+use super::{planes, still_life, symbols::Symbols};
 use crate::golden::golden;
-use crate::packed::still_life;
+use crate::rounded;
 
 /// Every encoding is in the golden files, which SPEC.md suffices to read.
 #[test]
@@ -24,7 +24,7 @@ fn by_hand_from_the_specification() {
     let plain = write(&Tiny::trained().plenoxels(), &tiny::about(), Precision::I8).unwrap();
     let packed = golden("plenoxels-i8-packed.pnerf", &pack(&smooth(&plain)).unwrap());
     assert!(unpacked_by_hand(&packed).contains(&5));
-    let packed = golden("planes-i8-packed.pnerf", &pack(&packed_planes::smooth()).unwrap());
+    let packed = golden("planes-i8-packed.pnerf", &pack(&planes::smooth()).unwrap());
     assert_eq!(unpacked_by_hand(&packed), [0, 4, 6]);
 }
 
@@ -87,7 +87,7 @@ fn unpacked_by_hand(packed: &[u8]) -> Vec<u16> {
             3 => cells_by_hand(section.bytes, n),
             4 => halves_by_hand(section.bytes, n),
             5 => voxels_by_hand(section.bytes, n),
-            6 => packed_planes::by_hand(section.bytes, n),
+            6 => planes::by_hand(section.bytes, n),
             other => panic!("{other}"),
         };
         assert!(found == expected.bytes, "{}", section.id);
@@ -115,24 +115,14 @@ fn halves_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
 
 /// Encoding 1, as SPEC.md has it.
 fn table_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
-    let number = |at: usize, size: usize| {
-        payload[at..at + size].iter().rev().fold(0u32, |sum, byte| sum << 8 | u32::from(*byte))
-    };
-    let (block, first, last) = (payload[0] as usize, payload[1], payload[2]);
-    let (mut at, mut frequencies) = (3, [0u32; 256]);
-    for byte in first..=last {
-        let wide = payload[at] >= 0x80;
-        let high = if wide { number(at + 1, 1) << 7 } else { 0 };
-        frequencies[byte as usize] = number(at, 1) % 128 + high;
-        at += 1 + usize::from(wide);
-    }
-    assert_eq!(frequencies.iter().sum::<u32>(), 4096);
+    let block = payload[0] as usize;
+    let mut symbols = Symbols::new(payload, 1);
+    let frequencies = symbols.frequencies();
     let chunks = n.div_ceil(8192);
-    let lengths: Vec<usize> = (0..chunks).map(|i| number(at + 2 * i, 2) as usize).collect();
-    at += 2 * chunks;
+    let lengths: Vec<usize> = (0..chunks).map(|_| symbols.number(2) as usize).collect();
     let mut out = Vec::new();
     for (i, length) in lengths.into_iter().enumerate() {
-        let (end, size) = (at + length, (n - 8192 * i).min(8192));
+        let (at, size) = (symbols.at, (n - 8192 * i).min(8192));
         if length == 0 {
             out.extend(vec![0; size]);
             continue;
@@ -140,33 +130,19 @@ fn table_by_hand(payload: &[u8], n: usize) -> Vec<u8> {
         let blocks = size.div_ceil(block);
         let flags = if payload[at] == 0 { 0 } else { blocks.div_ceil(8) };
         let is_empty = |b: usize| flags > 0 && payload[at + 1 + b / 8] >> (b % 8) & 1 == 1;
-        let mut word = at + 1 + flags;
-        let mut states = [number(word, 4), number(word + 4, 4)];
-        word += 8;
+        symbols.at = at + 1 + flags;
+        symbols.begin();
         for b in 0..blocks {
             for place in 0..block.min(size - b * block) {
-                if is_empty(b) {
-                    out.push(0);
-                    continue;
-                }
-                let x = &mut states[place % 2];
-                let (s, mut low, mut byte) = (*x % 4096, 0, 0);
-                while s >= low + frequencies[byte] {
-                    low += frequencies[byte];
-                    byte += 1;
-                }
-                *x = frequencies[byte] * (*x >> 12) + s - low;
-                if *x < 1 << 16 {
-                    *x = *x * 65536 + number(word, 2);
-                    word += 2;
-                }
-                out.push(byte as u8);
+                out.push(match is_empty(b) {
+                    true => 0,
+                    false => symbols.next(place % 2, &frequencies) as u8,
+                });
             }
         }
-        assert_eq!((states, word), ([1 << 16; 2], end));
-        at = end;
+        assert_eq!((symbols.states, symbols.at), ([1 << 16; 2], at + length));
     }
-    assert_eq!(at, payload.len());
+    assert_eq!(symbols.at, payload.len());
     out
 }
 
