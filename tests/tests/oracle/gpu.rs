@@ -104,6 +104,12 @@ fn some_grids() -> impl Iterator<Item = (String, Model<'static>)> {
     (0..2 * n_encodings).map(move |i| build(one(i), Place::ALL[i % 3]))
 }
 
+/// Of either number of components every stored type: with colours of samples, and of rays.
+fn some_planes() -> impl Iterator<Item = (String, Model<'static>)> {
+    let some = Recipe::planes().enumerate().filter(|(i, _)| i % 2 == i / 6);
+    some.map(|(i, recipe)| build(recipe, Place::ALL[i / 2 % 3]))
+}
+
 /// Of every kind of vanilla NeRF one.
 fn some_nerfs() -> impl Iterator<Item = (String, Model<'static>)> {
     let some = Recipe::nerfs().skip(1).step_by(2).enumerate();
@@ -128,9 +134,7 @@ fn every_program_is_valid_everywhere() {
     for (i, recipe) in Recipe::all().enumerate() {
         for place in Place::ALL {
             let (name, model) = build(recipe, place);
-            let left_out = |encoding| {
-                matches!(encoding, Encoding::Voxels(_) | Encoding::Planes(_) | Encoding::Derf(_))
-            };
+            let left_out = |encoding| matches!(encoding, Encoding::Voxels(_) | Encoding::Derf(_));
             if left_out(recipe.encoding) {
                 let refused = Packed::new(&model).unwrap_err();
                 assert_eq!(refused, Error::Unsupported("this kind of field"));
@@ -156,6 +160,14 @@ fn every_program_is_valid_everywhere() {
 fn grids_look_as_on_the_cpu() {
     let Some(gpu) = &gpu() else { return };
     for (name, model) in some_grids() {
+        assert_alike(gpu, &name, &model, [40, 30], &finest(&model));
+    }
+}
+
+#[test]
+fn planes_look_as_on_the_cpu() {
+    let Some(gpu) = &gpu() else { return };
+    for (name, model) in some_planes() {
         assert_alike(gpu, &name, &model, [40, 30], &finest(&model));
     }
 }

@@ -3,7 +3,10 @@
 mod cells;
 #[cfg(feature = "nerf")]
 mod fourier;
+mod hash_grid;
 mod layer;
+#[cfg(feature = "planes")]
+mod planes;
 mod tables;
 #[cfg(feature = "nerf")]
 mod vanilla;
@@ -14,7 +17,7 @@ use alloc::vec::Vec;
 
 use pocketnerf_core::AnyField;
 use pocketnerf_core::encoding::spherical_harmonics;
-use pocketnerf_core::field::{Decoder, HashGridField, Shading};
+use pocketnerf_core::field::{Decoder, Shading};
 use pocketnerf_core::{DType, Error, Model, Space};
 
 #[cfg(feature = "wgpu")]
@@ -22,7 +25,10 @@ pub(crate) use cells::pack as pack_cells;
 #[cfg(feature = "nerf")]
 pub(crate) use fourier::{PackedFourier, PackedWaves};
 pub(crate) use layer::{Layer, QUAD};
-pub(crate) use tables::{PackedLevel, reader};
+pub(crate) use hash_grid::{PackedGrid, PackedLevel};
+#[cfg(feature = "planes")]
+pub(crate) use planes::PackedPlanes;
+pub(crate) use tables::reader;
 #[cfg(feature = "nerf")]
 pub(crate) use vanilla::{PackedNetwork, PackedVanilla};
 
@@ -33,7 +39,7 @@ use layer::{Weights, first, padded};
 pub struct Packed {
     /// Matrices and biases, rows of four numbers.
     pub weights: Vec<[f32; 4]>,
-    /// Hash tables in their stored type, one after another, each from a whole word on.
+    /// Tables in their stored type, one after another, each from a whole word on.
     pub tables: Vec<u32>,
     /// A word a block of cells: the number of its cells' bits, or, with the highest bit set,
     /// the side of the cube of empty cells that it is a part of. Then 16 words for each block
@@ -45,26 +51,25 @@ pub struct Packed {
 /// What the shader is to know of a field.
 #[derive(Debug)]
 pub(crate) enum PackedField {
-    HashGrid(PackedGrid),
+    Encoded(PackedEncoded),
     #[cfg(feature = "nerf")]
     Vanilla(Box<PackedVanilla>),
 }
 
 impl Default for PackedField {
     fn default() -> Self {
-        Self::HashGrid(PackedGrid::default())
+        Self::Encoded(PackedEncoded::default())
     }
 }
 
+/// An encoding with tables, and the networks behind it.
 #[derive(Debug, Default)]
-pub(crate) struct PackedGrid {
-    /// Values of an entry.
-    pub(crate) n_features_per_level: usize,
+pub(crate) struct PackedEncoded {
+    pub(crate) encoding: PackedEncoding,
+    /// The type of stored values.
+    pub(crate) dtype: Option<DType>,
     /// Quads of features that the colour network reads.
     pub(crate) n_feature_quads: usize,
-    pub(crate) by_corner: bool,
-    pub(crate) dtype: Option<DType>,
-    pub(crate) levels: Vec<PackedLevel>,
     pub(crate) density: Vec<Layer>,
     pub(crate) color: Vec<Layer>,
     /// Quads of harmonics of the direction.
@@ -72,6 +77,20 @@ pub(crate) struct PackedGrid {
     /// Whether colours are computed once a ray.
     pub(crate) per_ray: bool,
     pub(crate) log_density_bias: f32,
+}
+
+/// Where encoded values come from.
+#[derive(Debug)]
+pub(crate) enum PackedEncoding {
+    HashGrid(PackedGrid),
+    #[cfg(feature = "planes")]
+    Planes(PackedPlanes),
+}
+
+impl Default for PackedEncoding {
+    fn default() -> Self {
+        Self::HashGrid(PackedGrid::default())
+    }
 }
 
 impl Packed {
@@ -93,13 +112,21 @@ impl Packed {
         let mut weights = Weights::default();
         packed.field = match &model.field {
             AnyField::HashGrid(field) => {
-                PackedField::HashGrid(grid(field, &mut weights, &mut packed.tables))
+                let encoding = hash_grid::pack(&field.grid, &mut packed.tables);
+                let dtype = field.grid.levels[0].dtype();
+                encoded(PackedEncoding::HashGrid(encoding), dtype, &field.decoder, &mut weights)
+            }
+            #[cfg(feature = "planes")]
+            AnyField::Planes(field) => {
+                let encoding = planes::pack(&field.planes, &mut packed.tables);
+                let dtype = field.planes.pairs[0].plane.dtype();
+                encoded(PackedEncoding::Planes(encoding), dtype, &field.decoder, &mut weights)
             }
             #[cfg(feature = "nerf")]
             AnyField::Nerf(field) => {
                 PackedField::Vanilla(Box::new(vanilla::pack(field, &mut weights)))
             }
-            // Voxels have no program.
+            // Voxels have no program, and what has no feature here.
             _ => return Err(Error::Unsupported("this kind of field")),
         };
         packed.weights = weights.rows;
@@ -107,7 +134,7 @@ impl Packed {
     }
 }
 
-/// The rows of a grid's networks alone: see [`Packed::weights`].
+/// The rows of a field's networks alone: see [`Packed::weights`].
 #[cfg(feature = "wgpu")]
 pub(crate) fn network_rows(decoder: &Decoder<'_>) -> Vec<[f32; 4]> {
     let mut weights = Weights::default();
@@ -129,21 +156,22 @@ fn networks(decoder: &Decoder<'_>, weights: &mut Weights) -> [Vec<Layer>; 2] {
     [density, weights.network(&decoder.color, &inputs, &first(3))]
 }
 
-fn grid(field: &HashGridField<'_>, weights: &mut Weights, tables: &mut Vec<u32>) -> PackedGrid {
-    let (grid, decoder) = (&field.grid, &field.decoder);
-    let n = decoder.n_features as usize;
+fn encoded(
+    encoding: PackedEncoding,
+    dtype: DType,
+    decoder: &Decoder<'_>,
+    weights: &mut Weights,
+) -> PackedField {
     let n_harmonics = spherical_harmonics::n_output(decoder.sh_degree);
     let [density, color] = networks(decoder, weights);
-    PackedGrid {
-        n_features_per_level: grid.config.n_features_per_level as usize,
-        n_feature_quads: n.div_ceil(QUAD),
-        per_ray: decoder.shading == Shading::PerRay,
-        log_density_bias: decoder.log_density_bias,
-        by_corner: grid.config.level(0).is_by_corner(),
-        dtype: Some(grid.levels[0].dtype()),
-        levels: tables::pack(grid, tables),
+    PackedField::Encoded(PackedEncoded {
+        encoding,
+        dtype: Some(dtype),
+        n_feature_quads: (decoder.n_features as usize).div_ceil(QUAD),
         density,
         color,
         n_harmonics: n_harmonics.div_ceil(QUAD),
-    }
+        per_ray: decoder.shading == Shading::PerRay,
+        log_density_bias: decoder.log_density_bias,
+    })
 }

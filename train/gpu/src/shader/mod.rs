@@ -4,12 +4,15 @@
 //! A pixel is an invocation: `ray.wgsl` makes its ray, `space_*.wgsl` takes it into the
 //! coordinates of the space, where it is `straight.wgsl` or a few straight pieces, `march.wgsl`
 //! or `hierarchical.wgsl` finds samples along it, with `cells.wgsl` to skip what is empty, and
-//! asks the field: `hash_grid.wgsl` and `decoder.wgsl`, or `vanilla.wgsl`. Where colours are
+//! asks the field: `hash_grid.wgsl` or `planes.wgsl` and `decoder.wgsl`, or `vanilla.wgsl`. Where colours are
 //! those of rays, there is a second program, `shade`, with the feature `wgpu`: workgroups compute
 //! them together.
 
+mod encoded;
 mod hash_grid;
 mod network;
+#[cfg(feature = "planes")]
+mod planes;
 mod text;
 #[cfg(feature = "wgpu")]
 mod together;
@@ -28,7 +31,7 @@ use pocketnerf_core::render::SamplingMode;
 use pocketnerf_core::{Model, RenderOptions, Space};
 
 use crate::pack::{Packed, PackedField};
-use hash_grid::Factors;
+use encoded::Factors;
 use text::Text;
 #[cfg(feature = "wgpu")]
 pub(crate) use training::{Rows, Together, source as training_source};
@@ -57,8 +60,8 @@ pub fn source(model: &Model<'_>, packed: &Packed, options: &RenderOptions) -> St
         }
     };
     match &packed.field {
-        PackedField::HashGrid(grid) => {
-            hash_grid::write(grid, Factors::Constant, is_hierarchical, &mut text);
+        PackedField::Encoded(field) => {
+            encoded::write(field, Factors::Constant, is_hierarchical, &mut text);
         }
         #[cfg(feature = "nerf")]
         PackedField::Vanilla(field) => vanilla::write(field, is_hierarchical, &mut text),
@@ -89,7 +92,7 @@ fn scene(text: &mut Text, model: &Model<'_>) {
 #[must_use]
 pub fn quads_to_shade(packed: &Packed) -> usize {
     match &packed.field {
-        PackedField::HashGrid(grid) if hash_grid::is_shaded(grid) => grid.n_feature_quads,
+        PackedField::Encoded(field) if encoded::is_shaded(field) => field.n_feature_quads,
         _ => 0,
     }
 }

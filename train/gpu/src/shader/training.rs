@@ -6,10 +6,10 @@ use alloc::string::String;
 use pocketnerf_core::tensor::SCALE_LOG2;
 use pocketnerf_core::{Model, Space};
 
-use super::hash_grid::{self, Factors};
-use super::scene;
+use super::encoded::{self, Factors};
+use super::{hash_grid, scene};
 use super::text::{Text, line};
-use crate::pack::PackedGrid;
+use crate::pack::{PackedEncoded, PackedGrid};
 
 /// Where the rows of both networks lie that kernels know by name.
 #[derive(Clone, Copy, Debug)]
@@ -40,13 +40,17 @@ pub(crate) struct Together {
     pub(crate) layers: [[u32; 3]; 2],
 }
 
-/// The program that trains fields like that of `model`, whose tables are bytes.
-pub(crate) fn source(model: &Model<'_>, grid: &PackedGrid, rows: &Rows) -> String {
+/// The program that trains fields like that of `model`, a `grid` whose tables are bytes.
+pub(crate) fn source(
+    model: &Model<'_>,
+    (field, grid): (&PackedEncoded, &PackedGrid),
+    rows: &Rows,
+) -> String {
     let mut text = Text::default();
     text.file(wgsl!("step"));
     scene(&mut text, model);
     text.file(wgsl!("stride"));
-    hash_grid::write(grid, Factors::Buffer, false, &mut text);
+    encoded::write(field, Factors::Buffer, false, &mut text);
     line!(text, "fn local_origin(ray: Ray) -> vec3f {{");
     match model.space {
         Space::Contracted(_) => {
@@ -69,7 +73,7 @@ pub(crate) fn source(model: &Model<'_>, grid: &PackedGrid, rows: &Rows) -> Strin
         text.whole(name, value);
     }
     line!(text, "const COARSEST = {}i;", SCALE_LOG2.end());
-    text.whole("N_CHANNELS", grid.n_feature_quads as u32);
+    text.whole("N_CHANNELS", field.n_feature_quads as u32);
     write_encoded(rows.n_encoded, &mut text);
     text.file(wgsl!("noted"));
     match &rows.together {

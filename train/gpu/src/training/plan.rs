@@ -5,7 +5,7 @@ use pocketnerf_core::network::Mlp;
 use pocketnerf_core::{AnyField, DType, Model};
 
 use super::networks::Networks;
-use crate::pack::{Packed, PackedField};
+use crate::pack::{Packed, PackedEncoded, PackedEncoding, PackedField};
 use crate::render::Error;
 use crate::shader::training_source;
 
@@ -35,7 +35,10 @@ impl<'m> Plan<'m> {
             return Err(Error::Untrainable("grids of other programs"));
         }
         let packed = Packed::new(model)?;
-        let PackedField::HashGrid(grid) = &packed.field else {
+        let PackedField::Encoded(
+            encoded @ PackedEncoded { encoding: PackedEncoding::HashGrid(grid), .. },
+        ) = &packed.field
+        else {
             return Err(Error::Untrainable("this kind of field"));
         };
         let decoder = &field.decoder;
@@ -44,8 +47,8 @@ impl<'m> Plan<'m> {
         if field.grid.config.n_features_per_level != TOGETHER {
             networks.rows.together = None;
         }
-        let source = training_source(model, grid, &networks.rows);
-        let n_feature_quads = grid.n_feature_quads as u32;
+        let source = training_source(model, (encoded, grid), &networks.rows);
+        let n_feature_quads = encoded.n_feature_quads as u32;
         Ok(Self { field, packed, networks, n_feature_quads, source })
     }
 }
