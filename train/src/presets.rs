@@ -1,6 +1,6 @@
 //! Settings of training runs: a kind of field, and how much detail a run of some length can learn.
 
-use crate::field::{FieldConfig, HashGridFieldConfig, NerfConfig, Training};
+use crate::field::{FieldConfig, HashGridFieldConfig, NerfConfig, PlanesFieldConfig, Training};
 use crate::trainer::{Length, TrainConfig, USUAL_SAMPLES};
 
 impl TrainConfig {
@@ -44,6 +44,19 @@ impl TrainConfig {
         }
     }
 
+    /// What suits most scenes on a CPU: planes and lines in a box, which are better there in the
+    /// same time and take half the bytes, and elsewhere a hash grid.
+    #[must_use]
+    pub fn usual(in_box: bool) -> Self {
+        if in_box { Self::planes() } else { Self::hash_grid() }
+    }
+
+    /// The defaults of planes and lines.
+    #[must_use]
+    pub fn planes() -> Self {
+        Self::new(PlanesFieldConfig::default())
+    }
+
     /// The hash-grid method's defaults.
     #[must_use]
     pub fn hash_grid() -> Self {
@@ -67,20 +80,22 @@ impl TrainConfig {
         // Twice the samples for eight times the time, about.
         let finer = (seconds / 60.0).powf(0.35);
         self.samples_per_side = (350.0 * finer).clamp(350.0, 800.0).round();
-        if let (Some(hidden), true) = (self.field.color_hidden_mut(), seconds > 90.0) {
-            *hidden = vec![128, 128];
+        if let (Some([_, color]), true) = (self.field.hidden_mut(), seconds > 90.0) {
+            *color = vec![128, 128];
         }
         self
     }
 
-    /// For models that render twice as fast: longer steps, narrower networks and eight
-    /// levels of the grid, however long the run.
+    /// For models that render twice as fast: longer steps, narrower networks and, of a hash grid,
+    /// eight levels, however long the run.
     #[must_use]
     pub fn for_speed(mut self) -> Self {
         self.samples_per_side = 300.0;
+        if let Some([density, color]) = self.field.hidden_mut() {
+            *density = vec![32];
+            *color = vec![32, 32];
+        }
         if let Some(field) = self.field.hash_grid_mut() {
-            field.density_hidden = vec![32];
-            field.color_hidden = vec![32, 32];
             // As fine as nine levels 1.65 times finer each.
             (field.grid.n_levels, field.grid.per_level_scale) = (8, 1.77);
         }

@@ -97,6 +97,12 @@ fn apart(found: &Camera, truth: &Camera) -> f32 {
 
 #[test]
 fn wrong_poses_are_found() {
+    for config in [TrainConfig::hash_grid(), TrainConfig::planes()] {
+        wrong_poses_are_found_by(config);
+    }
+}
+
+fn wrong_poses_are_found_by(config: TrainConfig) {
     let mut dataset = builtin::dataset(Split::Train, 4);
     let truth: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
     let mut random = Random::new(3, [0; 3]);
@@ -110,7 +116,7 @@ fn wrong_poses_are_found() {
         }
     }
     let given: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
-    let config = TrainConfig { refine_poses: true, ..TrainConfig::hash_grid() };
+    let config = TrainConfig { refine_poses: true, ..config };
     let mut trainer = Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap();
     let mut run = Run::new(Length::Steps(600), Instant::now());
     while run.step(&mut trainer).unwrap().is_some() {}

@@ -15,6 +15,11 @@ pub trait FieldKind: Debug {
     /// Where each tensor lies among the parameters.
     fn layout(&self) -> Layout;
 
+    /// Numbers that are learnt in the end, where the shape alone says how much finer it becomes.
+    fn n_parameters(&self) -> usize {
+        self.layout().len()
+    }
+
     /// How it is trained, where nothing else is asked for.
     fn training(&self) -> Training {
         Training::USUAL
@@ -29,6 +34,11 @@ pub trait FieldKind: Debug {
     /// What core's validation reports of an encoding.
     fn validate(&self) -> Result<(), Error> {
         Ok(())
+    }
+
+    /// Levels through which positions have a gradient, the coarsest first; 0: they have none.
+    fn n_levels(&self) -> usize {
+        0
     }
 
     /// Whether models of a size that is asked for can be made of it.

@@ -89,11 +89,12 @@ impl FieldConfig {
         if let Self::HashGrid(config) = self { Some(config) } else { None }
     }
 
-    /// Widths of the hidden layers of the colour network, where there is one behind an encoding.
-    pub const fn color_hidden_mut(&mut self) -> Option<&mut Vec<usize>> {
+    /// Widths of the hidden layers of the density network and of the colour network, where these
+    /// stand behind an encoding.
+    pub const fn hidden_mut(&mut self) -> Option<[&mut Vec<usize>; 2]> {
         match self {
-            Self::HashGrid(config) => Some(&mut config.color_hidden),
-            Self::Planes(config) => Some(&mut config.color_hidden),
+            Self::HashGrid(config) => Some([&mut config.density_hidden, &mut config.color_hidden]),
+            Self::Planes(config) => Some([&mut config.density_hidden, &mut config.color_hidden]),
             _ => None,
         }
     }

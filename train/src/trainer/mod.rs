@@ -148,7 +148,7 @@ impl Trainer {
     pub fn from_prepared(prepared: Prepared, simd: SimdLevel) -> Result<Self, Error> {
         let Prepared { source, space, candidates, hull, mut config } = prepared;
         let sampling = config.sampling(&space)?;
-        let n_levels = config.field.kind().layout().tables().len();
+        let n_levels = config.field.kind().n_levels();
         let refined = config.refine_poses && n_levels > 0;
         let poses = refined.then(|| Poses::new(source.cameras(), &space, n_levels)).flatten();
         let gains = learnt_gains(&source, &config);

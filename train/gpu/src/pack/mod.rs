@@ -24,8 +24,8 @@ use pocketnerf_core::{DType, Error, Model, Space};
 pub(crate) use cells::pack as pack_cells;
 #[cfg(feature = "nerf")]
 pub(crate) use fourier::{PackedFourier, PackedWaves};
-pub(crate) use layer::{Layer, QUAD};
 pub(crate) use hash_grid::{PackedGrid, PackedLevel};
+pub(crate) use layer::{Layer, QUAD};
 #[cfg(feature = "planes")]
 pub(crate) use planes::PackedPlanes;
 pub(crate) use tables::reader;

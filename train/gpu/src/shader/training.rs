@@ -7,8 +7,8 @@ use pocketnerf_core::tensor::SCALE_LOG2;
 use pocketnerf_core::{Model, Space};
 
 use super::encoded::{self, Factors};
-use super::{hash_grid, scene};
 use super::text::{Text, line};
+use super::{hash_grid, scene};
 use crate::pack::{PackedEncoded, PackedGrid};
 
 /// Where the rows of both networks lie that kernels know by name.

@@ -69,18 +69,20 @@ pub trait Encoding: Clone + Debug + PartialEq + Send + Sync + Sized + 'static {
         gradient: &mut [f32],
     );
 
+    /// Levels, the coarsest first.
+    fn n_levels(&self) -> usize;
+
     /// Adds the gradient of unit coordinates, with the share of each level in it, as
     /// [`Back::points`](crate::field::Back::points) does; `tables` are the parameters.
     fn points_back<S: Simd>(
         &self,
-        _: S,
-        _tables: &[&[f32]],
-        _points: [&[f32]; 3],
-        _rows: (&[f32], usize),
-        _levels: &[f32],
-        _d_points: &mut [&mut [f32]; 3],
-    ) {
-    }
+        simd: S,
+        tables: &[&[f32]],
+        points: [&[f32]; 3],
+        rows: (&[f32], usize),
+        levels: &[f32],
+        d_points: &mut [&mut [f32]; 3],
+    );
 
     /// Moves values of a table, as far as they have a gradient, by this share towards the mean of
     /// their neighbours, where it has any.

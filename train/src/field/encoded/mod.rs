@@ -81,8 +81,17 @@ impl<E: Encoding> FieldKind for EncodedFieldConfig<E> {
         self.layout()
     }
 
+    fn n_parameters(&self) -> usize {
+        let grid = self.grid.due(1.0).unwrap_or_else(|| self.grid.clone());
+        Self { grid, ..self.clone() }.layout().len()
+    }
+
     fn training(&self) -> Training {
         self.grid.training()
+    }
+
+    fn n_levels(&self) -> usize {
+        self.grid.n_levels()
     }
 
     fn can_be_sized(&self) -> bool {

@@ -108,6 +108,10 @@ impl Encoding for HashGridConfig {
         scatter::scatter_level(simd, &level, features, points, rows, stride, gradient);
     }
 
+    fn n_levels(&self) -> usize {
+        self.n_levels as usize
+    }
+
     fn points_back<S: Simd>(
         &self,
         simd: S,

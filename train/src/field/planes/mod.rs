@@ -3,6 +3,7 @@
 
 mod config;
 mod growth;
+mod positions;
 mod scatter;
 mod smoothing;
 
@@ -106,6 +107,34 @@ impl Encoding for PlanesConfig {
             DType::F32 => scatter::scatter_pair::<S, F32>(simd, shape, points, rows, gradient),
             _ => scatter::scatter_pair::<S, I8>(simd, shape, points, rows, gradient),
         }
+    }
+
+    fn n_levels(&self) -> usize {
+        1
+    }
+
+    fn points_back<S: Simd>(
+        &self,
+        simd: S,
+        tables: &[&[f32]],
+        points: [&[f32]; 3],
+        (rows, stride): (&[f32], usize),
+        levels: &[f32],
+        d_points: &mut [&mut [f32]; 3],
+    ) {
+        // Poses begin with the coarsest level.
+        debug_assert_eq!(levels.first(), Some(&1.0));
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for (number, pair) in tables.as_chunks::<2>().0.iter().enumerate() {
+                    let axis = Planes::axis(self.n_components, number);
+                    let shape = (pair[0], pair[1], axis, self.resolution);
+                    let rows = (&rows[number * FEATURES * stride..], stride);
+                    positions::add_pair(shape, points, rows, d_points);
+                }
+            },
+        );
     }
 
     fn smooth<S: Simd>(

@@ -70,7 +70,7 @@ impl Chart {
             (given, ..) => given.iter().map(|options| Recipe::of(options)).collect(),
         };
         for recipe in &mut recipes {
-            let precision = line(recipe)?.method().precision();
+            let precision = line(recipe)?.method(true).precision();
             if !self.precision.is_empty() {
                 recipe.precisions.clone_from(&self.precision);
             } else if precision != Precision::I8 {

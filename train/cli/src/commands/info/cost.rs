@@ -12,8 +12,9 @@ use crate::commands::train::SECONDS;
 const RUN_PER_PARAMETER: f64 = 40.0;
 /// The program itself, its threads' memory, cells.
 const PROGRAM: f64 = 40e6;
-/// Bytes of a model file for each parameter: tables of eight bits, packed.
-const FILE_PER_PARAMETER: f64 = 0.7;
+/// Bytes of a model file for each parameter, tables of eight bits, packed: in a box, where much of
+/// what there is room for stays empty, and elsewhere.
+const FILE_PER_PARAMETER: [f64; 2] = [0.3, 0.7];
 
 /// What training costs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -30,13 +31,14 @@ impl Cost {
     /// Of a run with the defaults on the training split.
     pub(super) fn of(report: &DatasetReport) -> Option<Self> {
         let split = report.splits.iter().find(|split| split.split == "train")?;
-        let config = TrainConfig::hash_grid().for_length(Length::Seconds(SECONDS));
-        let parameters = config.field.kind().layout().len() as f64;
+        let in_box = !report.forward_facing && !report.has_no_end;
+        let config = TrainConfig::usual(in_box).for_length(Length::Seconds(SECONDS));
+        let parameters = config.field.kind().n_parameters() as f64;
         let run = PROGRAM + RUN_PER_PARAMETER * parameters;
         Some(Self {
             seconds: SECONDS,
             memory_bytes: run as u64 + images(split, rayon::current_num_threads()),
-            model_bytes: (FILE_PER_PARAMETER * parameters) as u64,
+            model_bytes: (FILE_PER_PARAMETER[usize::from(!in_box)] * parameters) as u64,
         })
     }
 

@@ -103,13 +103,15 @@ impl Train {
 
     /// Fits the detail of a new timed run to the steps that this machine has time for.
     fn fit_detail(&self, trainer: &mut Trainer, has_alpha: bool) -> Result<(), Failure> {
+        let config = trainer.config();
+        let method = self.method(config.ndc.is_none() && config.contracted.is_none());
         match self.length() {
             Length::Seconds(seconds)
-                if seconds >= MEASURED && self.model.follow_steps(has_alpha) =>
+                if seconds >= MEASURED && self.model.follow_steps(method, has_alpha) =>
             {
                 let steps = Length::Steps((LATER * seconds * trainer.pace()) as u32);
                 let TrainConfig { field, samples_per_side, .. } =
-                    self.model.config(has_alpha, steps);
+                    self.model.config(method, has_alpha, steps);
                 let config = trainer.config();
                 if (&field, samples_per_side) != (&config.field, config.samples_per_side) {
                     trainer.reshape(field, samples_per_side)?;

@@ -193,7 +193,7 @@ impl Train {
             ));
         }
         let pixels = dataset.views.iter().map(|view| view.rgba.len() / 4).sum();
-        doubts.extend(self.model.doubt(dataset.has_alpha, pixels, self.length()));
+        doubts.extend(self.model.doubt(pixels, self.length()));
         doubts.extend(self.model.doubt_of_rate());
         if let Some(quality) = dataset.jpeg_quality().filter(|quality| *quality < COMPRESSED) {
             doubts.push(format!(

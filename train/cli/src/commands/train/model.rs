@@ -20,8 +20,10 @@ pub(super) enum Profile {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Model")]
 pub(super) struct ModelOptions {
-    /// What is trained: a kind of field, or a baseline to compare with [default: hash-grid]
+    /// What is trained: a kind of field, or a baseline to compare with [default: planes in a box on
+    /// the CPU, else hash-grid]
     ///
+    /// Options of one of the two kinds alone ask for it.
     /// Baselines have files of their own, which `eval`, `render`, `info` and `chart` read.
     #[arg(long, value_enum)]
     method: Option<Method>,
@@ -101,6 +103,7 @@ fn check_sizes_of(option: &str, config: &TrainConfig) -> Result<(), Failure> {
     }
 }
 
+/// Refuses an option for kinds without an encoding.
 fn not_for_this(option: &str) -> Failure {
     format!("{option}: for --method hash-grid and planes alone").into()
 }
@@ -113,22 +116,13 @@ impl ModelOptions {
         if let (Some(option), true) = (shape, resumes) {
             return Err(format!("{option}: the checkpoint knows; leave it out").into());
         }
-        let method = self.method();
+        let method = self.method(true);
         self.kinds.check(method)?;
-        let other = !method.has_tables();
-        if other && self.profile == Profile::Fast {
-            return Err("--profile fast: for --method hash-grid alone".into());
-        }
-        let of_grids = [
-            ("--log2-hashmap-size", self.log2_hashmap_size.is_some()),
-            ("--n-levels", self.n_levels.is_some()),
-            ("--hidden-width", self.hidden_width.is_some()),
-        ];
-        let given = of_grids.iter().find(|(_, given)| *given).map(|(option, _)| *option);
-        if let (true, Some(option)) = (other, given) {
+        if let (Some(option), true) = (self.given_for_grids(), method != Method::HashGrid) {
             return Err(format!("{option}: for --method hash-grid alone").into());
         }
-        match self.size_option() {
+        let fast = (self.profile == Profile::Fast).then_some("--profile fast");
+        match self.size_option().or(fast) {
             Some(option) if self.baseline().is_some() => Err(not_for_this(option)),
             Some(option) => {
                 check_sizes_of(option, &self.kinds.config(method, true, Length::Steps(1)))
@@ -137,14 +131,30 @@ impl ModelOptions {
         }
     }
 
+    /// An option that was given for hash grids alone.
+    fn given_for_grids(&self) -> Option<&'static str> {
+        let given = [
+            ("--log2-hashmap-size", self.log2_hashmap_size.is_some()),
+            ("--n-levels", self.n_levels.is_some()),
+            ("--hidden-width", self.hidden_width.is_some()),
+        ];
+        given.iter().find(|(_, given)| *given).map(|(option, _)| *option)
+    }
+
     /// The baseline that is to be trained, if it is one.
     pub(super) fn baseline(&self) -> Option<pocketnerf_baselines::Method> {
         self.method.and_then(Method::baseline)
     }
 
-    /// What is to be trained.
-    pub(super) fn method(&self) -> Method {
-        self.method.unwrap_or_default()
+    /// What is to be trained: what was asked for, or what suits scenes that planes suit, and
+    /// others.
+    pub(super) fn method(&self, suits_planes: bool) -> Method {
+        let asked = self.kinds.ask_for_planes();
+        let usual = match asked || suits_planes && self.given_for_grids().is_none() {
+            true => Method::Planes,
+            false => Method::HashGrid,
+        };
+        self.method.unwrap_or(usual)
     }
 
     /// Whether `--method` is given.
@@ -214,8 +224,8 @@ impl ModelOptions {
     }
 
     /// The settings of a new run.
-    pub(super) fn config(&self, has_alpha: bool, length: Length) -> TrainConfig {
-        let mut config = self.kinds.config(self.method(), has_alpha, length);
+    pub(super) fn config(&self, method: Method, has_alpha: bool, length: Length) -> TrainConfig {
+        let mut config = self.kinds.config(method, has_alpha, length);
         if self.no_view_dependence {
             kinds::omit_view_dependence(&mut config.field);
         }
@@ -250,13 +260,14 @@ impl ModelOptions {
 
     /// What to say of tables that are far smaller than usual in a run of this length, and far
     /// smaller than so many pixels.
-    pub(super) fn doubt(&self, has_alpha: bool, pixels: usize, length: Length) -> Option<String> {
+    pub(super) fn doubt(&self, pixels: usize, length: Length) -> Option<String> {
         /// So many times fewer entries, as a power of two.
         const FEWER: u32 = 4;
         /// So many pixels an entry.
         const PIXELS: usize = 100;
         let given = self.log2_hashmap_size?;
-        let usual = Self { log2_hashmap_size: None, ..self.clone() }.config(has_alpha, length);
+        let usual = Self { log2_hashmap_size: None, ..self.clone() };
+        let usual = usual.config(Method::HashGrid, true, length);
         let FieldConfig::HashGrid(usual) = usual.field else { return None };
         let usual = usual.grid.log2_hashmap_size;
         let few = given + FEWER <= usual && pixels >> given > PIXELS;
@@ -281,8 +292,8 @@ impl ModelOptions {
     }
 
     /// Whether the settings depend on how many steps there are.
-    pub(super) fn follow_steps(&self, has_alpha: bool) -> bool {
-        let [few, many] = [1, u32::MAX].map(|n| self.config(has_alpha, Length::Steps(n)));
+    pub(super) fn follow_steps(&self, method: Method, has_alpha: bool) -> bool {
+        let [few, many] = [1, u32::MAX].map(|n| self.config(method, has_alpha, Length::Steps(n)));
         few != many
     }
 

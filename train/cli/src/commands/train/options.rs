@@ -104,10 +104,12 @@ impl Train {
 
     /// The settings of a new run on this dataset.
     pub(super) fn config(&self, dataset: &Dataset) -> Result<TrainConfig, Failure> {
-        let mut config = self.model.config(dataset.has_alpha, self.length());
+        let space = self.scene.space(dataset)?;
+        let method = self.method(space.is_box());
+        let mut config = self.model.config(method, dataset.has_alpha, self.length());
         config.seed = self.seed.unwrap_or(config.seed);
         config.batch_rays = self.batch_rays.or(config.batch_rays);
-        self.scene.apply(&mut config, dataset)?;
+        self.scene.apply(&mut config, dataset, space)?;
         Ok(config)
     }
 
@@ -117,9 +119,9 @@ impl Train {
         self.steps.map_or(seconds, Length::Steps)
     }
 
-    /// What a new run trains.
-    pub(in crate::commands) fn method(&self) -> Method {
-        self.model.method()
+    /// What a new run trains, in a box or elsewhere. GPUs train hash grids.
+    pub(in crate::commands) fn method(&self, in_box: bool) -> Method {
+        self.model.method(in_box && !self.device.is_gpu())
     }
 
     /// The factor by which the images of a new run are downscaled.

@@ -21,6 +21,19 @@ pub(super) enum SpaceKind {
     Contracted,
 }
 
+/// The coordinates of a new run: a box, unless one of these is there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coordinates {
+    ndc: Option<Ndc>,
+    contracted: Option<Contracted>,
+}
+
+impl Coordinates {
+    pub(super) const fn is_box(&self) -> bool {
+        self.ndc.is_none() && self.contracted.is_none()
+    }
+}
+
 /// Nothing is nearer to a camera than this share of the nearest depth that a dataset knows: fog
 /// before a camera would explain its photograph as well as the scene does.
 const NEAREST: f32 = 0.5;
@@ -127,11 +140,20 @@ impl SceneOptions {
         given.iter().find(|(_, given)| *given).map(|(option, _)| *option)
     }
 
+    /// The coordinates of a new run.
+    pub(super) fn space(&self, dataset: &Dataset) -> Result<Coordinates, Failure> {
+        Ok(Coordinates { ndc: self.ndc(dataset)?, contracted: self.contracted(dataset)? })
+    }
+
     /// Adds these settings to those of a new run.
-    pub(super) fn apply(&self, config: &mut TrainConfig, dataset: &Dataset) -> Result<(), Failure> {
+    pub(super) fn apply(
+        &self,
+        config: &mut TrainConfig,
+        dataset: &Dataset,
+        space: Coordinates,
+    ) -> Result<(), Failure> {
         config.aabb = self.aabb.map(|corners| dataset.box_as_read(corners));
-        config.ndc = self.ndc(dataset)?;
-        config.contracted = self.contracted(dataset)?;
+        (config.ndc, config.contracted) = (space.ndc, space.contracted);
         if config.ndc.is_none() {
             let known = dataset.bounds.map(|[near, _]| NEAREST * near);
             let known = known.filter(|near| self.far.is_none_or(|far| *near < far));
@@ -143,8 +165,8 @@ impl SceneOptions {
         let one = config.hierarchical_training().is_some() && dataset.has_alpha;
         let usual = one.then(|| dataset.background.unwrap_or([1.0; 3]));
         config.backdrop = self.background.or(usual);
-        if self.refine_poses && config.field.hash_grid_mut().is_none() {
-            return Err("--refine-poses: for --method hash-grid alone".into());
+        if self.refine_poses && config.field.kind().n_levels() == 0 {
+            return Err("--refine-poses: for --method hash-grid and planes alone".into());
         }
         config.refine_poses = self.refine_poses;
         if self.smooth_surfaces.is_some() && config.hierarchical_training().is_some() {

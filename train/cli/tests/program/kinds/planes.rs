@@ -50,14 +50,41 @@ fn a_file_is_as_small_as_asked_for() {
     assert!(line.contains(expected) && !line.contains("--hidden-width"), "{line}");
 }
 
+/// In a box planes, elsewhere hash grids, unless options say what they are for.
+#[test]
+fn a_kind_suits_the_scene() {
+    let place = Place::new();
+    let method = |options: &str| {
+        let train = "train data --json --quiet --exposure off --batch-rays 64 --steps 2";
+        place.ok(&format!("{train} --out m.pnerf {options}"))["method"].clone()
+    };
+    assert_eq!(method("--profile fast"), "planes");
+    assert_eq!(method("--space contracted"), "hash-grid");
+    assert_eq!(method("--space contracted --plane-resolution 32"), "planes");
+    assert_eq!(method("--n-levels 4"), "hash-grid");
+    assert_eq!(method("--method hash-grid"), "hash-grid");
+}
+
+#[test]
+fn a_fast_profile_has_narrower_networks() {
+    let place = Place::new();
+    let train = train("planes", "--plane-resolution 32 --steps 40");
+    let [fine, fast] = ["fine", "fast"].map(|profile| {
+        place.ok(&format!("{train} --profile {profile} --out m.pnerf"));
+        place.ok("info m.pnerf --json")["parameters"].as_u64().unwrap()
+    });
+    // 48 values, 64 then 16 outputs, and 31 inputs, 64, 64, 3; half as wide.
+    let of = |w: u64| 49 * w + (w + 1) * 16 + 32 * w + (w + 1) * w + (w + 1) * 3;
+    assert_eq!(fine - fast, of(64) - of(32));
+}
+
 #[test]
 fn options_of_other_kinds_are_refused() {
     let lines = [
-        ("--plane-resolution 128", "--plane-resolution: give --method planes too"),
-        ("--components 16", "--components: give --method planes too"),
+        ("--method hash-grid --components 16", "--components: give --method planes too"),
         ("--method planes --n-levels 8", "--n-levels: for --method hash-grid alone"),
+        ("--components 16 --hidden-width 16", "--hidden-width: for --method hash-grid alone"),
         ("--method planes --voxels 64", "--voxels: give --method plenoxels too"),
-        ("--method planes --refine-poses", "--refine-poses: for --method hash-grid alone"),
     ];
     let out_of_range = ["--plane-resolution 8", "--plane-resolution 2000", "--components 24"];
     refused("planes", &lines, &out_of_range);

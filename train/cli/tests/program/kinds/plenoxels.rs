@@ -20,12 +20,18 @@ fn options_of_other_kinds_are_refused() {
         ("--voxels 128", "--voxels: give --method plenoxels too"),
         ("--sh-bands 2", "--sh-bands: give --method plenoxels too"),
         ("--method plenoxels --n-levels 8", "--n-levels: for --method hash-grid alone"),
-        ("--method plenoxels --profile fast", "--profile fast: for --method hash-grid alone"),
+        (
+            "--method plenoxels --profile fast",
+            "--profile fast: for --method hash-grid and planes alone",
+        ),
         (
             "--method plenoxels --max-bytes 100000",
             "--max-bytes: for --method hash-grid and planes alone",
         ),
-        ("--method plenoxels --refine-poses", "--refine-poses: for --method hash-grid alone"),
+        (
+            "--method plenoxels --refine-poses",
+            "--refine-poses: for --method hash-grid and planes alone",
+        ),
     ];
     refused("plenoxels", &lines, &["--voxels 130", "--voxels 1024", "--sh-bands 4"]);
 }

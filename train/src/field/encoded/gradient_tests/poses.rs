@@ -30,7 +30,7 @@ fn placed(given: &Camera, own: &[f64], center: DVec3, unit: f64) -> (DMat3, DVec
 }
 
 /// The error of each derivative, relative to the largest.
-fn errors(case: Case) -> Vec<f64> {
+fn errors<E: Exact + Copy>(case: Case<E>) -> Vec<f64> {
     let mut step = Step::new(Case { poses: true, ..case });
     let given = step.source.cameras().to_vec();
     let poses = Poses::new(&given, &step.space, 3).unwrap();
@@ -90,6 +90,10 @@ fn poses_against_differences() {
             let errors = errors(Case { simd: Some(simd), ..case });
             assert!(errors.iter().all(|e| *e < TOLERANCE), "{n_features}: {errors:?}");
         }
+    }
+    for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_available()) {
+        let errors = errors(Case { simd: Some(simd), ..ONE_LAYER.of(PLANES) });
+        assert!(errors.iter().all(|e| *e < TOLERANCE), "planes: {errors:?}");
     }
     // Opaque, and more samples than a batch takes.
     let case = Case { encoding: hash_grid(2), ..ONE_LAYER };

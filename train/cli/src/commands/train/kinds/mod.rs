@@ -16,12 +16,11 @@ use planes::PlanesOptions;
 use plenoxels::PlenoxelOptions;
 
 /// What is trained.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(in crate::commands) enum Method {
     /// A multiresolution hash grid and small networks: minutes
-    #[default]
     HashGrid,
-    /// Planes and lines (TensoRF) and small networks
+    /// Planes and lines (TensoRF) and small networks: minutes
     Planes,
     /// A sparse grid of voxels with spherical harmonics, without networks (Plenoxels)
     Plenoxels,
@@ -82,7 +81,7 @@ impl Method {
     /// Options of `pocketnerf train` for a model that many runs can be made of.
     pub(in crate::commands) const fn small(self) -> &'static [&'static str] {
         match self {
-            Self::HashGrid => &[],
+            Self::HashGrid => &["--method", "hash-grid"],
             Self::Nerf => {
                 &["--method", "nerf", "--depth", "4", "--width", "64", "--batch-rays", "1024"]
             }
@@ -125,6 +124,11 @@ impl KindOptions {
             (Method::Nerf, self.nerf.given()),
             (Method::Derf, self.derf.given()),
         ]
+    }
+
+    /// Whether an option of planes was given, which asks for them.
+    pub(super) fn ask_for_planes(&self) -> bool {
+        self.planes.given().is_some()
     }
 
     /// An option that was given, to refuse it where a run goes on.
