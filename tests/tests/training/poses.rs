@@ -97,12 +97,12 @@ fn apart(found: &Camera, truth: &Camera) -> f32 {
 
 #[test]
 fn wrong_poses_are_found() {
-    for config in [TrainConfig::hash_grid(), TrainConfig::planes()] {
-        wrong_poses_are_found_by(config);
+    for (config, steps) in [(TrainConfig::hash_grid(), 600), (TrainConfig::planes(), 1000)] {
+        wrong_poses_are_found_by(config, steps);
     }
 }
 
-fn wrong_poses_are_found_by(config: TrainConfig) {
+fn wrong_poses_are_found_by(config: TrainConfig, steps: u32) {
     let mut dataset = builtin::dataset(Split::Train, 4);
     let truth: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
     let mut random = Random::new(3, [0; 3]);
@@ -118,7 +118,7 @@ fn wrong_poses_are_found_by(config: TrainConfig) {
     let given: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
     let config = TrainConfig { refine_poses: true, ..config };
     let mut trainer = Trainer::with_prepass(dataset, config, SimdLevel::detect()).unwrap();
-    let mut run = Run::new(Length::Steps(600), Instant::now());
+    let mut run = Run::new(Length::Steps(steps), Instant::now());
     while run.step(&mut trainer).unwrap().is_some() {}
     let mean = |cameras: &[Camera]| {
         let off = cameras.iter().zip(&truth).map(|(found, truth)| apart(found, truth));

@@ -110,7 +110,7 @@ impl Encoding for PlanesConfig {
     }
 
     fn n_levels(&self) -> usize {
-        1
+        positions::LEVELS
     }
 
     fn points_back<S: Simd>(
@@ -122,8 +122,6 @@ impl Encoding for PlanesConfig {
         levels: &[f32],
         d_points: &mut [&mut [f32]; 3],
     ) {
-        // Poses begin with the coarsest level.
-        debug_assert_eq!(levels.first(), Some(&1.0));
         simd.vectorize(
             #[inline(always)]
             || {
@@ -131,7 +129,9 @@ impl Encoding for PlanesConfig {
                     let axis = Planes::axis(self.n_components, number);
                     let shape = (pair[0], pair[1], axis, self.resolution);
                     let rows = (&rows[number * FEATURES * stride..], stride);
-                    positions::add_pair(shape, points, rows, d_points);
+                    for reach in positions::reaches(self.resolution, levels) {
+                        positions::add_pair(shape, points, rows, reach, d_points);
+                    }
                 }
             },
         );
