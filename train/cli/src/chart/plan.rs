@@ -38,6 +38,8 @@ fn name(options: &[String]) -> String {
             "--seconds" => format!("{value}s"),
             "--log2-hashmap-size" => format!("T{value}"),
             "--n-levels" => format!("L{value}"),
+            "--components" => format!("C{value}"),
+            "--plane-resolution" => format!("R{value}"),
             "--hidden-width" | "--width" => format!("W{value}"),
             "--depth" => format!("D{value}"),
             _ => format!("{}{value}", option.trim_start_matches('-')),
@@ -54,7 +56,7 @@ pub fn quick() -> Vec<Recipe> {
     vec![
         Recipe::of("--seconds 10 --log2-hashmap-size 11 --n-levels 5 --hidden-width 32"),
         Recipe::of("--seconds 12 --log2-hashmap-size 13 --n-levels 6 --hidden-width 32"),
-        Recipe::of("--seconds 12 --log2-hashmap-size 15 --hidden-width 16"),
+        Recipe::of("--seconds 12 --method planes --plane-resolution 128"),
         Recipe::with("--seconds 25 --log2-hashmap-size 15", &[Precision::I8, Precision::F16]),
         Recipe::of("--seconds 12 --method nerf --depth 4 --width 64 --batch-rays 1024"),
         Recipe::of("--seconds 30 --method nerf --depth 4 --width 128 --batch-rays 1024"),
@@ -68,8 +70,8 @@ pub fn of_method(options: &[&str], seconds: &[u32]) -> Vec<Recipe> {
     seconds.iter().map(|s| Recipe::of(&format!("{options} --seconds {s}"))).collect()
 }
 
-/// The whole sweep: time, table size, levels, width and precision of the hash grid, its
-/// two profiles, and vanilla NeRF in three sizes.
+/// The whole sweep: time, precision and profile of what suits the scene; tables, levels and width
+/// of hash grids; components and resolution of planes; vanilla NeRF in three sizes.
 #[must_use]
 pub fn full() -> Vec<Recipe> {
     use Precision::{F16, F32, I8};
@@ -82,6 +84,9 @@ pub fn full() -> Vec<Recipe> {
         Recipe::of("--seconds 60 --profile fast"),
         Recipe::of("--seconds 300 --profile fast"),
     ];
+    all.extend([60, 300].map(|s| Recipe::of(&format!("--seconds {s} --method hash-grid"))));
+    all.push(Recipe::of("--seconds 300 --components 32"));
+    all.push(Recipe::of("--seconds 60 --plane-resolution 160"));
     all.extend(
         [11, 13, 14, 15, 16, 18]
             .map(|n| Recipe::of(&format!("--seconds 60 --log2-hashmap-size {n}"))),
