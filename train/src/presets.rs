@@ -1,6 +1,8 @@
 //! Settings of training runs: a kind of field, and how much detail a run of some length can learn.
 
-use crate::field::{FieldConfig, HashGridFieldConfig, NerfConfig, PlanesFieldConfig, Training};
+use crate::field::{
+    FieldConfig, HashGridFieldConfig, NerfConfig, PlanesConfig, PlanesFieldConfig, Training,
+};
 use crate::trainer::{Length, TrainConfig, USUAL_SAMPLES};
 
 impl TrainConfig {
@@ -47,14 +49,18 @@ impl TrainConfig {
     /// What suits most scenes on a CPU: planes and lines in a box, which are better there in the
     /// same time and take half the bytes, and elsewhere a hash grid.
     #[must_use]
-    pub fn usual(in_box: bool) -> Self {
-        if in_box { Self::planes() } else { Self::hash_grid() }
+    pub fn usual(in_box: bool, pixels: f32) -> Self {
+        if in_box { Self::planes(pixels) } else { Self::hash_grid() }
     }
 
-    /// The defaults of planes and lines.
+    /// The defaults of planes and lines for photographs of so many pixels across:
+    /// [`Dataset::pixels_across`](crate::dataset::Dataset::pixels_across).
     #[must_use]
-    pub fn planes() -> Self {
-        Self::new(PlanesFieldConfig::default())
+    pub fn planes(pixels: f32) -> Self {
+        let usual = PlanesFieldConfig::default();
+        let resolution = PlanesConfig::resolution_for(pixels);
+        let grid = PlanesConfig::new(resolution, usual.grid.n_components);
+        Self::new(PlanesFieldConfig { grid, ..usual })
     }
 
     /// The hash-grid method's defaults.
@@ -106,6 +112,16 @@ impl TrainConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn entries_follow_the_pixels() {
+        let entries = |pixels| match TrainConfig::usual(true, pixels).field {
+            FieldConfig::Planes(field) => field.grid.last_resolution,
+            other => unreachable!("{other:?}"),
+        };
+        assert_eq!([25.0, 50.0, 199.6, 800.0].map(entries), [32, 50, 200, 300]);
+        assert_eq!(TrainConfig::usual(false, 50.0), TrainConfig::hash_grid());
+    }
 
     #[test]
     fn detail_follows_the_time() {

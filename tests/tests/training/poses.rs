@@ -97,7 +97,7 @@ fn apart(found: &Camera, truth: &Camera) -> f32 {
 
 #[test]
 fn wrong_poses_are_found() {
-    for (config, steps) in [(TrainConfig::hash_grid(), 600), (TrainConfig::planes(), 1000)] {
+    for (config, steps) in [(TrainConfig::hash_grid(), 600), (TrainConfig::planes(100.0), 1000)] {
         wrong_poses_are_found_by(config, steps);
     }
 }

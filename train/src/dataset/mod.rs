@@ -144,6 +144,13 @@ impl Dataset {
         name.map_or_else(String::new, |name| name.display().to_string())
     }
 
+    /// Pixels across the views: the mean of the sides of squares with as many pixels.
+    #[must_use]
+    pub fn pixels_across(&self) -> f32 {
+        let side = |view: &View| (view.camera.width as f32 * view.camera.height as f32).sqrt();
+        self.views.iter().map(side).sum::<f32>() / self.views.len().max(1) as f32
+    }
+
     /// Keeps at most `n` views, spread evenly.
     pub fn thin(&mut self, n: usize) {
         thin(&mut self.views, n);

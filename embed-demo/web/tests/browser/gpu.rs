@@ -8,7 +8,7 @@ use pocketnerf_web::Scene;
 use serde_json::{Value, json};
 
 use crate::common::{self, chromium::Page};
-use crate::{AT_REST, BYTES, STILL_LIFE, decode, difference, encode, four_lanes};
+use crate::{AT_REST, BYTES, PLANES, STILL_LIFE, decode, difference, encode, four_lanes};
 use crate::{native, psnr, seen};
 
 /// Until the GPU has rendered a picture of this scene.
@@ -92,6 +92,39 @@ fn a_gpu_renders_what_the_cpu_does() {
     assert_eq!(page.complaints, [""; 0]);
 }
 
+/// Loads a file for the GPU, as `scene`, and for the CPU, and compares a picture by each.
+fn assert_alike(page: &mut Page, home: &str, bytes: &[u8]) {
+    page.go(&format!("{home}/package.json"));
+    page.value(BYTES);
+    page.value(&format!(
+        "(async () => {{
+            const {{ load }} = await import('/pocketnerf.js');
+            const bytes = Uint8Array.from(atob('{}'), (c) => c.charCodeAt(0)).buffer;
+            globalThis.cpu = await load(bytes.slice(), {{ gpu: 'off' }});
+            globalThis.scene = await load(bytes, {{ gpu: 'software' }});
+        }})()",
+        encode(bytes)
+    ));
+    assert_eq!(page.value(ON_GPU), true);
+    let [found, expected] = ["scene", "cpu"].map(|scene| {
+        let render = format!("{scene}.render({scene}.camera(90, 70), {{ quality: 1 }})");
+        decode(&page.value(&format!("{render}.then((image) => text(image.data))")))
+    });
+    let psnr = psnr(&found, &expected);
+    println!("{psnr:.1} dB");
+    assert!(psnr >= 50.0, "{psnr} dB");
+}
+
+/// What `train` learns in a box: the browser's own compiler takes the program.
+#[test]
+fn planes() {
+    let Some(dist) = common::dist() else { return };
+    let home = common::server::serve(&dist);
+    let Some(mut page) = Page::with_gpu(&home, [200, 200]) else { return };
+    assert_alike(&mut page, &home, PLANES);
+    assert_eq!(page.complaints, [""; 0]);
+}
+
 /// The still life as if it reached to infinity: the browser's own compiler takes the program, and
 /// the page's camera turns as the window's does.
 #[test]
@@ -104,25 +137,7 @@ fn a_scene_without_an_end() {
     let about = pocketnerf_formats::About { camera: None, ..file.about };
     let model = Model { space, ..file.model };
     let bytes = pocketnerf_formats::write(&model, &about, Precision::I8).unwrap();
-    page.go(&format!("{home}/package.json"));
-    page.value(BYTES);
-    page.value(&format!(
-        "(async () => {{
-            const {{ load }} = await import('/pocketnerf.js');
-            const bytes = Uint8Array.from(atob('{}'), (c) => c.charCodeAt(0)).buffer;
-            globalThis.cpu = await load(bytes.slice(), {{ gpu: 'off' }});
-            globalThis.scene = await load(bytes, {{ gpu: 'software' }});
-        }})()",
-        encode(&bytes)
-    ));
-    assert_eq!(page.value(ON_GPU), true);
-    let [found, expected] = ["scene", "cpu"].map(|scene| {
-        let render = format!("{scene}.render({scene}.camera(90, 70), {{ quality: 1 }})");
-        decode(&page.value(&format!("{render}.then((image) => text(image.data))")))
-    });
-    let psnr = psnr(&found, &expected);
-    println!("{psnr:.1} dB");
-    assert!(psnr >= 50.0, "{psnr} dB");
+    assert_alike(&mut page, &home, &bytes);
     let mut view = View::new(&pocketnerf_formats::open(&bytes).unwrap());
     view.drag([30.0, -20.0], 120);
     view.approach(0.7);

@@ -15,6 +15,7 @@ use pocketnerf_web::Scene;
 use serde_json::{Value, json};
 
 const STILL_LIFE: &[u8] = include_bytes!("../../../still-life.pnerf");
+const PLANES: &[u8] = include_bytes!("../../../../tests/golden/planes-i8-packed.pnerf");
 const NERF: &[u8] = include_bytes!("../../../../tests/golden/nerf-f16.pnerf");
 const AT_REST: &str = "picture.dataset.state === 'rest'";
 

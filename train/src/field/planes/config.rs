@@ -11,6 +11,8 @@ use crate::field::Unusable;
 const FINER_FROM: [f32; 3] = [0.04, 0.1, 0.2];
 /// The fewest entries along an axis that training begins with, unless it ends with fewer.
 const FEWEST: f32 = 96.0;
+/// The fewest and the most entries along an axis that photographs are given by their pixels.
+const BY_PIXELS: [f32; 2] = [32.0, 300.0];
 
 /// Planes and lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +32,14 @@ impl PlanesConfig {
         let mut planes = Self { resolution: 0, last_resolution, n_components };
         planes.resolution = planes.resolution_at(0.0);
         planes
+    }
+
+    /// Entries along an axis in the end for photographs of so many pixels across: one a pixel, up
+    /// to 300. Between more there is nothing to learn from, and noise is learnt instead.
+    #[must_use]
+    pub fn resolution_for(pixels: f32) -> u32 {
+        let [fewest, most] = BY_PIXELS;
+        pixels.clamp(fewest, most).round() as u32
     }
 
     /// Entries along an axis when so much of a run is over: steps of equal ratios, as in the

@@ -7,6 +7,7 @@ use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer::prepass::{self, Deadline, PrepassError};
 use pocketnerf_train::trainer::{Checkpoint, Length, NoTime, TrainConfig, Trainer};
 
+use super::kinds::Images;
 use super::scene::Exposure;
 use super::{Bar, Train, opened};
 use crate::commands::Failure;
@@ -34,7 +35,7 @@ impl Train {
         started: Instant,
         bar: &mut Bar,
     ) -> Result<Trainer, Failure> {
-        let (config, has_alpha) = (self.config(&dataset)?, dataset.has_alpha);
+        let (config, images) = (self.config(&dataset)?, Images::of(&dataset));
         let is_given = config.aabb.or(dataset.aabb).is_some();
         let seconds = match self.length() {
             Length::Seconds(seconds) => Some(seconds),
@@ -81,7 +82,7 @@ impl Train {
         }
         let mut trainer = Trainer::from_prepared(prepared, level)?;
         trainer.begin_on(opened(device, bar));
-        self.fit_detail(&mut trainer, has_alpha)?;
+        self.fit_detail(&mut trainer, images)?;
         Ok(trainer)
     }
 
@@ -102,16 +103,16 @@ impl Train {
     }
 
     /// Fits the detail of a new timed run to the steps that this machine has time for.
-    fn fit_detail(&self, trainer: &mut Trainer, has_alpha: bool) -> Result<(), Failure> {
+    fn fit_detail(&self, trainer: &mut Trainer, images: Images) -> Result<(), Failure> {
         let config = trainer.config();
         let method = self.method(config.ndc.is_none() && config.contracted.is_none());
         match self.length() {
             Length::Seconds(seconds)
-                if seconds >= MEASURED && self.model.follow_steps(method, has_alpha) =>
+                if seconds >= MEASURED && self.model.follow_steps(method, images) =>
             {
                 let steps = Length::Steps((LATER * seconds * trainer.pace()) as u32);
                 let TrainConfig { field, samples_per_side, .. } =
-                    self.model.config(method, has_alpha, steps);
+                    self.model.config(method, images, steps);
                 let config = trainer.config();
                 if (&field, samples_per_side) != (&config.field, config.samples_per_side) {
                     trainer.reshape(field, samples_per_side)?;

@@ -3,7 +3,7 @@
 use pocketnerf_train::field::{FieldConfig, HashGridFieldConfig};
 use pocketnerf_train::trainer::{Length, Size, TrainConfig, Trainer};
 
-use super::kinds::{self, KindOptions, Method};
+use super::kinds::{self, Images, KindOptions, Method};
 use crate::commands::Failure;
 use crate::commands::parse::parse_psnr;
 
@@ -125,7 +125,7 @@ impl ModelOptions {
         match self.size_option().or(fast) {
             Some(option) if self.baseline().is_some() => Err(not_for_this(option)),
             Some(option) => {
-                check_sizes_of(option, &self.kinds.config(method, true, Length::Steps(1)))
+                check_sizes_of(option, &self.kinds.config(method, Images::ANY, Length::Steps(1)))
             }
             None => Ok(()),
         }
@@ -224,8 +224,8 @@ impl ModelOptions {
     }
 
     /// The settings of a new run.
-    pub(super) fn config(&self, method: Method, has_alpha: bool, length: Length) -> TrainConfig {
-        let mut config = self.kinds.config(method, has_alpha, length);
+    pub(super) fn config(&self, method: Method, images: Images, length: Length) -> TrainConfig {
+        let mut config = self.kinds.config(method, images, length);
         if self.no_view_dependence {
             kinds::omit_view_dependence(&mut config.field);
         }
@@ -267,7 +267,7 @@ impl ModelOptions {
         const PIXELS: usize = 100;
         let given = self.log2_hashmap_size?;
         let usual = Self { log2_hashmap_size: None, ..self.clone() };
-        let usual = usual.config(Method::HashGrid, true, length);
+        let usual = usual.config(Method::HashGrid, Images::ANY, length);
         let FieldConfig::HashGrid(usual) = usual.field else { return None };
         let usual = usual.grid.log2_hashmap_size;
         let few = given + FEWER <= usual && pixels >> given > PIXELS;
@@ -292,8 +292,8 @@ impl ModelOptions {
     }
 
     /// Whether the settings depend on how many steps there are.
-    pub(super) fn follow_steps(&self, method: Method, has_alpha: bool) -> bool {
-        let [few, many] = [1, u32::MAX].map(|n| self.config(method, has_alpha, Length::Steps(n)));
+    pub(super) fn follow_steps(&self, method: Method, images: Images) -> bool {
+        let [few, many] = [1, u32::MAX].map(|n| self.config(method, images, Length::Steps(n)));
         few != many
     }
 

@@ -8,7 +8,7 @@ use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::trainer::checkpoint::Problem;
 use pocketnerf_train::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_RAYS, TrainConfig};
 
-use super::kinds::Method;
+use super::kinds::{Images, Method};
 use super::model::ModelOptions;
 use super::scene::{Exposure, SceneOptions, SpaceKind};
 use super::watch::WatchOptions;
@@ -106,7 +106,7 @@ impl Train {
     pub(super) fn config(&self, dataset: &Dataset) -> Result<TrainConfig, Failure> {
         let space = self.scene.space(dataset)?;
         let method = self.method(space.is_box());
-        let mut config = self.model.config(method, dataset.has_alpha, self.length());
+        let mut config = self.model.config(method, Images::of(dataset), self.length());
         config.seed = self.seed.unwrap_or(config.seed);
         config.batch_rays = self.batch_rays.or(config.batch_rays);
         self.scene.apply(&mut config, dataset, space)?;

@@ -6,6 +6,7 @@ mod planes;
 mod plenoxels;
 
 use pocketnerf_formats::Precision;
+use pocketnerf_train::dataset::Dataset;
 use pocketnerf_train::field::FieldConfig;
 use pocketnerf_train::trainer::{Length, TrainConfig};
 
@@ -102,6 +103,23 @@ impl Method {
     }
 }
 
+/// What of images the shape of a field depends on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Images {
+    pub(super) has_alpha: bool,
+    /// Pixels across.
+    pub(super) pixels: f32,
+}
+
+impl Images {
+    /// Some, where nothing depends on them.
+    pub(super) const ANY: Self = Self { has_alpha: true, pixels: 100.0 };
+
+    pub(super) fn of(dataset: &Dataset) -> Self {
+        Self { has_alpha: dataset.has_alpha, pixels: dataset.pixels_across() }
+    }
+}
+
 /// The options of all kinds but the hash grid, in the order of [`Method`], as `--help` has them.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct KindOptions {
@@ -151,16 +169,16 @@ impl KindOptions {
         self.nerf.check()
     }
 
-    /// The settings of a new run of so much time on images with or without alpha.
-    pub(super) fn config(&self, method: Method, has_alpha: bool, length: Length) -> TrainConfig {
+    /// The settings of a new run of so much time on such images.
+    pub(super) fn config(&self, method: Method, images: Images, length: Length) -> TrainConfig {
         match method {
             // Baselines are no fields, and have no such settings.
             Method::HashGrid | Method::Llff | Method::Srn | Method::NeuralVolumes => {
                 TrainConfig::hash_grid().for_length(length)
             }
-            Method::Nerf => self.nerf.config(has_alpha),
+            Method::Nerf => self.nerf.config(images.has_alpha),
             Method::Derf => self.derf.config(&self.nerf),
-            Method::Planes => self.planes.config(length),
+            Method::Planes => self.planes.config(images.pixels, length),
             Method::Plenoxels => self.plenoxels.config(),
         }
     }

@@ -6,7 +6,8 @@ use pocketnerf_train::trainer::{Length, TrainConfig};
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "With --method planes")]
 pub(super) struct PlanesOptions {
-    /// Entries along an axis of a plane in the end, from 16 to 1024 [default: 300]
+    /// Entries along an axis of a plane in the end, from 16 to 1024 [default: as many as
+    /// photographs have pixels across, 32 to 300]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1024))]
     plane_resolution: Option<u32>,
     /// Products of a plane and a line along each axis: 16 or 32 [default: 16]
@@ -30,10 +31,10 @@ impl PlanesOptions {
     }
 
     /// The settings of a new run.
-    pub(super) fn config(&self, length: Length) -> TrainConfig {
+    pub(super) fn config(&self, pixels: f32, length: Length) -> TrainConfig {
         let usual = PlanesFieldConfig::default();
         let grid = PlanesConfig::new(
-            self.plane_resolution.unwrap_or(usual.grid.last_resolution),
+            self.plane_resolution.unwrap_or_else(|| PlanesConfig::resolution_for(pixels)),
             self.components.unwrap_or(usual.grid.n_components),
         );
         TrainConfig::new(PlanesFieldConfig { grid, ..usual }).for_length(length)
