@@ -136,6 +136,16 @@ fn list(path: &Path, split: Split, options: &LoadOptions) -> Result<Listing, Dat
     Ok(listing)
 }
 
+/// The mean of the sides of squares with as many pixels as images of such sizes, so many of each.
+fn pixels_across(sizes: impl Iterator<Item = ([u32; 2], usize)>) -> f32 {
+    let (mut sum, mut all) = (0.0, 0);
+    for ([width, height], n) in sizes {
+        sum += (width as f32 * height as f32).sqrt() * n as f32;
+        all += n;
+    }
+    sum / all.max(1) as f32
+}
+
 impl Dataset {
     /// What a model file calls it: the last part of its source.
     #[must_use]
@@ -147,8 +157,8 @@ impl Dataset {
     /// Pixels across the views: the mean of the sides of squares with as many pixels.
     #[must_use]
     pub fn pixels_across(&self) -> f32 {
-        let side = |view: &View| (view.camera.width as f32 * view.camera.height as f32).sqrt();
-        self.views.iter().map(side).sum::<f32>() / self.views.len().max(1) as f32
+        let size = |view: &View| [view.camera.width, view.camera.height];
+        pixels_across(self.views.iter().map(|view| (size(view), 1)))
     }
 
     /// Keeps at most `n` views, spread evenly.

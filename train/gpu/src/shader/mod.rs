@@ -4,9 +4,9 @@
 //! A pixel is an invocation: `ray.wgsl` makes its ray, `space_*.wgsl` takes it into the
 //! coordinates of the space, where it is `straight.wgsl` or a few straight pieces, `march.wgsl`
 //! or `hierarchical.wgsl` finds samples along it, with `cells.wgsl` to skip what is empty, and
-//! asks the field: `hash_grid.wgsl` or `planes.wgsl` and `decoder.wgsl`, or `vanilla.wgsl`. Where colours are
-//! those of rays, there is a second program, `shade`, with the feature `wgpu`: workgroups compute
-//! them together.
+//! asks the field: `hash_grid.wgsl` or `planes.wgsl` and `decoder.wgsl`, or `vanilla.wgsl`. Where
+//! colours are those of rays, there is a second program, `shade`, with the feature `wgpu`:
+//! workgroups compute them together.
 
 mod encoded;
 mod hash_grid;

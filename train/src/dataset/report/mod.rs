@@ -241,6 +241,12 @@ impl DatasetReport {
 }
 
 impl SplitReport {
+    /// As [`Dataset::pixels_across`](super::Dataset::pixels_across).
+    #[must_use]
+    pub fn pixels_across(&self) -> f32 {
+        super::pixels_across(self.sizes.iter().map(|s| ([s.width, s.height], s.images)))
+    }
+
     fn count(&mut self, [width, height]: [u32; 2], alpha: bool) {
         self.images_with_alpha += usize::from(alpha);
         let known = self.sizes.iter_mut().find(|s| (s.width, s.height) == (width, height));

@@ -91,9 +91,9 @@ impl Chart {
 fn of_method(method: Method, quick: bool, seconds: &[u32]) -> Vec<Recipe> {
     let usual: &[u32] = if quick { &[12] } else { &[60, 300] };
     let seconds = if seconds.is_empty() { usual } else { seconds };
-    match (method.small(), quick) {
-        (_, false) | ([], true) => plan::of_method(&method.options(), seconds),
-        (small, true) => plan::of_method(small, seconds),
+    match quick {
+        true => plan::of_method(method.small(), seconds),
+        false => plan::of_method(&method.options(), seconds),
     }
 }
 

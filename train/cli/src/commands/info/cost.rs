@@ -1,6 +1,6 @@
 //! What training on a dataset costs, by the program's defaults.
 
-use pocketnerf_train::dataset::{DatasetReport, ImageSize, SplitReport};
+use pocketnerf_train::dataset::{DatasetReport, SplitReport};
 use pocketnerf_train::trainer::{Length, TrainConfig};
 use serde::Serialize;
 
@@ -14,7 +14,8 @@ const RUN_PER_PARAMETER: f64 = 40.0;
 const PROGRAM: f64 = 80e6;
 /// Bytes of a model file for each parameter, tables of eight bits, packed: in a box, where much of
 /// what there is room for stays empty, and elsewhere.
-const FILE_PER_PARAMETER: [f64; 2] = [0.35, 0.7];
+const FILE_PER_PARAMETER_IN_BOX: f64 = 0.35;
+const FILE_PER_PARAMETER: f64 = 0.7;
 
 /// What training costs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -33,13 +34,14 @@ impl Cost {
         let split = report.splits.iter().find(|split| split.split == "train")?;
         let in_box = !report.forward_facing && !report.has_no_end;
         let config =
-            TrainConfig::usual(in_box, pixels_across(split)).for_length(Length::Seconds(SECONDS));
+            TrainConfig::usual(in_box, split.pixels_across()).for_length(Length::Seconds(SECONDS));
         let parameters = config.field.kind().n_parameters() as f64;
+        let per_parameter = if in_box { FILE_PER_PARAMETER_IN_BOX } else { FILE_PER_PARAMETER };
         let run = PROGRAM + RUN_PER_PARAMETER * parameters;
         Some(Self {
             seconds: SECONDS,
             memory_bytes: run as u64 + images(split, rayon::current_num_threads()),
-            model_bytes: (FILE_PER_PARAMETER[usize::from(!in_box)] * parameters) as u64,
+            model_bytes: (per_parameter * parameters) as u64,
         })
     }
 
@@ -60,13 +62,6 @@ impl Cost {
             self.model_bytes as f64 / 1e6
         )
     }
-}
-
-/// As [`Dataset::pixels_across`](pocketnerf_train::dataset::Dataset::pixels_across).
-fn pixels_across(split: &SplitReport) -> f32 {
-    let side = |s: &ImageSize| (s.width as f32 * s.height as f32).sqrt() * s.images as f32;
-    let images = split.sizes.iter().map(|s| s.images).sum::<usize>().max(1);
-    split.sizes.iter().map(side).sum::<f32>() / images as f32
 }
 
 /// Bytes for all images as RGBA, and for those that are decoded at a time.
