@@ -20,6 +20,7 @@ impl TrainConfig {
             network_rate,
             kept,
             first_step_scale,
+            least_steps: _,
         } = field.kind().training();
         Self {
             field,

@@ -122,6 +122,8 @@ pub struct Training {
     pub kept: [f32; 2],
     /// Steps are so many times longer at the start.
     pub first_step_scale: f32,
+    /// Steps of which fewer lose a decibel or more, where that is more than it takes to take shape.
+    pub least_steps: u32,
 }
 
 impl Training {
@@ -136,6 +138,7 @@ impl Training {
         network_rate: 2e-2,
         kept: [0.1, 0.5],
         first_step_scale: 2.5,
+        least_steps: 0,
     };
 }
 

@@ -83,6 +83,13 @@ impl TrainConfig {
         }
     }
 
+    /// Steps of which fewer are too few: details are still missing, though the field may have taken
+    /// shape.
+    #[must_use]
+    pub fn least_steps(&self) -> u32 {
+        self.settled().max(self.field.kind().training().least_steps)
+    }
+
     /// Distance of samples, and limits of rays.
     pub(crate) fn sampling(&self, space: &Space) -> Result<Sampling, Error> {
         space.validate()?;

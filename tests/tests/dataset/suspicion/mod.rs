@@ -59,7 +59,11 @@ fn nothing_is_suspicious_about_built_in_scenes() {
         let folder = tempfile::tempdir().unwrap();
         write_scene(scene, folder.path());
         assert!(load(folder.path(), Split::Train, 1).is_ok());
-        let found = lines(folder.path());
+        let mut found = lines(folder.path());
+        // Nor without the test views, though each photograph has fewer neighbours then.
+        std::fs::remove_file(folder.path().join("transforms_test.json")).unwrap();
+        std::fs::remove_dir_all(folder.path().join("test")).unwrap();
+        found.extend(lines(folder.path()));
         if !found.is_empty() {
             wrong.push(format!("{}: {found:#?}", scene.name()));
         }

@@ -75,7 +75,7 @@ impl Bar {
 }
 
 /// What is known of the scene when a case is made.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Context {
     /// The box of the unspoilt scene's model, smallest and largest corner; `None` where it has
     /// none.
@@ -86,8 +86,8 @@ pub struct Context {
     pub steps: u32,
     /// The factor by which images are downscaled.
     pub downscale_factor: u32,
-    /// Whether the field has tables.
-    pub has_tables: bool,
+    /// Options of training that give each of the field's tables 2^n entries, where it has tables.
+    pub entries: Option<fn(f64) -> [String; 2]>,
     /// Whether the images are cut-outs.
     pub has_alpha: bool,
     /// Whether it is a forward-facing capture.

@@ -33,15 +33,20 @@ fn no_time_for_a_step_is_an_error() {
 #[test]
 fn too_few_steps_are_said() {
     let place = Place::new();
-    let warnings = |steps: u32| {
-        let result = place.ok(&format!("{TRAIN} --steps {steps} --out x.pnerf"));
+    let warnings = |kind: &str, steps: u32| {
+        let train = TRAIN.replace("--log2-hashmap-size 9", kind);
+        let train = format!("{train} --steps {steps}");
+        let result = place.ok(&format!("{train} --out x.pnerf"));
         result["warnings"].as_array().unwrap().clone()
     };
-    let [warning] = &warnings(3)[..] else { panic!("one warning") };
-    let warning = warning.as_str().unwrap();
-    assert!(warning.starts_with("only 3 steps were taken, expected at least 512"), "{warning}");
-    assert!(warning.ends_with("; train longer"), "{warning}");
-    assert_eq!(warnings(512), [Value::Null; 0]);
+    for (kind, enough) in [("--log2-hashmap-size 9", 512), ("--plane-resolution 32", 1024)] {
+        let few = enough / 2 + 3;
+        let [warning] = &warnings(kind, few)[..] else { panic!("one warning") };
+        let expected =
+            format!("only {few} steps were taken, expected at least {enough}; train longer");
+        assert_eq!(warning, &expected);
+        assert_eq!(warnings(kind, enough), [Value::Null; 0]);
+    }
 }
 
 #[test]

@@ -76,9 +76,17 @@ fn gaps_between_photographs_are_said_before_training() {
 }
 
 #[test]
+fn planes_that_are_coarser_than_photographs_are_said() {
+    let found = |entries: u32| said_of(&format!("--steps 1 --plane-resolution {entries}"), |_| {});
+    let coarse = "--plane-resolution 16: expected about 100 entries for photographs of 100 pixels";
+    assert!(found(16)[0].starts_with(coarse), "{:?}", found(16));
+    assert!(found(32).iter().all(|line| !line.contains("--plane-resolution")));
+}
+
+#[test]
 fn blurred_and_noisy_photographs_are_named() {
     let mut random = Random::new(7, [0; 3]);
-    let found = said_of("--steps 520", |photos| {
+    let found = said_of("--steps 1024", |photos| {
         each(photos, 8, 1, |view| {
             for pixel in view.rgba.as_chunks_mut::<4>().0.iter_mut().filter(|pixel| pixel[3] > 0) {
                 for value in &mut pixel[..3] {

@@ -47,11 +47,11 @@ fn what_is_spoilt_is_measured_and_what_is_said_is_noted() {
     assert!(page.contains("cut-short") && page.contains("data:image/jpeg;base64,"));
     assert!(std::fs::read_to_string(out.join("stress.svg")).unwrap().contains("views"));
     // The same command measures nothing again, and rows of others stand beside ours.
-    let model = out.join("builtin.hash-grid/usual.views12.pnerf");
+    let model = out.join("builtin.planes/usual.views12.pnerf");
     let written = std::fs::metadata(&model).unwrap().modified().unwrap();
     let table = std::fs::read_to_string(out.join("stress.csv")).unwrap();
     let peers = folder.path().join("peers.csv");
-    std::fs::write(&peers, table.replace("hash-grid", "other-program")).unwrap();
+    std::fs::write(&peers, table.replace("planes", "other-program")).unwrap();
     let again = rows(&stress(&out, &["--json", modes, "--peers", peers.to_str().unwrap()]));
     assert_eq!(again[..first.len()], first);
     assert_eq!(again.len(), 2 * first.len());

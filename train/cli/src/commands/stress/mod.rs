@@ -7,10 +7,12 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
+use pocketnerf_train::dataset::Split;
+
 use super::progress::Progress;
 use super::rendering::Vectors;
 use super::stop::Stop;
-use super::train::Method;
+use super::train::{Method, Train};
 use super::{Common, Failure, Reading, make_folder, print_line};
 use crate::stress::{self, Case, Mode, Row, Verdict};
 use runs::{Runs, Seen};
@@ -35,7 +37,7 @@ pub(super) struct Stress {
     /// Random seeds of each case [default: 1 with --quick, else 3]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: Option<u64>,
-    /// Steps of training [default: 600 with --quick, else 3000]
+    /// Steps of training [default: 1100 with --quick, else 3000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     steps: Option<u32>,
     /// Rows of other programs: a table with the columns of stress.csv, their names as methods
@@ -48,13 +50,12 @@ pub(super) struct Stress {
     downscale_factor: Option<u32>,
     #[command(flatten)]
     reading: Reading,
-    /// Kinds of fields
+    /// Kinds of fields [default: what `train` learns of the scene]
     #[arg(
         long,
         value_enum,
         value_name = "METHOD,…",
         value_delimiter = ',',
-        default_value = "hash-grid",
         help_heading = "Model"
     )]
     methods: Vec<Method>,
@@ -82,7 +83,12 @@ impl Stress {
         let mut rows = Vec::new();
         let mut pictures = Vec::new();
         for scene in &scenes {
-            for method in &self.methods {
+            let usual = Train::usual_method(&scene.load(Split::Train, 0)?)?;
+            let methods = match &self.methods[..] {
+                [] => &[usual],
+                given => given,
+            };
+            for method in methods {
                 for (row, picture) in self.measure(&modes, scene, *method, common, &stop)? {
                     pictures.push((stress::page::key(&row), picture));
                     rows.push(row);
@@ -175,7 +181,7 @@ impl Stress {
     }
 
     fn steps(&self) -> u32 {
-        self.steps.unwrap_or(if self.quick { 600 } else { 3000 })
+        self.steps.unwrap_or(if self.quick { 1100 } else { 3000 })
     }
 }
 

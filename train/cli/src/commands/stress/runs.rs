@@ -117,7 +117,7 @@ impl<'a> Runs<'a> {
             distance: f64::from(cameras::distance(&train.views)),
             steps: self.stress.steps(),
             downscale_factor: self.scene.factor,
-            has_tables: self.method.has_tables(),
+            entries: self.method.entries(),
             has_alpha: train.has_alpha,
             forward_facing: train.forward_facing,
             still_life: self.scene.is_still_life(),

@@ -193,7 +193,7 @@ impl Train {
             ));
         }
         let pixels = dataset.views.iter().map(|view| view.rgba.len() / 4).sum();
-        doubts.extend(self.model.doubt(pixels, self.length()));
+        doubts.extend(self.model.doubt(dataset.pixels_across(), pixels, self.length()));
         doubts.extend(self.model.doubt_of_rate());
         if let Some(quality) = dataset.jpeg_quality().filter(|quality| *quality < COMPRESSED) {
             doubts.push(format!(
@@ -266,10 +266,10 @@ pub(super) fn finish(
     if stopped() {
         return Ok(None);
     }
-    let (steps, settled) = (trainer.steps(), trainer.config().settled());
-    if steps < settled {
+    let (steps, least) = (trainer.steps(), trainer.config().least_steps());
+    if steps < least {
         bar.warn(format!(
-            "only {steps} steps were taken, expected at least {settled}; train longer"
+            "only {steps} steps were taken, expected at least {least}; train longer"
         ));
     }
     if let Some(doubt) = run.doubt(trainer) {

@@ -150,10 +150,7 @@ impl ModelOptions {
     /// others.
     pub(super) fn method(&self, suits_planes: bool) -> Method {
         let asked = self.kinds.ask_for_planes();
-        let usual = match asked || suits_planes && self.given_for_grids().is_none() {
-            true => Method::Planes,
-            false => Method::HashGrid,
-        };
+        let usual = Method::usual(asked || suits_planes && self.given_for_grids().is_none());
         self.method.unwrap_or(usual)
     }
 
@@ -258,9 +255,13 @@ impl ModelOptions {
         config
     }
 
-    /// What to say of tables that are far smaller than usual in a run of this length, and far
-    /// smaller than so many pixels.
-    pub(super) fn doubt(&self, pixels: usize, length: Length) -> Option<String> {
+    /// What to say of tables that are far smaller than usual: for photographs of so many pixels
+    /// across, in a run of this length, and beside so many pixels in all.
+    pub(super) fn doubt(&self, across: f32, pixels: usize, length: Length) -> Option<String> {
+        self.kinds.doubt(across).or_else(|| self.doubt_of_entries(pixels, length))
+    }
+
+    fn doubt_of_entries(&self, pixels: usize, length: Length) -> Option<String> {
         /// So many times fewer entries, as a power of two.
         const FEWER: u32 = 4;
         /// So many pixels an entry.

@@ -119,6 +119,11 @@ impl Train {
         self.steps.map_or(seconds, Length::Steps)
     }
 
+    /// What a new run on this dataset trains on the CPU, where no option says it.
+    pub(in crate::commands) fn usual_method(dataset: &Dataset) -> Result<Method, Failure> {
+        Ok(Method::usual(SceneOptions::default().space(dataset)?.is_box()))
+    }
+
     /// What a new run trains, in a box or elsewhere. GPUs train hash grids.
     pub(in crate::commands) fn method(&self, in_box: bool) -> Method {
         self.model.method(in_box && !self.device.is_gpu())

@@ -65,7 +65,7 @@ fn word(value: &impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |word| word.get_name().to_owned())
 }
 
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Scene")]
 pub(super) struct SceneOptions {
     /// Coordinates of the scene [default: ndc for forward-facing captures of LLFF and COLMAP;

@@ -50,7 +50,7 @@ mod tests {
             distance: 4.0,
             steps: 600,
             downscale_factor: 4,
-            has_tables: true,
+            entries: Some(|log2| ["--entries".to_owned(), log2.to_string()]),
             has_alpha: true,
             forward_facing: false,
             still_life: true,

@@ -67,17 +67,16 @@ pub(super) const MODES: &[Mode] = &[
     },
     Mode {
         name: "table-size",
-        what: "hash tables of fewer entries",
+        what: "tables of fewer entries",
         unit: "log2",
         strengths: &[8.0, 10.0, 12.0, 14.0],
         quick: 10.0,
         bar: Bar::Loss(1.5),
-        cause: "Colliding entries serve several places at once.",
+        cause: "Few entries serve several places at once.",
         published: "",
         case: |strength, context| {
-            let size = strength.to_string();
-            let training = Training::with(&["--log2-hashmap-size", &size]);
-            context.has_tables.then(|| Case::trained(training))
+            let options = context.entries?(strength);
+            Some(Case::trained(Training::with(&options.each_ref().map(String::as_str))))
         },
     },
     Mode {
@@ -93,7 +92,7 @@ pub(super) const MODES: &[Mode] = &[
             let name = if strength < 16.0 { "i8" } else { "f16" };
             let reference = Training::with(&["--precision", "f32"]);
             // Without tables nothing is stored in eight bits.
-            (context.has_tables || name != "i8").then(|| Case {
+            (context.entries.is_some() || name != "i8").then(|| Case {
                 reference: (reference, Viewing::default()),
                 ..Case::trained(Training::with(&["--precision", name]))
             })

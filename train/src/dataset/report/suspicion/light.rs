@@ -8,7 +8,7 @@ use crate::metrics::median;
 const AROUND: usize = 4;
 /// Of fewer photographs, those beside one are not near enough to tell.
 const FEWEST: usize = 20;
-/// Stops by which a photograph is off ...
+/// Stops by which a photograph is off each of those: light from one side makes it differ from some ...
 const OFF: f64 = 0.8;
 /// ... at least, and so many times the usual difference of neighbours.
 const TIMES: f64 = 4.0;
@@ -47,10 +47,10 @@ pub(super) fn exposure(suspect: &Suspect<'_, '_>, photos: &[Option<Photo>]) -> O
     if lights.len() < FEWEST {
         return None;
     }
-    let off = differences(suspect, &lights);
-    let usual = median(off.iter().map(|(_, off)| off.abs())).unwrap_or(0.0);
-    let is_off = |off: f64| off.abs() > OFF && off.abs() > TIMES * usual;
-    let which: Vec<usize> = off.iter().filter(|(_, o)| is_off(*o)).map(|(i, _)| *i).collect();
+    let differences = differences(suspect, &lights);
+    let usual = median(differences.iter().map(|d| d.usual.abs())).unwrap_or(0.0);
+    let is_off = |d: &&Difference| d.least > OFF && d.usual.abs() > TIMES * usual;
+    let which: Vec<usize> = differences.iter().filter(is_off).map(|d| d.photo).collect();
     if usual > UNEVEN {
         return Some(Suspicion::new(
             "exposure",
@@ -73,21 +73,32 @@ pub(super) fn exposure(suspect: &Suspect<'_, '_>, photos: &[Option<Photo>]) -> O
     None
 }
 
-/// By how much each differs from the median of those nearest to it, stops.
-fn differences(suspect: &Suspect<'_, '_>, lights: &[(usize, f64)]) -> Vec<(usize, f64)> {
+/// By how much a photograph is brighter or darker than those nearest to it, stops.
+struct Difference {
+    photo: usize,
+    /// The median.
+    usual: f64,
+    /// From the one that is most like it; 0 where some are brighter and some darker.
+    least: f64,
+}
+
+fn differences(suspect: &Suspect<'_, '_>, lights: &[(usize, f64)]) -> Vec<Difference> {
     let sights = suspect.sights();
     let middle = sights.iter().map(|s| s.position).sum::<glam::DVec3>() / sights.len() as f64;
     let spread = super::at(sights.iter().map(|s| s.position.distance(middle)), 0.5).max(1e-12);
-    let difference = |&(i, light): &(usize, f64)| {
+    let difference = |&(photo, light): &(usize, f64)| {
         let apart = |j: usize| {
-            let [a, b] = [sights[i], sights[j]];
+            let [a, b] = [sights[photo], sights[j]];
             a.position.distance(b.position) / spread + a.forward.distance(b.forward)
         };
+        let others = lights.iter().filter(|(j, _)| *j != photo);
         let mut others: Vec<(f64, f64)> =
-            lights.iter().filter(|(j, _)| *j != i).map(|(j, light)| (apart(*j), *light)).collect();
+            others.map(|(j, other)| (apart(*j), light - other)).collect();
         others.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let around = median(others.iter().take(AROUND).map(|(_, light)| *light));
-        around.map(|around| (i, light - around))
+        let around = || others.iter().take(AROUND).map(|(_, difference)| *difference);
+        let usual = median(around())?;
+        let least = around().map(|d| d * usual.signum()).fold(f64::INFINITY, f64::min);
+        Some(Difference { photo, usual, least: least.max(0.0) })
     };
     lights.iter().filter_map(difference).collect()
 }

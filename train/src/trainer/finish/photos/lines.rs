@@ -4,8 +4,8 @@ use super::Disagreement;
 
 /// Share of what photographs show that may lie outside the scene.
 const OUTSIDE: f64 = 0.01;
-/// Share of the occupied cells that `near` and `far` may hide from a camera.
-const CUT: f64 = 0.01;
+/// Share of the occupied cells that `near` and `far` may hide from a camera. Usual ones hide none.
+const CUT: f64 = 0.001;
 
 impl Disagreement {
     /// What the user should know, a line each; `name` gives the name of a training view.
@@ -18,7 +18,7 @@ impl Disagreement {
         let mut lines = Vec::new();
         if self.cut > CUT {
             lines.push(format!(
-                "near and far hide {:.0} % of the scene from the cameras, expected at most {:.0} %; \
+                "near and far hide {:.1} % of the scene from the cameras, expected at most {:.1} %; \
                  leave out --near and --far, or widen them",
                 100.0 * self.cut,
                 100.0 * CUT
@@ -104,7 +104,7 @@ mod tests {
         let found = lines(all.clone());
         // What follows from these is not said.
         assert_eq!(found.len(), 3, "{found:?}");
-        assert!(found[0].contains("hide 30 %") && found[1].starts_with("20.0 % of"), "{found:?}");
+        assert!(found[0].contains("hide 30.0 %") && found[1].starts_with("20.0 % of"), "{found:?}");
         assert!(found[2].starts_with("train/3.png and 1 more: 12.0 dB, expected about 30.0"));
         // Nor again, where it is said why.
         let blurred = vec![2, 4];

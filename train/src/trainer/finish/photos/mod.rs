@@ -69,14 +69,13 @@ pub struct Disagreement {
 }
 
 impl Finished<'_> {
-    /// What photographs and model disagree on; `None` for a field that is still taking shape,
-    /// and for one that is costly to look at.
+    /// What photographs and model disagree on; `None` for a field that is still taking shape.
     ///
     /// # Errors
     /// Whatever rendering reports.
     pub fn disagreement(&self) -> Result<Option<Disagreement>, Error> {
         let Trainer { config, source, step, .. } = self.trainer;
-        if *step < config.settled() || config.field.kind().is_costly() {
+        if *step < config.settled() {
             return Ok(None);
         }
         let held = self.trainer.held_out_for_long();
@@ -101,7 +100,11 @@ impl Finished<'_> {
             magnification: focal::magnification(&looks),
             outside: self.trainer.targets.unseen_share,
             cut: cut::share(&self.model(), source.cameras()),
-            blurred: those(sharpness::blurred(&looks)).map(|(_, view)| view).collect(),
+            // A field that has seen few rays is blurred itself.
+            blurred: match config.field.kind().is_costly() {
+                true => Vec::new(),
+                false => those(sharpness::blurred(&looks)).map(|(_, view)| view).collect(),
+            },
             noisy: those(noisy).filter_map(|(i, view)| Some((view, noise[i]?))).collect(),
             usual_noise,
         }))

@@ -87,7 +87,7 @@ impl Method {
                 &["--method", "nerf", "--depth", "4", "--width", "64", "--batch-rays", "1024"]
             }
             Self::Plenoxels => &["--method", "plenoxels", "--voxels", "128"],
-            Self::Planes => &["--method", "planes", "--plane-resolution", "128"],
+            Self::Planes => &["--method", "planes"],
             Self::Derf => {
                 &["--method", "derf", "--heads", "4", "--width", "32", "--batch-rays", "1024"]
             }
@@ -97,9 +97,24 @@ impl Method {
         }
     }
 
-    /// Whether it has tables, whose size and precision can be chosen.
-    pub(in crate::commands) fn has_tables(self) -> bool {
-        self == Self::HashGrid
+    /// What is trained in a box, where nothing else is asked for, or elsewhere.
+    pub(super) const fn usual(in_box: bool) -> Self {
+        match in_box {
+            true => Self::Planes,
+            false => Self::HashGrid,
+        }
+    }
+
+    /// Options of `pocketnerf train` that give each of its tables 2^`log2` entries, where it has
+    /// tables.
+    pub(in crate::commands) const fn entries(self) -> Option<fn(log2: f64) -> [String; 2]> {
+        match self {
+            Self::HashGrid => Some(|log2| ["--log2-hashmap-size".to_owned(), log2.to_string()]),
+            Self::Planes => {
+                Some(|log2| ["--plane-resolution".to_owned(), (log2 / 2.0).exp2().to_string()])
+            }
+            _ => None,
+        }
     }
 }
 
@@ -142,6 +157,11 @@ impl KindOptions {
             (Method::Nerf, self.nerf.given()),
             (Method::Derf, self.derf.given()),
         ]
+    }
+
+    /// What to say of options that are not for photographs of so many pixels across.
+    pub(super) fn doubt(&self, across: f32) -> Option<String> {
+        self.planes.doubt(across)
     }
 
     /// Whether an option of planes was given, which asks for them.
