@@ -70,6 +70,22 @@ fn smaller_pictures_are_not_jagged() {
     assert_eq!(auto["depth_error"], off["depth_error"]);
 }
 
+/// Fast pictures are not what a model can do.
+#[test]
+fn a_score_of_fast_pictures_says_so() {
+    let eval = |quality: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
+        command.args(["eval", MODEL, "builtin", "--downscale-factor", "4", "--json"]);
+        let output = command.args(["--quality", quality]).output().unwrap();
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        (found["psnr"].as_f64().unwrap(), found["warnings"].as_array().unwrap().clone())
+    };
+    let [(fast, said), (some, none), (all, neither)] = ["0", "0.25", "1"].map(eval);
+    assert!(fast + 0.3 < all && some + 0.3 > all, "{fast} {some} {all}");
+    assert!(said.len() == 1 && said[0].as_str().unwrap().starts_with("--quality 0: "), "{said:?}");
+    assert!(none.is_empty() && neither.is_empty(), "{none:?} {neither:?}");
+}
+
 /// Far and near parts of opaque photographs have figures of their own, which together make
 /// that of the whole picture; a scene that is cut out has none.
 #[test]

@@ -87,7 +87,8 @@ impl Eval {
         let mut dataset =
             self.reading.load(&self.data, self.split, self.downscale_factor, common)?;
         let mut warnings = dataset.notes.clone();
-        if let Some(warning) = self.other_scene(&file, &dataset) {
+        let doubts = [self.other_scene(&file, &dataset), self.rendering.doubt()];
+        for warning in doubts.into_iter().flatten() {
             common.warn(&warning);
             warnings.push(warning);
         }

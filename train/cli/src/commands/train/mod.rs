@@ -268,9 +268,7 @@ pub(super) fn finish(
     }
     let (steps, least) = (trainer.steps(), trainer.config().least_steps());
     if steps < least {
-        bar.warn(format!(
-            "only {steps} steps were taken, expected at least {least}; train longer"
-        ));
+        bar.warn(format!("only {steps} steps were taken, expected at least {least}; train longer"));
     }
     if let Some(doubt) = run.doubt(trainer) {
         bar.warn(format!("{doubt} after {steps} steps; train longer"));
