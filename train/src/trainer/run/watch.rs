@@ -79,6 +79,13 @@ impl fmt::Display for Overfitted {
     }
 }
 
+/// A PSNR, dB, with an error of one of 255 added: a white ball on white is learnt to 60 dB, and looks at
+/// it differ by decibels that no picture shows.
+fn visible(psnr: f64) -> f64 {
+    let error = 10.0_f64.powf(-psnr / 10.0) + (1.0_f64 / 255.0).powi(2);
+    -10.0 * error.log10()
+}
+
 impl Watch {
     /// Nothing has been seen yet.
     pub(super) fn new(holding: bool) -> Self {
@@ -108,7 +115,7 @@ impl Watch {
         let mean = 0.5 * (before + found.mean);
         self.last = Some([found.mean, found.min]);
         let best = self.best.map_or(f64::NEG_INFINITY, |(best, _)| best);
-        let fell = settled && mean < best - FALL;
+        let fell = settled && visible(mean) < visible(best) - FALL;
         self.falls = if fell { self.falls + 1 } else { 0 };
         if let (true, Some((_, best))) = (self.falls >= FALLS, self.best) {
             // Where the schedule lowers the rate and averages.
@@ -191,6 +198,9 @@ mod tests {
         // Noise is no fall: one look that is low, or many that are a little lower.
         assert_eq!(watch(|step| if step == 4000 { 20.0 } else { 25.0 }).1, 8000);
         assert_eq!(watch(|step| if step > 1000 { 24.85 } else { 25.0 }).1, 8000);
+        // Nor is what no picture of eight bits shows; a little of what one does show is.
+        let fallen = |from: f64| watch(|step| if step > 1000 { from - 1.0 } else { from }).1;
+        assert_eq!((fallen(55.0), fallen(42.0)), (8000, 2500));
     }
 
     #[test]
