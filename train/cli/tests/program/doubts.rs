@@ -80,7 +80,7 @@ fn planes_that_are_coarser_than_photographs_are_said() {
     let found = |entries: u32| said_of(&format!("--steps 1 --plane-resolution {entries}"), |_| {});
     let coarse = "--plane-resolution 16: expected about 100 entries for photographs of 100 pixels";
     assert!(found(16)[0].starts_with(coarse), "{:?}", found(16));
-    assert!(found(32).iter().all(|line| !line.contains("--plane-resolution")));
+    assert!(found(34).iter().all(|line| !line.contains("--plane-resolution")));
 }
 
 #[test]

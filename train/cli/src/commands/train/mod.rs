@@ -267,7 +267,8 @@ pub(super) fn finish(
         return Ok(None);
     }
     let (steps, least) = (trainer.steps(), trainer.config().least_steps());
-    if steps < least {
+    // One that overfits ends early.
+    if steps < least && run.overfitted().is_none() {
         bar.warn(format!("only {steps} steps were taken, expected at least {least}; train longer"));
     }
     if let Some(doubt) = run.doubt(trainer) {

@@ -32,9 +32,9 @@ impl PlanesOptions {
 
     /// What to say of planes that are far coarser than photographs of so many pixels across: with a
     /// sixth of the usual entries along an axis 3.0 dB are lost, with a third 1.0 (the still life at
-    /// 100x100, 3,000 steps).
+    /// 100x100, 3,000 steps), or 2.1 (1,100 steps).
     pub(super) fn doubt(&self, pixels: f32) -> Option<String> {
-        const FEWER: u32 = 4;
+        const FEWER: u32 = 3;
         let usual = PlanesConfig::resolution_for(pixels);
         let given = self.plane_resolution.filter(|given| FEWER * given < usual)?;
         Some(format!(
