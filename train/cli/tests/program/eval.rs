@@ -46,17 +46,19 @@ fn the_worst_views_are_named() {
     assert!(said.lines().last().unwrap().contains(&worst), "{said}\n{worst}");
 }
 
+/// The score at a quarter of the photographs' size.
+fn score(options: [&str; 2]) -> Value {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
+    command.args(["eval", MODEL, "builtin", "--downscale-factor", "4", "--json"]);
+    let output = command.args(options).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
 /// At a quarter of the photographs' size, a ray a pixel sees a sixteenth of it.
 #[test]
 fn smaller_pictures_are_not_jagged() {
-    let eval = |rays: &str| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
-        command.args(["eval", MODEL, "builtin", "--downscale-factor", "4", "--json"]);
-        let output = command.args(["--antialias", rays]).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        serde_json::from_slice::<Value>(&output.stdout).unwrap()
-    };
-    let [auto, off] = ["auto", "off"].map(eval);
+    let [auto, off] = ["auto", "off"].map(|rays| score(["--antialias", rays]));
     let figure = |found: &Value, key: &str| found[key].as_f64().unwrap();
     assert_eq!((&auto["rays_per_pixel"], &off["rays_per_pixel"]), (&16.into(), &1.into()));
     assert!(auto["warnings"].as_array().unwrap().is_empty(), "{auto}");
@@ -74,10 +76,7 @@ fn smaller_pictures_are_not_jagged() {
 #[test]
 fn a_score_of_fast_pictures_says_so() {
     let eval = |quality: &str| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_pocketnerf"));
-        command.args(["eval", MODEL, "builtin", "--downscale-factor", "4", "--json"]);
-        let output = command.args(["--quality", quality]).output().unwrap();
-        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = score(["--quality", quality]);
         (found["psnr"].as_f64().unwrap(), found["warnings"].as_array().unwrap().clone())
     };
     let [(fast, said), (some, none), (all, neither)] = ["0", "0.25", "1"].map(eval);

@@ -79,9 +79,9 @@ impl FinishingBudget {
         some(self.tiled, all)
     }
 
-    /// The number of photographs that are looked at.
+    /// The number of photographs that are looked at: as many as say something, or none.
     pub(crate) fn views(self) -> usize {
-        some(self.part, photos::VIEWS)
+        if self == Self::NONE { 0 } else { some(self.part, photos::VIEWS).max(photos::FEWEST) }
     }
 }
 
@@ -197,11 +197,13 @@ mod tests {
         let costly = Costs { finer: 1.0, tile: 0.04, ..costs };
         let (budget, seconds) = costly.budget(100.0, false);
         assert_eq!((budget.finer, budget.tiles(24)), (false, 5));
-        assert!((seconds - 1.15 * 0.04 * 64.0).abs() < 1e-9, "{seconds}");
+        // 40 and 10 tiles, and two of each of 8 views.
+        assert_eq!((budget.views(), FinishingBudget::NONE.views()), (8, 0));
+        assert!((seconds - 1.15 * 0.04 * 66.0).abs() < 1e-9, "{seconds}");
         // One look shows that they are too many.
         let (budget, _) = Costs { given_up: true, tile: 0.005, ..costly }.budget(100.0, false);
         assert_eq!(budget, LADDER[0]);
-        // The least still takes longer than there is time for: nothing. 64 tiles, 3 s.
+        // The least still takes longer than there is time for: nothing. 66 tiles, 3 s.
         let least = Costs { look: 0.3, finer: 9.0, tile: 0.021, ..costs };
         assert_eq!(least.budget(100.0, false).0, LADDER[6]);
         let most = (FinishingBudget::NONE, 0.0);

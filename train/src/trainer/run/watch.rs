@@ -79,8 +79,8 @@ impl fmt::Display for Overfitted {
     }
 }
 
-/// A PSNR, dB, with an error of one of 255 added: a white ball on white is learnt to 60 dB, and looks at
-/// it differ by decibels that no picture shows.
+/// A PSNR, dB, with an error of 1/255 added: a white ball on white is learnt to 60 dB, and looks at it
+/// differ by decibels that no picture of eight bits shows.
 fn visible(psnr: f64) -> f64 {
     let error = 10.0_f64.powf(-psnr / 10.0) + (1.0_f64 / 255.0).powi(2);
     -10.0 * error.log10()

@@ -83,13 +83,8 @@ impl Stress {
         let mut rows = Vec::new();
         let mut pictures = Vec::new();
         for scene in &scenes {
-            let usual = Train::usual_method(&scene.load(Split::Train, 0)?)?;
-            let methods = match &self.methods[..] {
-                [] => &[usual],
-                given => given,
-            };
-            for method in methods {
-                for (row, picture) in self.measure(&modes, scene, *method, common, &stop)? {
+            for method in self.methods_of(scene)? {
+                for (row, picture) in self.measure(&modes, scene, method, common, &stop)? {
                     pictures.push((stress::page::key(&row), picture));
                     rows.push(row);
                 }
@@ -178,6 +173,14 @@ impl Stress {
 
     fn seeds(&self) -> u64 {
         self.seeds.unwrap_or(if self.quick { 1 } else { 3 })
+    }
+
+    /// What is trained of a scene.
+    fn methods_of(&self, scene: &SpoiltScene) -> Result<Vec<Method>, Failure> {
+        match &self.methods[..] {
+            [] => Ok(vec![Train::usual_method(&scene.load(Split::Train, 0)?)?]),
+            given => Ok(given.to_vec()),
+        }
     }
 
     fn steps(&self) -> u32 {

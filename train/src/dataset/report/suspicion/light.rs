@@ -8,7 +8,8 @@ use crate::metrics::median;
 const AROUND: usize = 4;
 /// Of fewer photographs, those beside one are not near enough to tell.
 const FEWEST: usize = 20;
-/// Stops by which a photograph is off each of those: light from one side makes it differ from some ...
+/// A photograph is off that differs from each of those by so many stops (light from one side makes it
+/// differ from some) ...
 const OFF: f64 = 0.8;
 /// ... at least, and so many times the usual difference of neighbours.
 const TIMES: f64 = 4.0;

@@ -34,7 +34,7 @@ pub(super) const VIEWS: usize = 32;
 /// What the parts of a view take, in calibration tiles of the largest size.
 pub(super) const TILES: usize = 2;
 /// Of fewer, nothing is known of what is usual.
-const FEWEST: usize = 8;
+pub(super) const FEWEST: usize = 8;
 /// Of smaller pictures a part of a pixel is much.
 const LEAST: u32 = 64;
 /// A photograph that is blurred or has noise is also worse than usual by so many dB: by more, fog has
