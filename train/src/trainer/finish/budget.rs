@@ -194,12 +194,12 @@ mod tests {
         // 6 looks, 17 tiles eight times, 34 once, two of each of 23 views.
         assert!((seconds - 1.15 * (0.9 + 0.6 + 0.005 * 216.0)).abs() < 1e-9, "{seconds}");
         // Ten times as costly, three seconds for it: four looks alone are 4.
-        let costly = Costs { finer: 1.0, tile: 0.04, ..costs };
+        let costly = Costs { finer: 1.0, tile: 0.035, ..costs };
         let (budget, seconds) = costly.budget(100.0, false);
         assert_eq!((budget.finer, budget.tiles(24)), (false, 5));
         // 40 and 10 tiles, and two of each of 8 views.
         assert_eq!((budget.views(), FinishingBudget::NONE.views()), (8, 0));
-        assert!((seconds - 1.15 * 0.04 * 66.0).abs() < 1e-9, "{seconds}");
+        assert!((seconds - 1.15 * 0.035 * 66.0).abs() < 1e-9, "{seconds}");
         // One look shows that they are too many.
         let (budget, _) = Costs { given_up: true, tile: 0.005, ..costly }.budget(100.0, false);
         assert_eq!(budget, LADDER[0]);
