@@ -16,12 +16,15 @@ pub(super) fn add_level<S: Simd>(
     points: [&[f32]; 3],
     d_points: &mut [&mut [f32]; 3],
 ) {
-    match features {
-        1 => add::<S, 1>(simd, level, (table, rows, stride), points, d_points),
-        2 => add::<S, 2>(simd, level, (table, rows, stride), points, d_points),
-        4 => add::<S, 4>(simd, level, (table, rows, stride), points, d_points),
-        _ => add::<S, 8>(simd, level, (table, rows, stride), points, d_points),
-    }
+    simd.vectorize(
+        #[inline(always)]
+        || match features {
+            1 => add::<S, 1>(simd, level, (table, rows, stride), points, d_points),
+            2 => add::<S, 2>(simd, level, (table, rows, stride), points, d_points),
+            4 => add::<S, 4>(simd, level, (table, rows, stride), points, d_points),
+            _ => add::<S, 8>(simd, level, (table, rows, stride), points, d_points),
+        },
+    );
 }
 
 #[inline(always)]

@@ -18,12 +18,15 @@ pub(super) fn scatter_level<S: Simd>(
     stride: usize,
     table: &mut [f32],
 ) {
-    match features {
-        1 => scatter_singles::<S, 1>(simd, level, points, rows, stride, table),
-        2 => scatter_singles::<S, 2>(simd, level, points, rows, stride, table),
-        4 => scatter_quads::<S, 4>(simd, level, points, rows, stride, table),
-        _ => scatter_quads::<S, 8>(simd, level, points, rows, stride, table),
-    }
+    simd.vectorize(
+        #[inline(always)]
+        || match features {
+            1 => scatter_singles::<S, 1>(simd, level, points, rows, stride, table),
+            2 => scatter_singles::<S, 2>(simd, level, points, rows, stride, table),
+            4 => scatter_quads::<S, 4>(simd, level, points, rows, stride, table),
+            _ => scatter_quads::<S, 8>(simd, level, points, rows, stride, table),
+        },
+    );
 }
 
 #[inline(always)]

@@ -2,7 +2,7 @@
 //! the mean of their neighbours (the gradient of a squared total variation, as Chen et al. 2022 add
 //! it to the loss, but apart from Adam, as AdamW's decay is).
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 use pocketnerf_core::encoding::planes::FEATURES;
 
 /// Entries of a plane with rows of `side` that have a gradient, but for those at its edges.
@@ -22,7 +22,8 @@ pub(super) fn plane<S: Simd>(
             for y in 1..side - 1 {
                 let row = y * side;
                 for i in row + 1..row + side - 1 {
-                    if gradient[i] == [0.0; FEATURES] {
+                    let none = f32x8::load_array_ref(simd, &gradient[i]).simd_eq(0.0);
+                    if none.all_true() {
                         continue;
                     }
                     let entry = |i: usize| f32x8::load_array_ref(simd, &entries[i]);
