@@ -161,8 +161,8 @@ def test_tasks_keep_their_cores(nodes: Cluster) -> None:
 
 def test_interrupted_driver(nodes: Cluster, ball: Path, tmp_path: Path) -> None:
     """Checkpoints in shared storage outlive the call."""
-    storage = tmp_path / "storage"
-    how: dict[str, Any] = {"steps": 400, "num_cpus": 1, "storage": storage, "save_every": 0.1}
+    storage, steps = tmp_path / "storage", 2000
+    how: dict[str, Any] = {"steps": steps, "num_cpus": 1, "storage": storage, "save_every": 0.1}
 
     def stop(name: str, progress: pocketnerf.Progress) -> None:
         if progress.step > 0:
@@ -173,7 +173,7 @@ def test_interrupted_driver(nodes: Cluster, ball: Path, tmp_path: Path) -> None:
     table = cluster.train_many({"ball": ball}, tmp_path / "out", **how, **SMALL)
     assert table[0]["status"] == "trained"
     assert table[0]["resumed_at_step"] > 0
-    assert files.read(tmp_path / "out" / "ball.pnerf") == local(ball, steps=400)
+    assert files.read(tmp_path / "out" / "ball.pnerf") == local(ball, steps=steps)
     assert os.listdir(storage) == []
 
 
