@@ -188,7 +188,7 @@ fn load_bias<T: Store>(layer: &Dense<'_>, first: usize, width: usize) -> [f32; P
 fn load_panel<T: Store>(weight: &TensorView<'_>, first: usize, width: usize, panel: &mut [f32]) {
     let scale = weight.scale();
     // Without branches, so that the loop becomes vector instructions.
-    let decode = |bits: T::Bits| T::decode_divided(bits) * (T::FACTOR * scale);
+    let decode = |bits: T::Bits| T::decode_divided(bits) * (T::SINGLE_FACTOR * scale);
     let rows = T::values(weight.bytes()).chunks_exact(weight.cols());
     for (row, to) in rows.zip(panel.as_chunks_mut::<PANEL>().0) {
         let from = &row[first..first + width];

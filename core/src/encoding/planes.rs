@@ -19,6 +19,9 @@ pub const MAX_PAIRS: usize = 12;
 /// Fewest and most entries along an axis.
 pub const RESOLUTIONS: core::ops::RangeInclusive<u32> = 2..=2048;
 
+/// From here on f32 has whole numbers only, one for each of its bits: 2^23.
+const WHOLE: f32 = 8_388_608.0;
+
 /// Planes and lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Planes<'a> {
@@ -120,15 +123,18 @@ impl Places {
     #[inline(always)]
     #[allow(clippy::manual_clamp, reason = "`clamp` keeps NaN")]
     pub fn find(&mut self, resolution: u32, points: [&[f32; LANES]; 3]) {
-        let scale = (resolution - 1) as f32;
+        let (scale, last) = ((resolution - 1) as f32, (resolution - 2) as f32);
         for (axis, points) in points.iter().enumerate() {
             for s in 0..LANES {
                 // max first: NaN becomes 0.
                 let position = points[s].max(0.0).min(1.0) * scale;
+                // Whole numbers by the exponent, which vector registers have everywhere.
+                let nearest = (position + WHOLE) - WHOLE;
+                let below = if nearest > position { nearest - 1.0 } else { nearest };
                 // The last cell has its far side too.
-                let cell = (position as u32).min(resolution - 2);
-                let fraction = position - cell as f32;
-                self.on_line[axis][s] = cell;
+                let cell = below.min(last);
+                let fraction = position - cell;
+                self.on_line[axis][s] = (cell + WHOLE).to_bits() - WHOLE.to_bits();
                 self.line_weights[axis][0][s] = 1.0 - fraction;
                 self.line_weights[axis][1][s] = fraction;
             }
@@ -183,16 +189,19 @@ fn encode_stored<S: Simd, T: Store>(
             let mut products = [[0.0; LANES]; LANES];
             for (g, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
                 places.find(planes.resolution, [x, y, z]);
-                // Two pairs fill the rows of a transposition.
-                for (two, pairs) in planes.pairs[..n_pairs].chunks_exact(2).enumerate() {
-                    for (half, pair) in pairs.iter().enumerate() {
-                        let axis = Planes::axis(planes.n_components, 2 * two + half);
-                        pair.each::<T>(axis, planes.resolution, &places, |s, plane, line| {
-                            for v in 0..FEATURES {
-                                products[s][half * FEATURES + v] = plane[v] * line[v];
+                // Two pairs of an axis fill the rows of a transposition.
+                for (two, pairs) in planes.pairs[..n_pairs].as_chunks().0.iter().enumerate() {
+                    let axis = Planes::axis(planes.n_components, 2 * two);
+                    each::<T, 2, LANES>(
+                        pairs,
+                        (axis, planes.resolution),
+                        &places,
+                        |s, plane, line| {
+                            for v in 0..LANES {
+                                products[s][v] = plane[v] * line[v];
                             }
-                        });
-                    }
+                        },
+                    );
                     let out = &mut out[two * LANES * stride + g * LANES..];
                     let rows = (products.as_flattened(), LANES, LANES);
                     transpose(simd, rows, (out, stride), LANES);
@@ -202,43 +211,96 @@ fn encode_stored<S: Simd, T: Store>(
     );
 }
 
-impl Pair<'_> {
-    /// What the plane and the line hold at each of 16 points, in order: a point at a time, a
-    /// value in every lane, because entries lie anywhere in memory, but their values together.
-    ///
-    /// `T` is how both are stored, `axis` that of the line.
+/// What the planes and the lines of `PAIRS` pairs along one axis hold at each of 16 points, in
+/// order: a point at a time, a value in every lane, because entries lie anywhere in memory, but
+/// their values together. `VALUES` is how many all pairs have.
+///
+/// `T` is how all are stored, `shape` the axis of the lines and the resolution.
+#[inline(always)]
+pub fn each<T: Store, const PAIRS: usize, const VALUES: usize>(
+    pairs: &[Pair<'_>; PAIRS],
+    shape: (usize, u32),
+    places: &Places,
+    mut give: impl FnMut(usize, [f32; VALUES], [f32; VALUES]),
+) {
+    const { assert!(VALUES == PAIRS * FEATURES) };
+    let (axis, resolution) = shape;
+    let planes = Tables::<T, PAIRS, VALUES>::of(pairs.each_ref().map(|pair| &pair.plane));
+    let lines = Tables::<T, PAIRS, VALUES>::of(pairs.each_ref().map(|pair| &pair.line));
+    let around = [0, 1, resolution, resolution + 1];
+    for s in 0..LANES {
+        let (mut on_plane, mut on_line) = ([0.0f32; VALUES], [0.0f32; VALUES]);
+        for (weights, behind) in places.plane_weights[axis].iter().zip(around) {
+            planes.add(places.on_plane[axis][s] + behind, weights[s], &mut on_plane);
+        }
+        for (weights, behind) in places.line_weights[axis].iter().zip([0, 1]) {
+            lines.add(places.on_line[axis][s] + behind, weights[s], &mut on_line);
+        }
+        for v in 0..VALUES {
+            on_plane[v] *= planes.factors[v];
+            on_line[v] *= lines.factors[v];
+        }
+        give(s, on_plane, on_line);
+    }
+}
+
+/// The planes of some pairs, or their lines.
+struct Tables<'a, T: Store, const PAIRS: usize, const VALUES: usize> {
+    entries: [&'a [[T::Bits; FEATURES]]; PAIRS],
+    /// What decoded values are still to be multiplied by.
+    factors: [f32; VALUES],
+}
+
+impl<'a, T: Store, const PAIRS: usize, const VALUES: usize> Tables<'a, T, PAIRS, VALUES> {
     #[inline(always)]
-    pub fn each<T: Store>(
-        &self,
-        axis: usize,
-        resolution: u32,
-        places: &Places,
-        mut give: impl FnMut(usize, [f32; FEATURES], [f32; FEATURES]),
-    ) {
-        let [plane, line] = [self.plane, self.line];
-        let factors = [plane, line].map(|t| t.scale() * T::FACTOR);
-        let plane = T::values(plane.bytes()).as_chunks::<FEATURES>().0;
-        let line = T::values(line.bytes()).as_chunks::<FEATURES>().0;
-        let around = [0, 1, resolution, resolution + 1];
-        for s in 0..LANES {
-            let (mut on_plane, mut on_line) = ([0.0f32; FEATURES], [0.0f32; FEATURES]);
-            for (weights, behind) in places.plane_weights[axis].iter().zip(around) {
-                let entry = &plane[(places.on_plane[axis][s] + behind) as usize];
-                for (sum, value) in on_plane.iter_mut().zip(entry) {
-                    *sum += weights[s] * T::decode_divided(*value);
+    fn of(tables: [&TensorView<'a>; PAIRS]) -> Self {
+        let factor = |v: usize| tables[v / FEATURES].scale() * T::SINGLE_FACTOR;
+        let entries = tables.map(|table| T::values(table.bytes()).as_chunks::<FEATURES>().0);
+        Self { entries, factors: core::array::from_fn(factor) }
+    }
+
+    /// Adds the values of an entry of each, times a weight.
+    #[inline(always)]
+    fn add(&self, entry: u32, weight: f32, sums: &mut [f32; VALUES]) {
+        // Together in a register.
+        let mut values = [0.0; VALUES];
+        for (to, entries) in values.as_chunks_mut::<FEATURES>().0.iter_mut().zip(self.entries) {
+            for (to, value) in to.iter_mut().zip(&entries[entry as usize]) {
+                *to = T::decode_divided(*value);
+            }
+        }
+        for (sum, value) in sums.iter_mut().zip(values) {
+            *sum += weight * value;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whole numbers, those just below and above, and what lies outside.
+    #[test]
+    fn cells_are_those_below() {
+        for resolution in [2, 3, 300, 2048] {
+            let scale = (resolution - 1) as f32;
+            for i in 0..resolution {
+                let at = i as f32 / scale;
+                let mut points = [at, at.next_down(), at.next_up(), -at, 1.0 + at, f32::NAN];
+                points.rotate_left(i as usize % 6);
+                let points: [f32; LANES] = core::array::from_fn(|s| points[s % 6]);
+                let mut places = Places::ZERO;
+                places.find(resolution, [&points; 3]);
+                for (s, point) in points.iter().enumerate() {
+                    let position = if point.is_nan() { 0.0 } else { point.clamp(0.0, 1.0) * scale };
+                    let cell = (position as u32).min(resolution - 2);
+                    let fraction = position - cell as f32;
+                    assert_eq!(places.on_line[2][s], cell, "{point} of {resolution}");
+                    assert_eq!(places.on_plane[1][s], cell + resolution * cell);
+                    let weights = places.line_weights[0].map(|weights| weights[s]);
+                    assert_eq!(weights, [1.0 - fraction, fraction]);
                 }
             }
-            for (weights, behind) in places.line_weights[axis].iter().zip([0, 1]) {
-                let entry = &line[(places.on_line[axis][s] + behind) as usize];
-                for (sum, value) in on_line.iter_mut().zip(entry) {
-                    *sum += weights[s] * T::decode_divided(*value);
-                }
-            }
-            for v in 0..FEATURES {
-                on_plane[v] *= factors[0];
-                on_line[v] *= factors[1];
-            }
-            give(s, on_plane, on_line);
         }
     }
 }

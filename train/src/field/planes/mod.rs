@@ -108,9 +108,9 @@ impl Encoding for PlanesConfig {
         gradient: &mut [f32],
     ) {
         let pair = Pair { plane: tables[0], line: tables[1] };
-        let shape = (&pair, Planes::axis(self.n_components, number), self.resolution);
+        let shape = (pair, Planes::axis(self.n_components, number), self.resolution);
         let rows = (&rows[number * FEATURES * stride..], stride);
-        match pair.plane.dtype() {
+        match tables[0].dtype() {
             DType::F32 => scatter::scatter_pair::<S, F32>(simd, shape, points, rows, gradient),
             _ => scatter::scatter_pair::<S, I8>(simd, shape, points, rows, gradient),
         }
