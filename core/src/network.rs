@@ -156,7 +156,7 @@ fn dense_stored<S: Simd, T: Store>(
             let panel = &mut panel[..panel_len(n_in)];
             for first in (0..n_out).step_by(PANEL) {
                 let width = PANEL.min(n_out - first);
-                load_panel::<T>(&layer.weight, first, width, panel);
+                load_panel::<S, T>(simd, &layer.weight, (first, width), panel);
                 let bias = load_bias::<T>(layer, first, width);
                 let rows = &mut y[first * stride..];
                 // With 32 registers, sixteen sums hide the latency of the additions.
@@ -185,21 +185,22 @@ fn load_bias<T: Store>(layer: &Dense<'_>, first: usize, width: usize) -> [f32; P
 /// Decodes the columns `first .. first + width` of a weight matrix to
 /// `[n_in][PANEL]`, zero-filled.
 #[inline(always)]
-fn load_panel<T: Store>(weight: &TensorView<'_>, first: usize, width: usize, panel: &mut [f32]) {
-    let scale = weight.scale();
-    // Without branches, so that the loop becomes vector instructions.
-    let decode = |bits: T::Bits| T::decode_divided(bits) * (T::SINGLE_FACTOR * scale);
+fn load_panel<S: Simd, T: Store>(
+    simd: S,
+    weight: &TensorView<'_>,
+    (first, width): (usize, usize),
+    panel: &mut [f32],
+) {
+    let factor = T::SINGLE_FACTOR * weight.scale();
     let rows = T::values(weight.bytes()).chunks_exact(weight.cols());
     for (row, to) in rows.zip(panel.as_chunks_mut::<PANEL>().0) {
         let from = &row[first..first + width];
-        if let Ok(from) = <&[T::Bits; PANEL]>::try_from(from) {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = decode(*from);
-            }
+        if let Ok(from) = from.try_into() {
+            *to = T::decode_eight(simd, from).map(|value| value * factor);
         } else {
             *to = [0.0; PANEL];
             for (to, from) in to.iter_mut().zip(from) {
-                *to = decode(*from);
+                *to = T::decode_divided(*from) * factor;
             }
         }
     }

@@ -1,7 +1,7 @@
 //! How kernels read stored values: one implementation a data type, chosen once
 //! a tile, so that no kernel asks for the type of each value.
 
-use fearless_simd::{Bytes, Simd, SimdBase, SimdInt};
+use fearless_simd::{Bytes, Simd, SimdBase, SimdInt, f32x4, i32x4};
 
 mod sealed {
     pub trait Sealed {}
@@ -36,6 +36,12 @@ pub trait Store: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stati
 
     /// One finite value, divided by [`Store::SINGLE_FACTOR`].
     fn decode_divided(bits: Self::Bits) -> f32;
+
+    /// Eight finite values, divided by [`Store::SINGLE_FACTOR`].
+    #[inline(always)]
+    fn decode_eight<S: Simd>(_: S, bits: &[Self::Bits; 8]) -> [f32; 8] {
+        core::array::from_fn(|i| Self::decode_divided(bits[i]))
+    }
 
     /// Decodes a register's length of quads: the first value of each, the second,
     /// the third, the fourth, all divided by [`Store::FACTOR`].
@@ -111,6 +117,23 @@ impl Store for F16 {
     fn decode_divided(bits: [u8; 2]) -> f32 {
         let pair = u32::from(u16::from_le_bytes(bits)) << 16;
         f32::from_bits((pair.cast_signed() >> 3).cast_unsigned() & UPPER)
+    }
+
+    /// Two to a lane: compilers decode one after the other.
+    #[inline(always)]
+    fn decode_eight<S: Simd>(simd: S, bits: &[[u8; 2]; 8]) -> [f32; 8] {
+        let twos = core::array::from_fn(|i| {
+            let [[a, b], [c, d]] = [bits[2 * i], bits[2 * i + 1]];
+            i32::from_le_bytes([a, b, c, d])
+        });
+        let twos = i32x4::load_array(simd, twos);
+        let (front, back) = (twos << 16).interleave(twos);
+        let mut decoded = [0.0; 8];
+        for (four, to) in [front, back].into_iter().zip(decoded.as_chunks_mut::<4>().0) {
+            let four: f32x4<S> = ((four >> 3) & UPPER.cast_signed()).bitcast();
+            four.store_array(to);
+        }
+        decoded
     }
 
     type Quad = u64;
@@ -193,6 +216,12 @@ mod tests {
                     assert_eq!((lane * F16::FACTOR).to_bits(), F16::decode(value).to_bits());
                     assert_eq!(F16::decode_divided(value).to_bits(), lane.to_bits());
                     assert_eq!(F16::SINGLE_FACTOR, F16::FACTOR);
+                }
+                let mut eight = [[0; 2]; 8];
+                eight[1..5].copy_from_slice(&values);
+                let decoded = dispatch!(level, simd => F16::decode_eight(simd, &eight));
+                for (found, value) in decoded.iter().zip(eight) {
+                    assert_eq!(found.to_bits(), F16::decode_divided(value).to_bits());
                 }
             }
             for byte in 0..=u8::MAX {

@@ -22,6 +22,9 @@ pub const RESOLUTIONS: core::ops::RangeInclusive<u32> = 2..=2048;
 /// From here on f32 has whole numbers only, one for each of its bits: 2^23.
 const WHOLE: f32 = 8_388_608.0;
 
+/// Values that are encoded together: of two pairs where registers may hold so many, else of one.
+const TOGETHER: usize = if cfg!(target_arch = "x86_64") { LANES } else { FEATURES };
+
 /// Planes and lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Planes<'a> {
@@ -120,21 +123,19 @@ impl Places {
     };
 
     /// Places 16 points, clamped to the unit cube; NaN counts as 0.
-    #[inline(always)]
+    // Elsewhere instructions are known to the whole program, and one copy is enough.
+    #[cfg_attr(target_arch = "x86_64", inline(always))]
     #[allow(clippy::manual_clamp, reason = "`clamp` keeps NaN")]
     pub fn find(&mut self, resolution: u32, points: [&[f32; LANES]; 3]) {
-        let (scale, last) = ((resolution - 1) as f32, (resolution - 2) as f32);
+        let (scale, last) = ((resolution - 1) as f32, resolution - 2);
         for (axis, points) in points.iter().enumerate() {
             for s in 0..LANES {
                 // max first: NaN becomes 0.
                 let position = points[s].max(0.0).min(1.0) * scale;
-                // Whole numbers by the exponent, which vector registers have everywhere.
-                let nearest = (position + WHOLE) - WHOLE;
-                let below = if nearest > position { nearest - 1.0 } else { nearest };
                 // The last cell has its far side too.
-                let cell = below.min(last);
-                let fraction = position - cell;
-                self.on_line[axis][s] = (cell + WHOLE).to_bits() - WHOLE.to_bits();
+                let cell = floor(position).min(last);
+                let fraction = position - cell as f32;
+                self.on_line[axis][s] = cell;
                 self.line_weights[axis][0][s] = 1.0 - fraction;
                 self.line_weights[axis][1][s] = fraction;
             }
@@ -149,6 +150,19 @@ impl Places {
                 }
             }
         }
+    }
+}
+
+/// The whole number below a position.
+#[inline(always)]
+fn floor(position: f32) -> u32 {
+    if cfg!(target_arch = "x86_64") {
+        // Compilers convert lane by lane there: by f32's exponent instead.
+        let nearest = (position + WHOLE) - WHOLE;
+        let below = if nearest > position { nearest - 1.0 } else { nearest };
+        (below + WHOLE).to_bits() - WHOLE.to_bits()
+    } else {
+        position as u32
     }
 }
 
@@ -192,16 +206,16 @@ fn encode_stored<S: Simd, T: Store>(
                 // Two pairs of an axis fill the rows of a transposition.
                 for (two, pairs) in planes.pairs[..n_pairs].as_chunks().0.iter().enumerate() {
                     let axis = Planes::axis(planes.n_components, 2 * two);
-                    each::<T, 2, LANES>(
-                        pairs,
-                        (axis, planes.resolution),
-                        &places,
-                        |s, plane, line| {
-                            for v in 0..LANES {
-                                products[s][v] = plane[v] * line[v];
+                    let (shape, pairs): (_, &[_; 2]) = ((axis, planes.resolution), pairs);
+                    for (part, pairs) in pairs.as_chunks().0.iter().enumerate() {
+                        let give = |s: usize, plane: [f32; TOGETHER], line: [f32; TOGETHER]| {
+                            let to = &mut products[s].as_chunks_mut::<TOGETHER>().0[part];
+                            for v in 0..TOGETHER {
+                                to[v] = plane[v] * line[v];
                             }
-                        },
-                    );
+                        };
+                        each::<T, { TOGETHER / FEATURES }, TOGETHER>(pairs, shape, &places, give);
+                    }
                     let out = &mut out[two * LANES * stride + g * LANES..];
                     let rows = (products.as_flattened(), LANES, LANES);
                     transpose(simd, rows, (out, stride), LANES);

@@ -76,7 +76,7 @@ fn dense_blocks_stored<S: Simd, T: Store>(
             let panel = &mut panel[..panel_len(n_in)];
             for first in (0..n_out).step_by(PANEL) {
                 let width = PANEL.min(n_out - first);
-                load_panel::<T>(&layer.weight, first, width, panel);
+                load_panel::<S, T>(simd, &layer.weight, (first, width), panel);
                 let bias = load_bias::<T>(layer, first, width);
                 let panels = panel.as_chunks::<PANEL>().0.split_at(x[0].per_block);
                 for (b, y) in y.chunks_exact_mut(n_out).enumerate() {
