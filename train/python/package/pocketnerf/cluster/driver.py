@@ -91,14 +91,16 @@ def run(
                 )
                 running[ref] = job.name
             outcomes = _finished(running, kept, max_retries)
+            failed = {name: bool(found.row.get("error")) for name, found in outcomes.items()}
             if outcomes:
                 finished(outcomes)
-                failed = {name: bool(found.row.get("error")) for name, found in outcomes.items()}
-                # Only now, with results on disk, may checkpoints go.
-                ray.get([kept.finish.remote(name, not failed[name]) for name in failed])
-                for name in failed:
-                    watch.finished(name, failed[name])
-            watch.news(ray.get(kept.news.remote()))
+            # Before the keeper forgets what has ended: short tasks are heard of too.
+            news = ray.get(kept.news.remote())
+            # Only now, with results on disk, may checkpoints go.
+            ray.get([kept.finish.remote(name, not failed[name]) for name in failed])
+            watch.news(news)
+            for name in failed:
+                watch.finished(name, failed[name])
 
 
 def run_all(
