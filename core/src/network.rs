@@ -191,7 +191,7 @@ fn load_panel<S: Simd, T: Store>(
     (first, width): (usize, usize),
     panel: &mut [f32],
 ) {
-    let factor = T::SINGLE_FACTOR * weight.scale();
+    let factor = T::FACTOR * weight.scale();
     let rows = T::values(weight.bytes()).chunks_exact(weight.cols());
     for (row, to) in rows.zip(panel.as_chunks_mut::<PANEL>().0) {
         let from = &row[first..first + width];

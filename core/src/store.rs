@@ -27,17 +27,15 @@ pub trait Store: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stati
     /// Reads four values without decoding them.
     fn quad(bits: &[Self::Bits; 4]) -> Self::Quad;
 
-    /// What [`Store::decode_quads`]'s values are still to be multiplied by. Kernels
-    /// fold it into a factor that they multiply by anyway.
+    /// What [`Store::decode_divided`]'s and [`Store::decode_quads`]'s values are
+    /// still to be multiplied by. Kernels fold it into a factor that they
+    /// multiply by anyway.
     const FACTOR: f32;
 
-    /// The same of [`Store::decode_divided`]'s.
-    const SINGLE_FACTOR: f32 = Self::FACTOR;
-
-    /// One finite value, divided by [`Store::SINGLE_FACTOR`].
+    /// One finite value, divided by [`Store::FACTOR`].
     fn decode_divided(bits: Self::Bits) -> f32;
 
-    /// Eight finite values, divided by [`Store::SINGLE_FACTOR`].
+    /// Eight finite values, divided by [`Store::FACTOR`].
     #[inline(always)]
     fn decode_eight<S: Simd>(_: S, bits: &[Self::Bits; 8]) -> [f32; 8] {
         core::array::from_fn(|i| Self::decode_divided(bits[i]))
@@ -158,7 +156,6 @@ impl Store for I8 {
     type Bits = u8;
     /// 2^-24: numbers are left in the uppermost byte of an integer.
     const FACTOR: f32 = f32::from_bits((127 - 24) << 23);
-    const SINGLE_FACTOR: f32 = 1.0;
 
     #[inline(always)]
     fn values(bytes: &[u8]) -> &[u8] {
@@ -172,7 +169,7 @@ impl Store for I8 {
 
     #[inline(always)]
     fn decode_divided(bits: u8) -> f32 {
-        Self::decode(bits)
+        (i32::from(bits.cast_signed()) << 24) as f32
     }
 
     type Quad = u32;
@@ -215,7 +212,6 @@ mod tests {
                 for (lane, value) in lanes.iter().zip(values) {
                     assert_eq!((lane * F16::FACTOR).to_bits(), F16::decode(value).to_bits());
                     assert_eq!(F16::decode_divided(value).to_bits(), lane.to_bits());
-                    assert_eq!(F16::SINGLE_FACTOR, F16::FACTOR);
                 }
                 let mut eight = [[0; 2]; 8];
                 eight[1..5].copy_from_slice(&values);
@@ -228,8 +224,7 @@ mod tests {
                 let values = [byte, !byte, 0x80, byte.wrapping_mul(37)];
                 let lanes = dispatch!(level, simd => same_in_every_lane::<_, I8>(simd, &values));
                 assert_eq!(lanes.map(|v| v * I8::FACTOR), values.map(I8::decode));
-                let singles = values.map(I8::decode_divided);
-                assert_eq!(singles.map(|v| v * I8::SINGLE_FACTOR), values.map(I8::decode));
+                assert_eq!(lanes, values.map(I8::decode_divided));
             }
             let values = [1.0f32, -2.5, 0.0, 1e-30].map(f32::to_le_bytes);
             let lanes = dispatch!(level, simd => same_in_every_lane::<_, F32>(simd, &values));

@@ -156,14 +156,10 @@ impl Places {
 /// The whole number below a position.
 #[inline(always)]
 fn floor(position: f32) -> u32 {
-    if cfg!(target_arch = "x86_64") {
-        // Compilers convert lane by lane there: by f32's exponent instead.
-        let nearest = (position + WHOLE) - WHOLE;
-        let below = if nearest > position { nearest - 1.0 } else { nearest };
-        (below + WHOLE).to_bits() - WHOLE.to_bits()
-    } else {
-        position as u32
-    }
+    // Compilers convert lane by lane for some machines: by f32's exponent instead.
+    let nearest = (position + WHOLE) - WHOLE;
+    let below = if nearest > position { nearest - 1.0 } else { nearest };
+    (below + WHOLE).to_bits() - WHOLE.to_bits()
 }
 
 /// Encodes points: writes `n_output` rows of `x.len()` values.
@@ -209,9 +205,8 @@ fn encode_stored<S: Simd, T: Store>(
                     let (shape, pairs): (_, &[_; 2]) = ((axis, planes.resolution), pairs);
                     for (part, pairs) in pairs.as_chunks().0.iter().enumerate() {
                         let give = |s: usize, plane: [f32; TOGETHER], line: [f32; TOGETHER]| {
-                            let to = &mut products[s].as_chunks_mut::<TOGETHER>().0[part];
                             for v in 0..TOGETHER {
-                                to[v] = plane[v] * line[v];
+                                products[s][part * TOGETHER + v] = plane[v] * line[v];
                             }
                         };
                         each::<T, { TOGETHER / FEATURES }, TOGETHER>(pairs, shape, &places, give);
@@ -268,7 +263,7 @@ struct Tables<'a, T: Store, const PAIRS: usize, const VALUES: usize> {
 impl<'a, T: Store, const PAIRS: usize, const VALUES: usize> Tables<'a, T, PAIRS, VALUES> {
     #[inline(always)]
     fn of(tables: [&TensorView<'a>; PAIRS]) -> Self {
-        let factor = |v: usize| tables[v / FEATURES].scale() * T::SINGLE_FACTOR;
+        let factor = |v: usize| tables[v / FEATURES].scale() * T::FACTOR;
         let entries = tables.map(|table| T::values(table.bytes()).as_chunks::<FEATURES>().0);
         Self { entries, factors: core::array::from_fn(factor) }
     }

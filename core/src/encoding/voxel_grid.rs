@@ -155,10 +155,10 @@ const QUAD: usize = 4;
 #[inline(always)]
 const fn factor(dtype: DType) -> f32 {
     match dtype {
-        DType::F32 => F32::SINGLE_FACTOR,
-        DType::F16 => F16::SINGLE_FACTOR,
+        DType::F32 => F32::FACTOR,
+        DType::F16 => F16::FACTOR,
         // `validate` refuses all others.
-        _ => I8::SINGLE_FACTOR,
+        _ => I8::FACTOR,
     }
 }
 
