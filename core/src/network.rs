@@ -1,6 +1,8 @@
 //! Small dense networks: layers with ReLU between them and none after the last.
 
 pub mod blocks;
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+mod pairs;
 
 use core::ops::Range;
 
@@ -264,9 +266,10 @@ fn finish_row<S: Simd, const V: usize>(simd: S, sums: &[S::f32s; V], row: &mut [
 impl Mlp<'_> {
     /// Applies all layers to `n` points (a multiple of 16, at most `stride`).
     ///
-    /// `input` is `[n_input][stride]` and is overwritten by every second hidden
+    /// `input` is `[n_input][stride]` and is overwritten, also by every second hidden
     /// layer, `other` is scratch for the layers between; the result goes to
-    /// `output`, `[n_output][stride]`.
+    /// `output`, `[n_output][stride]`. On x86 with AVX2, layers of f16 round values to 14
+    /// bits of a point's largest: outputs change by about a ten-thousandth.
     #[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
     pub fn forward<S: Simd>(
         &self,
@@ -281,11 +284,36 @@ impl Mlp<'_> {
         let (mut from, mut to) = (input, other);
         let last = self.n_layers - 1;
         for layer in &self.layers[..last] {
-            dense(simd, layer, from, to, n, stride, true, panel);
+            apply(simd, layer, from, to, n, stride, true, panel);
             core::mem::swap(&mut from, &mut to);
         }
-        dense(simd, &self.layers[last], from, output, n, stride, false, panel);
+        apply(simd, &self.layers[last], from, output, n, stride, false, panel);
     }
+}
+
+/// As [`dense`], which may be rounded to 14 bits where that is faster; `x` is overwritten.
+#[expect(clippy::too_many_arguments, reason = "as for `dense`")]
+fn apply<S: Simd>(
+    simd: S,
+    layer: &Dense<'_>,
+    x: &mut [f32],
+    y: &mut [f32],
+    n: usize,
+    stride: usize,
+    relu: bool,
+    panel: &mut [f32],
+) {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    if pairs::suit(layer, stride) {
+        let level = simd.level();
+        if let Some(avx512) = level.as_avx512() {
+            return pairs::dense(avx512, layer, x, y, n, stride, relu, panel);
+        }
+        if let Some(avx2) = level.as_avx2() {
+            return pairs::dense(avx2, layer, x, y, n, stride, relu, panel);
+        }
+    }
+    dense(simd, layer, x, y, n, stride, relu, panel);
 }
 
 #[cfg(test)]
