@@ -268,8 +268,8 @@ impl Mlp<'_> {
     ///
     /// `input` is `[n_input][stride]` and is overwritten, also by every second hidden
     /// layer, `other` is scratch for the layers between; the result goes to
-    /// `output`, `[n_output][stride]`. On x86 with AVX2, layers of f16 round values to 14
-    /// bits of a point's largest: outputs change by about a ten-thousandth.
+    /// `output`, `[n_output][stride]`. Where `rounded`, values may be rounded to 14 bits of a
+    /// point's largest, which is faster on x86: outputs change by about a ten-thousandth.
     #[expect(clippy::too_many_arguments, reason = "a batch is its slices and their lengths")]
     pub fn forward<S: Simd>(
         &self,
@@ -280,18 +280,19 @@ impl Mlp<'_> {
         n: usize,
         stride: usize,
         panel: &mut [f32],
+        rounded: bool,
     ) {
         let (mut from, mut to) = (input, other);
         let last = self.n_layers - 1;
         for layer in &self.layers[..last] {
-            apply(simd, layer, from, to, n, stride, true, panel);
+            apply(simd, layer, from, to, n, stride, true, panel, rounded);
             core::mem::swap(&mut from, &mut to);
         }
-        apply(simd, &self.layers[last], from, output, n, stride, false, panel);
+        apply(simd, &self.layers[last], from, output, n, stride, false, panel, rounded);
     }
 }
 
-/// As [`dense`], which may be rounded to 14 bits where that is faster; `x` is overwritten.
+/// As [`dense`], in 14 bits where `rounded` and that is faster; `x` is overwritten.
 #[expect(clippy::too_many_arguments, reason = "as for `dense`")]
 fn apply<S: Simd>(
     simd: S,
@@ -302,9 +303,10 @@ fn apply<S: Simd>(
     stride: usize,
     relu: bool,
     panel: &mut [f32],
+    rounded: bool,
 ) {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if pairs::suit(layer, stride) {
+    if rounded && pairs::suit(layer) {
         let level = simd.level();
         if let Some(avx512) = level.as_avx512() {
             return pairs::dense(avx512, layer, x, y, n, stride, relu, panel);
@@ -313,6 +315,7 @@ fn apply<S: Simd>(
             return pairs::dense(avx2, layer, x, y, n, stride, relu, panel);
         }
     }
+    let _ = rounded;
     dense(simd, layer, x, y, n, stride, relu, panel);
 }
 

@@ -145,6 +145,8 @@ pub struct Workspace<'s> {
     pub panel: &'s mut [f32],
     /// Distance between rows.
     pub stride: usize,
+    /// Whether networks may round to 14 bits, where that is faster.
+    pub rounded: bool,
 }
 
 impl Workspace<'_> {
@@ -152,10 +154,10 @@ impl Workspace<'_> {
     /// at most as many as before; an odd number of sixteens, or rows would compete for
     /// the same lines of the cache.
     pub(crate) fn for_width(&mut self, width: usize) -> Workspace<'_> {
-        let Self { a, b, output, panel, stride } = self;
+        let Self { a, b, output, panel, stride, rounded } = self;
         let sixteens = (a.len().min(b.len()) / width).min(*stride) / LANES;
         let stride = ((sixteens - 1) | 1) * LANES;
-        Workspace { a, b, output, panel, stride }
+        Workspace { a, b, output, panel, stride, rounded: *rounded }
     }
 }
 
@@ -204,6 +206,7 @@ impl<'s> Scratch<'s> {
                 output: take((1 + limits.channels) * stride),
                 panel: take(panel_len(limits.width)),
                 stride,
+                rounded: false,
             },
             samples: SampleBatch {
                 points: [take(stride), take(stride), take(stride)],

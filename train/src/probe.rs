@@ -53,7 +53,7 @@ impl Probe {
             len: count,
             directed: false,
         };
-        let mut work = Workspace { a, b, output, panel, stride: STRIDE };
+        let mut work = Workspace { a, b, output, panel, stride: STRIDE, rounded: false };
         evaluate(level, field, Output::Density, &mut samples, &mut work, |_, _| ());
         &self.output[..count]
     }

@@ -125,8 +125,8 @@ impl Decoder<'_> {
     /// colours of per-sample shading, [`density_features`](Self::density_features).
     #[inline(always)]
     pub fn densities<S: Simd>(&self, simd: S, n: usize, work: &mut Workspace<'_>) {
-        let Workspace { a, b, output, panel, stride } = work;
-        self.density.forward(simd, a, b, output, n, *stride, panel);
+        let Workspace { a, b, output, panel, stride, rounded } = work;
+        self.density.forward(simd, a, b, output, n, *stride, panel, *rounded);
         simd.vectorize(
             #[inline(always)]
             || {
@@ -167,12 +167,12 @@ impl Decoder<'_> {
         n: usize,
         work: &mut Workspace<'_>,
     ) {
-        let stride = work.stride;
+        let (stride, rounded) = (work.stride, work.rounded);
         let Workspace { a, b, output, panel, .. } = work;
         let rows = &mut a[self.n_features as usize * stride..];
         self.harmonics(simd, directions, n, rows, stride);
         let rgb = &mut output[stride..];
-        self.color.forward(simd, a, b, rgb, n, stride, panel);
+        self.color.forward(simd, a, b, rgb, n, stride, panel, rounded);
         simd.vectorize(
             #[inline(always)]
             || {

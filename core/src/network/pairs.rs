@@ -14,11 +14,13 @@ use crate::store::F16;
 
 /// Most that a value of a point is.
 const MOST: f32 = 8191.0;
-/// Most that the weights of an output sum up to, and half a unit of rounding for each of 4096:
-/// times [`MOST`] just below 2^31.
+/// Most that an output's weights sum up to: with half a unit of rounding for each of 4096, and
+/// times [`MOST`], just below 2^31.
 const MOST_SUM: f32 = 260_000.0;
 /// Most that a weight is.
 const MOST_WEIGHT: f32 = 32_767.0;
+/// Less than any unit is, by which nothing could be divided.
+const LEAST: f32 = 1e-30;
 /// In f32, x + 1.5 * 2^23 ends with the bits of the whole number next to x.
 const WHOLE: f32 = 12_582_912.0;
 /// Half the outputs of a panel.
@@ -81,17 +83,10 @@ mod x86 {
 /// registers.
 const BLOCK: usize = 64;
 
-/// Whether a layer can be evaluated in whole numbers: weights of less than 14 bits, enough
-/// points to be worth packing them, and room for them where points have been.
-pub(super) fn suit(layer: &Dense<'_>, stride: usize) -> bool {
-    let (n_in, panels) = (layer.weight.rows(), layer.weight.cols().div_ceil(PANEL));
-    let free = (n_in - n_in.div_ceil(2)).saturating_sub(1) * stride;
-    layer.weight.dtype() == DType::F16 && stride >= 256 && free >= panels * packed_len(n_in)
-}
-
-/// Values of a packed panel: pairs of weights, and for each output its unit and its bias.
-const fn packed_len(n_in: usize) -> usize {
-    (n_in.div_ceil(2) + 2) * PANEL
+/// Whether a layer can be evaluated in whole numbers: weights of less than 14 bits, and a row for
+/// the units of packed points.
+pub(super) fn suit(layer: &Dense<'_>) -> bool {
+    layer.weight.dtype() == DType::F16 && layer.weight.rows() > 1
 }
 
 /// As [`dense`](super::dense), but for rounding; `x` is overwritten. A point with a value that
@@ -111,48 +106,47 @@ pub(super) fn dense<S: Pairs>(
         #[inline(always)]
         || {
             let (n_in, n_out) = (layer.weight.rows(), layer.weight.cols());
+            let n_pairs = n_in.div_ceil(2);
             let x = &mut x[..n_in * stride];
             pack_points(simd, x, n, stride);
-            let (pairs, rest) = x.split_at_mut(n_in.div_ceil(2) * stride);
+            let (pairs, rest) = x.split_at_mut(n_pairs * stride);
             let (units, free) = rest.split_at_mut(stride);
             let points = Points { pairs, units, stride };
-            let panel = &mut panel[..panel_len(n_in)];
+            let panel = panel[..panel_len(n_in)].as_chunks_mut::<PANEL>().0;
             let firsts = (0..n_out).step_by(PANEL);
-            for (first, packed) in firsts.clone().zip(free.chunks_exact_mut(packed_len(n_in))) {
-                let width = PANEL.min(n_out - first);
-                load_panel::<S, F16>(simd, &layer.weight, (first, width), panel);
-                let (weights, [unit, bias]) =
-                    packed.as_chunks_mut().0.split_at_mut(n_in.div_ceil(2))
-                else {
-                    return;
-                };
-                *unit = pack_panel(simd, panel, weights);
-                *bias = load_bias::<F16>(layer, first, width);
+            // Where points have been there is room for all weights, if points are many.
+            let free = free.as_chunks_mut::<PANEL>().0;
+            if free.len() < firsts.len() * (n_pairs + 2) {
+                for first in firsts {
+                    let outputs = pack_panel(simd, layer, first, relu, panel);
+                    let y = &mut y[first * stride..];
+                    multiply_panel(simd, &outputs, &panel[..n_pairs], &points, y, 0..n);
+                }
+                return;
+            }
+            for (first, place) in firsts.clone().zip(free.chunks_exact_mut(n_pairs + 2)) {
+                let outputs = pack_panel(simd, layer, first, relu, panel);
+                place[..n_pairs].copy_from_slice(&panel[..n_pairs]);
+                place[n_pairs..].copy_from_slice(&[outputs.units, outputs.bias]);
             }
             for block in (0..n).step_by(BLOCK) {
-                let block = block..n.min(block + BLOCK);
-                let two = block.end - block.len() % (2 * S::i32s::LEN);
-                for (first, packed) in firsts.clone().zip(free.chunks_exact(packed_len(n_in))) {
+                for (first, place) in firsts.clone().zip(free.chunks_exact(n_pairs + 2)) {
+                    let (weights, rest) = place.split_at(n_pairs);
                     let width = PANEL.min(n_out - first);
-                    let output = Outputs { packed: packed.as_chunks().0, width, relu };
-                    let (y, pairs) = (&mut y[first * stride..], block.start..two);
-                    if S::WHOLE_PANELS {
-                        multiply::<S, 0, PANEL, 2>(simd, &output, &points, y, pairs);
-                    } else {
-                        multiply::<S, 0, HALF, 2>(simd, &output, &points, y, pairs.clone());
-                        multiply::<S, HALF, HALF, 2>(simd, &output, &points, y, pairs);
-                    }
-                    multiply::<S, 0, PANEL, 1>(simd, &output, &points, y, two..block.end);
+                    let outputs = Packed { units: rest[0], bias: rest[1], width, relu };
+                    let (y, at) = (&mut y[first * stride..], block..n.min(block + BLOCK));
+                    multiply_panel(simd, &outputs, weights, &points, y, at);
                 }
             }
         },
     );
 }
 
-/// A panel's outputs.
-struct Outputs<'o> {
-    /// `[pairs of inputs][PANEL]`, then a row of units and one of biases.
-    packed: &'o [[f32; PANEL]],
+/// A panel's outputs, beside their weights.
+struct Packed {
+    /// What a weight of 1 stands for.
+    units: [f32; PANEL],
+    bias: [f32; PANEL],
     /// Outputs that there are.
     width: usize,
     relu: bool,
@@ -175,15 +169,14 @@ fn pack_points<S: Simd>(simd: S, x: &mut [f32], n: usize, stride: usize) {
     let splat = |v: f32| S::f32s::splat(simd, v);
     let (n_in, magnitude) = (x.len() / stride, S::i32s::splat(simd, i32::MAX));
     for at in (0..n).step_by(lanes) {
-        // As whole numbers, of which infinity and NaN are the largest. Not 0, by which nothing
-        // can be divided.
-        let mut most = splat(1e-30).bitcast::<S::i32s>();
+        // As whole numbers, of which infinity and NaN are the largest.
+        let mut most: S::i32s = splat(LEAST * MOST).bitcast();
         for row in x.chunks_exact(stride) {
             let bits: S::i32s = S::f32s::from_slice(simd, &row[at..at + lanes]).bitcast();
             most = most.max(bits & magnitude);
         }
-        let most: S::f32s = most.bitcast();
-        let units = splat(MOST) / most;
+        let unit = most.bitcast::<S::f32s>() * (1.0 / MOST);
+        let units = splat(1.0) / unit;
         let rounded = |x: &[f32], row: usize| -> S::i32s {
             let value = S::f32s::from_slice(simd, &x[row * stride + at..][..lanes]);
             value.mul_add(units, splat(WHOLE)).bitcast()
@@ -194,32 +187,59 @@ fn pack_points<S: Simd>(simd: S, x: &mut [f32], n: usize, stride: usize) {
                 if 2 * pair + 1 < n_in { low | (rounded(x, 2 * pair + 1) << 16) } else { low };
             both.bitcast::<S::f32s>().store_slice(&mut x[pair * stride + at..][..lanes]);
         }
-        (most * (1.0 / MOST)).store_slice(&mut x[n_in.div_ceil(2) * stride + at..][..lanes]);
+        unit.store_slice(&mut x[n_in.div_ceil(2) * stride + at..][..lanes]);
     }
 }
 
-/// Rounds a panel, `[n_in][PANEL]`, to pairs of inputs, and gives what a unit of each output is.
+/// Decodes the panel of outputs from `first` on, `[n_in][PANEL]`, and rounds it in place to pairs
+/// of inputs.
 #[inline(always)]
-fn pack_panel<S: Simd>(simd: S, panel: &[f32], pairs: &mut [[f32; PANEL]]) -> [f32; PANEL] {
+fn pack_panel<S: Simd>(
+    simd: S,
+    layer: &Dense<'_>,
+    first: usize,
+    relu: bool,
+    rows: &mut [[f32; PANEL]],
+) -> Packed {
+    let width = PANEL.min(layer.weight.cols() - first);
+    load_panel::<S, F16>(simd, &layer.weight, (first, width), rows.as_flattened_mut());
     let splat = |v: f32| f32x8::splat(simd, v);
-    let rows = panel.as_chunks::<PANEL>().0;
-    let (mut sums, mut most) = (splat(0.0), splat(0.0));
-    for row in rows {
+    let (mut most, mut sum) = (splat(0.0), splat(0.0));
+    for row in rows.iter() {
         let magnitude = f32x8::load_array(simd, *row).abs();
-        (sums, most) = (sums + magnitude, most.max(magnitude));
+        (most, sum) = (most.max(magnitude), sum + magnitude);
     }
-    // Not 0, by which nothing can be divided.
-    let units = (sums * (1.0 / MOST_SUM)).max(most * (1.0 / MOST_WEIGHT)).max(splat(1e-30));
-    let factors = splat(1.0) / units;
-    for (rows, pair) in rows.chunks(2).zip(pairs) {
+    let unit = (sum * (1.0 / MOST_SUM)).max(most * (1.0 / MOST_WEIGHT)).max(splat(LEAST));
+    let units = splat(1.0) / unit;
+    for pair in 0..rows.len().div_ceil(2) {
         let rounded = |row: &[f32; PANEL]| -> i32x8<S> {
-            f32x8::load_array(simd, *row).mul_add(factors, splat(WHOLE)).bitcast()
+            f32x8::load_array(simd, *row).mul_add(units, splat(WHOLE)).bitcast()
         };
-        let high = rows.get(1).unwrap_or(&[0.0; PANEL]);
-        let both = (rounded(&rows[0]) & 0xffff) | (rounded(high) << 16);
-        both.bitcast::<f32x8<S>>().store_array(pair);
+        let high = rows.get(2 * pair + 1).unwrap_or(&[0.0; PANEL]);
+        let both = (rounded(&rows[2 * pair]) & 0xffff) | (rounded(high) << 16);
+        both.bitcast::<f32x8<S>>().store_array(&mut rows[pair]);
     }
-    units.into()
+    Packed { units: unit.into(), bias: load_bias::<F16>(layer, first, width), width, relu }
+}
+
+/// The outputs of a panel at some points.
+#[inline(always)]
+fn multiply_panel<S: Pairs>(
+    simd: S,
+    outputs: &Packed,
+    weights: &[[f32; PANEL]],
+    points: &Points<'_>,
+    y: &mut [f32],
+    at: Range<usize>,
+) {
+    let two = at.end - at.len() % (2 * S::i32s::LEN);
+    if S::WHOLE_PANELS {
+        multiply::<S, 0, PANEL, 2>(simd, outputs, weights, points, y, at.start..two);
+    } else {
+        multiply::<S, 0, HALF, 2>(simd, outputs, weights, points, y, at.start..two);
+        multiply::<S, HALF, HALF, 2>(simd, outputs, weights, points, y, at.start..two);
+    }
+    multiply::<S, 0, PANEL, 1>(simd, outputs, weights, points, y, two..at.end);
 }
 
 /// The `O` outputs from `FROM` on of a panel, as far as there are any, at `V` registers of
@@ -227,15 +247,13 @@ fn pack_panel<S: Simd>(simd: S, panel: &[f32], pairs: &mut [[f32; PANEL]]) -> [f
 #[inline(always)]
 fn multiply<S: Pairs, const FROM: usize, const O: usize, const V: usize>(
     simd: S,
-    outputs: &Outputs<'_>,
+    outputs: &Packed,
+    weights: &[[f32; PANEL]],
     points: &Points<'_>,
     y: &mut [f32],
     at: Range<usize>,
 ) {
     let lanes = S::i32s::LEN;
-    let (weights, [output_units, bias]) = outputs.packed.split_at(outputs.packed.len() - 2) else {
-        return;
-    };
     for at in at.step_by(V * lanes) {
         let mut sums = [[S::i32s::splat(simd, 0); V]; O];
         for (weights, row) in weights.iter().zip(points.pairs.chunks_exact(points.stride)) {
@@ -258,10 +276,10 @@ fn multiply<S: Pairs, const FROM: usize, const O: usize, const V: usize>(
         // A whole panel's loop is unrolled, so that sums stay in registers.
         for (o, sums) in sums.iter().enumerate() {
             if FROM + o < outputs.width {
-                let bias = S::f32s::splat(simd, bias[FROM + o]);
+                let bias = S::f32s::splat(simd, outputs.bias[FROM + o]);
                 let mut values = [bias; V];
                 for ((value, sum), unit) in values.iter_mut().zip(sums).zip(units) {
-                    let unit = unit * output_units[FROM + o];
+                    let unit = unit * outputs.units[FROM + o];
                     *value = sum.to_float::<S::f32s>().mul_add(unit, bias);
                 }
                 let row = &mut y[(FROM + o) * points.stride + at..][..V * lanes];

@@ -17,12 +17,19 @@ pub struct Detail {
     /// Where less light than this passes, a ray's samples stand for two steps;
     /// where less than a quarter of it does, for four. 0: each for its own.
     pub coarse_step_below: f32,
+    /// Whether networks may round to 14 bits where that is faster: on x86, and where rays are
+    /// marched. Colours change by less than a thousandth.
+    pub rounded: bool,
 }
 
 impl Detail {
     /// Every pixel, as the model says.
-    pub const FINEST: Self =
-        Self { tolerances: [0.0; 4], min_transmittance: 0.0, coarse_step_below: 0.0 };
+    pub const FINEST: Self = Self {
+        tolerances: [0.0; 4],
+        min_transmittance: 0.0,
+        coarse_step_below: 0.0,
+        rounded: false,
+    };
 
     /// See [`Model::detail`](crate::Model::detail).
     pub(crate) fn new(quality: f32, tolerance: f32) -> Self {
@@ -37,6 +44,7 @@ impl Detail {
             tolerances: [tolerance * left_out * left_out, tolerance * far * far, 0.0, 0.0],
             min_transmittance: 0.02 * left_out * left_out * left_out,
             coarse_step_below: 0.3 * left_out.min(1.0),
+            rounded: true,
         }
     }
 

@@ -51,6 +51,7 @@ pub(super) fn render(
     let public = |number| source.ray(number);
     let mut scratch = Scratch::cut(scratch, limits, tuning);
     scratch.slots.public = Some(&public);
+    scratch.work.rounded = detail.rounded && matches!(options.sampling, SamplingMode::Occupancy);
     scratch.slots.limits = RayLimits {
         min_transmittance: detail.min_transmittance.max(model.sampling.min_transmittance),
         coarse_step_below: detail.coarse_step_below,

@@ -266,7 +266,7 @@ impl DerfField<'_> {
         directions: Option<[&[f32]; 3]>,
         work: &mut Workspace<'_>,
     ) {
-        let Workspace { a, b, output, panel, stride } = work;
+        let Workspace { a, b, output, panel, stride, rounded } = work;
         let stride = *stride;
         let OwnRows { heads, points, nearest, gathered, numbers, results } =
             OwnRows::cut(a, stride);
@@ -296,7 +296,8 @@ impl DerfField<'_> {
             let (points, directions) = ([row(), row(), row()], [row(), row(), row()]);
             // `validate` has refused what has no such head.
             let Ok(head) = self.head(number) else { continue };
-            let mut work = Workspace { a: heads, b, output: results, panel, stride };
+            let mut work =
+                Workspace { a: heads, b, output: results, panel, stride, rounded: *rounded };
             head.encode(simd, points, &mut work);
             match colors {
                 0 => head.decode_density(simd, padded, &mut work),

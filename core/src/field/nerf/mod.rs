@@ -162,7 +162,7 @@ impl NerfField<'_> {
         directions: Option<[&[f32]; 3]>,
         work: &mut Workspace<'_>,
     ) {
-        let Workspace { a, b, output, panel, stride } = work;
+        let Workspace { a, b, output, panel, stride, .. } = work;
         let [n_position, n_direction] = [self.positions.n_output(), self.n_direction()];
         let n_blocks = len.div_ceil(BLOCK);
         let (encoded, a) = a.as_chunks_mut::<BLOCK>().0.split_at_mut(n_position * n_blocks);

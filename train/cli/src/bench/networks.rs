@@ -43,7 +43,7 @@ impl Inputs {
         let [mut a, mut b] = limits.rows.map(rows);
         let (mut output, mut panel) = (rows(ROW), Aligned::new(panel_len(limits.width)));
         let (a, b, output, panel) = (&mut a[..], &mut b[..], &mut output[..], &mut panel[..]);
-        let mut work = Workspace { a, b, output, panel, stride };
+        let mut work = Workspace { a, b, output, panel, stride, rounded: false };
         let mut axes = self.0.clone();
         let [x, y, z, dx, dy, dz] = axes.each_mut().map(|axis| &mut axis[..]);
         let (points, directions) = ([x, y, z], [dx, dy, dz]);

@@ -51,7 +51,7 @@ impl Group {
             [points, directions].map(|rows| rows.each_mut().map(|r| &mut r[..]));
         let mut samples =
             SampleBatch { points, directions, t, capacity: BATCH, len: 0, directed: false };
-        let mut work = Workspace { a, b, output, panel, stride: STRIDE };
+        let mut work = Workspace { a, b, output, panel, stride: STRIDE, rounded: false };
         let needs_depth = job.needs_depth();
         let Self {
             rays,

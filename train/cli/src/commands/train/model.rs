@@ -13,7 +13,7 @@ pub(super) enum Profile {
     /// As much detail as the time allows
     #[default]
     Fine,
-    /// Renders twice as fast, about 1 dB less accurate
+    /// Renders one and a half times as fast, about half a decibel less accurate
     Fast,
 }
 
