@@ -282,41 +282,29 @@ impl Mlp<'_> {
         panel: &mut [f32],
         rounded: bool,
     ) {
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+        let _ = rounded;
+        let mut apply = |layer: &Dense<'_>, x: &mut [f32], y: &mut [f32], relu: bool| {
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            if rounded && pairs::suit(layer) {
+                let level = simd.level();
+                if let Some(avx512) = level.as_avx512() {
+                    return pairs::dense(avx512, layer, x, y, n, stride, relu, panel);
+                }
+                if let Some(avx2) = level.as_avx2() {
+                    return pairs::dense(avx2, layer, x, y, n, stride, relu, panel);
+                }
+            }
+            dense(simd, layer, x, y, n, stride, relu, panel);
+        };
         let (mut from, mut to) = (input, other);
         let last = self.n_layers - 1;
         for layer in &self.layers[..last] {
-            apply(simd, layer, from, to, n, stride, true, panel, rounded);
+            apply(layer, from, to, true);
             core::mem::swap(&mut from, &mut to);
         }
-        apply(simd, &self.layers[last], from, output, n, stride, false, panel, rounded);
+        apply(&self.layers[last], from, output, false);
     }
-}
-
-/// As [`dense`], in 14 bits where `rounded` and that is faster; `x` is overwritten.
-#[expect(clippy::too_many_arguments, reason = "as for `dense`")]
-fn apply<S: Simd>(
-    simd: S,
-    layer: &Dense<'_>,
-    x: &mut [f32],
-    y: &mut [f32],
-    n: usize,
-    stride: usize,
-    relu: bool,
-    panel: &mut [f32],
-    rounded: bool,
-) {
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if rounded && pairs::suit(layer) {
-        let level = simd.level();
-        if let Some(avx512) = level.as_avx512() {
-            return pairs::dense(avx512, layer, x, y, n, stride, relu, panel);
-        }
-        if let Some(avx2) = level.as_avx2() {
-            return pairs::dense(avx2, layer, x, y, n, stride, relu, panel);
-        }
-    }
-    let _ = rounded;
-    dense(simd, layer, x, y, n, stride, relu, panel);
 }
 
 #[cfg(test)]

@@ -113,37 +113,42 @@ pub(super) fn dense<S: Pairs>(
             let (units, free) = rest.split_at_mut(stride);
             let points = Points { pairs, units, stride };
             let panel = panel[..panel_len(n_in)].as_chunks_mut::<PANEL>().0;
+            let width = |first: usize| PANEL.min(n_out - first);
             let firsts = (0..n_out).step_by(PANEL);
             // Where points have been there is room for all weights, if points are many.
             let free = free.as_chunks_mut::<PANEL>().0;
             if free.len() < firsts.len() * (n_pairs + 2) {
                 for first in firsts {
-                    let outputs = pack_panel(simd, layer, first, relu, panel);
-                    let y = &mut y[first * stride..];
-                    multiply_panel(simd, &outputs, &panel[..n_pairs], &points, y, 0..n);
+                    let [units, bias] = pack_panel(simd, layer, first, panel);
+                    let weights = &panel[..n_pairs];
+                    let outputs = Outputs { weights, units, bias, width: width(first), relu };
+                    multiply_panel(simd, &outputs, &points, &mut y[first * stride..], 0..n);
                 }
                 return;
             }
             for (first, place) in firsts.clone().zip(free.chunks_exact_mut(n_pairs + 2)) {
-                let outputs = pack_panel(simd, layer, first, relu, panel);
+                let rest = pack_panel(simd, layer, first, panel);
                 place[..n_pairs].copy_from_slice(&panel[..n_pairs]);
-                place[n_pairs..].copy_from_slice(&[outputs.units, outputs.bias]);
+                place[n_pairs..].copy_from_slice(&rest);
             }
             for block in (0..n).step_by(BLOCK) {
+                let at = block..n.min(block + BLOCK);
                 for (first, place) in firsts.clone().zip(free.chunks_exact(n_pairs + 2)) {
                     let (weights, rest) = place.split_at(n_pairs);
-                    let width = PANEL.min(n_out - first);
-                    let outputs = Packed { units: rest[0], bias: rest[1], width, relu };
-                    let (y, at) = (&mut y[first * stride..], block..n.min(block + BLOCK));
-                    multiply_panel(simd, &outputs, weights, &points, y, at);
+                    let (units, bias, width) = (rest[0], rest[1], width(first));
+                    let outputs = Outputs { weights, units, bias, width, relu };
+                    let y = &mut y[first * stride..];
+                    multiply_panel(simd, &outputs, &points, y, at.clone());
                 }
             }
         },
     );
 }
 
-/// A panel's outputs, beside their weights.
-struct Packed {
+/// A panel's outputs.
+struct Outputs<'o> {
+    /// `[pairs of inputs][PANEL]`.
+    weights: &'o [[f32; PANEL]],
     /// What a weight of 1 stands for.
     units: [f32; PANEL],
     bias: [f32; PANEL],
@@ -192,15 +197,14 @@ fn pack_points<S: Simd>(simd: S, x: &mut [f32], n: usize, stride: usize) {
 }
 
 /// Decodes the panel of outputs from `first` on, `[n_in][PANEL]`, and rounds it in place to pairs
-/// of inputs.
+/// of inputs. Gives the outputs' units and biases.
 #[inline(always)]
 fn pack_panel<S: Simd>(
     simd: S,
     layer: &Dense<'_>,
     first: usize,
-    relu: bool,
     rows: &mut [[f32; PANEL]],
-) -> Packed {
+) -> [[f32; PANEL]; 2] {
     let width = PANEL.min(layer.weight.cols() - first);
     load_panel::<S, F16>(simd, &layer.weight, (first, width), rows.as_flattened_mut());
     let splat = |v: f32| f32x8::splat(simd, v);
@@ -219,27 +223,26 @@ fn pack_panel<S: Simd>(
         let both = (rounded(&rows[2 * pair]) & 0xffff) | (rounded(high) << 16);
         both.bitcast::<f32x8<S>>().store_array(&mut rows[pair]);
     }
-    Packed { units: unit.into(), bias: load_bias::<F16>(layer, first, width), width, relu }
+    [unit.into(), load_bias::<F16>(layer, first, width)]
 }
 
 /// The outputs of a panel at some points.
 #[inline(always)]
 fn multiply_panel<S: Pairs>(
     simd: S,
-    outputs: &Packed,
-    weights: &[[f32; PANEL]],
+    outputs: &Outputs<'_>,
     points: &Points<'_>,
     y: &mut [f32],
     at: Range<usize>,
 ) {
     let two = at.end - at.len() % (2 * S::i32s::LEN);
     if S::WHOLE_PANELS {
-        multiply::<S, 0, PANEL, 2>(simd, outputs, weights, points, y, at.start..two);
+        multiply::<S, 0, PANEL, 2>(simd, outputs, points, y, at.start..two);
     } else {
-        multiply::<S, 0, HALF, 2>(simd, outputs, weights, points, y, at.start..two);
-        multiply::<S, HALF, HALF, 2>(simd, outputs, weights, points, y, at.start..two);
+        multiply::<S, 0, HALF, 2>(simd, outputs, points, y, at.start..two);
+        multiply::<S, HALF, HALF, 2>(simd, outputs, points, y, at.start..two);
     }
-    multiply::<S, 0, PANEL, 1>(simd, outputs, weights, points, y, two..at.end);
+    multiply::<S, 0, PANEL, 1>(simd, outputs, points, y, two..at.end);
 }
 
 /// The `O` outputs from `FROM` on of a panel, as far as there are any, at `V` registers of
@@ -247,8 +250,7 @@ fn multiply_panel<S: Pairs>(
 #[inline(always)]
 fn multiply<S: Pairs, const FROM: usize, const O: usize, const V: usize>(
     simd: S,
-    outputs: &Packed,
-    weights: &[[f32; PANEL]],
+    outputs: &Outputs<'_>,
     points: &Points<'_>,
     y: &mut [f32],
     at: Range<usize>,
@@ -256,7 +258,7 @@ fn multiply<S: Pairs, const FROM: usize, const O: usize, const V: usize>(
     let lanes = S::i32s::LEN;
     for at in at.step_by(V * lanes) {
         let mut sums = [[S::i32s::splat(simd, 0); V]; O];
-        for (weights, row) in weights.iter().zip(points.pairs.chunks_exact(points.stride)) {
+        for (weights, row) in outputs.weights.iter().zip(points.pairs.chunks_exact(points.stride)) {
             let row = &row[at..at + V * lanes];
             let mut values = [S::i32s::splat(simd, 0); V];
             for (v, value) in values.iter_mut().enumerate() {
