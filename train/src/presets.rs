@@ -47,11 +47,12 @@ impl TrainConfig {
         }
     }
 
-    /// What suits most scenes on a CPU: planes and lines in a box, which are better there in the
-    /// same time and take half the bytes, and elsewhere a hash grid.
+    /// What suits most scenes on a CPU: of an object, in a box and in photographs with alpha,
+    /// planes and lines, which are better in the same time and take half the bytes; of a place a
+    /// hash grid.
     #[must_use]
-    pub fn usual(in_box: bool, pixels: f32) -> Self {
-        if in_box { Self::planes(pixels) } else { Self::hash_grid() }
+    pub fn usual(is_object: bool, pixels: f32) -> Self {
+        if is_object { Self::planes(pixels) } else { Self::hash_grid() }
     }
 
     /// The defaults of planes and lines for photographs of so many pixels across:

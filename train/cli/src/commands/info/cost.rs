@@ -12,9 +12,9 @@ use crate::commands::train::SECONDS;
 const RUN_PER_PARAMETER: f64 = 40.0;
 /// The program itself, its threads' memory, cells.
 const PROGRAM: f64 = 80e6;
-/// Bytes of a model file for each parameter, tables of eight bits, packed: in a box, where much of
-/// what there is room for stays empty, and elsewhere.
-const FILE_PER_PARAMETER_IN_BOX: f64 = 0.35;
+/// Bytes of a model file for each parameter, tables of eight bits, packed: of an object, where much
+/// of what there is room for stays empty, and of a place.
+const FILE_PER_PARAMETER_OF_OBJECT: f64 = 0.35;
 const FILE_PER_PARAMETER: f64 = 0.7;
 
 /// What training costs.
@@ -33,10 +33,12 @@ impl Cost {
     pub(super) fn of(report: &DatasetReport) -> Option<Self> {
         let split = report.splits.iter().find(|split| split.split == "train")?;
         let in_box = !report.forward_facing && !report.has_no_end;
-        let config =
-            TrainConfig::usual(in_box, split.pixels_across()).for_length(Length::Seconds(SECONDS));
+        let is_object = in_box && split.images_with_alpha > 0;
+        let config = TrainConfig::usual(is_object, split.pixels_across())
+            .for_length(Length::Seconds(SECONDS));
         let parameters = config.field.kind().n_parameters() as f64;
-        let per_parameter = if in_box { FILE_PER_PARAMETER_IN_BOX } else { FILE_PER_PARAMETER };
+        let per_parameter =
+            if is_object { FILE_PER_PARAMETER_OF_OBJECT } else { FILE_PER_PARAMETER };
         let run = PROGRAM + RUN_PER_PARAMETER * parameters;
         Some(Self {
             seconds: SECONDS,

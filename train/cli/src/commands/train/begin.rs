@@ -105,7 +105,8 @@ impl Train {
     /// Fits the detail of a new timed run to the steps that this machine has time for.
     fn fit_detail(&self, trainer: &mut Trainer, images: Images) -> Result<(), Failure> {
         let config = trainer.config();
-        let method = self.method(config.ndc.is_none() && config.contracted.is_none());
+        let in_box = config.ndc.is_none() && config.contracted.is_none();
+        let method = self.method(in_box && images.has_alpha);
         match self.length() {
             Length::Seconds(seconds)
                 if seconds >= MEASURED && self.model.follow_steps(method, images) =>

@@ -20,8 +20,8 @@ pub(super) enum Profile {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Model")]
 pub(super) struct ModelOptions {
-    /// What is trained: a kind of field, or a baseline to compare with [default: planes in a box on
-    /// the CPU, else hash-grid]
+    /// What is trained: a kind of field, or a baseline to compare with [default: planes of an
+    /// object, in a box and cut out, on the CPU; else hash-grid]
     ///
     /// Options of one of the two kinds alone ask for it.
     /// Baselines have files of their own, which `eval`, `render`, `info` and `chart` read.

@@ -105,7 +105,7 @@ impl Train {
     /// The settings of a new run on this dataset.
     pub(super) fn config(&self, dataset: &Dataset) -> Result<TrainConfig, Failure> {
         let space = self.scene.space(dataset)?;
-        let method = self.method(space.is_box());
+        let method = self.method(space.is_box() && dataset.has_alpha);
         let mut config = self.model.config(method, Images::of(dataset), self.length());
         config.seed = self.seed.unwrap_or(config.seed);
         config.batch_rays = self.batch_rays.or(config.batch_rays);
@@ -121,12 +121,14 @@ impl Train {
 
     /// What a new run on this dataset trains on the CPU, where no option says it.
     pub(in crate::commands) fn usual_method(dataset: &Dataset) -> Result<Method, Failure> {
-        Ok(Method::usual(SceneOptions::default().space(dataset)?.is_box()))
+        let in_box = SceneOptions::default().space(dataset)?.is_box();
+        Ok(Method::usual(in_box && dataset.has_alpha))
     }
 
-    /// What a new run trains, in a box or elsewhere. GPUs train hash grids.
-    pub(in crate::commands) fn method(&self, in_box: bool) -> Method {
-        self.model.method(in_box && !self.device.is_gpu())
+    /// What a new run trains: of an object, in a box and in photographs with alpha, or of
+    /// another scene. GPUs train hash grids.
+    pub(in crate::commands) fn method(&self, is_object: bool) -> Method {
+        self.model.method(is_object && !self.device.is_gpu())
     }
 
     /// The factor by which the images of a new run are downscaled.

@@ -50,7 +50,8 @@ fn a_file_is_as_small_as_asked_for() {
     assert!(line.contains(expected) && !line.contains("--hidden-width"), "{line}");
 }
 
-/// In a box planes, elsewhere hash grids, unless options say what they are for.
+/// Of an object planes, of a place and without an end hash grids, unless options say what they are
+/// for.
 #[test]
 fn a_kind_suits_the_scene() {
     let place = Place::new();
@@ -63,6 +64,11 @@ fn a_kind_suits_the_scene() {
     assert_eq!(method("--space contracted --plane-resolution 32"), "planes");
     assert_eq!(method("--n-levels 4"), "hash-grid");
     assert_eq!(method("--method hash-grid"), "hash-grid");
+    // From within, nothing is transparent.
+    let room = "train builtin:room --downscale-factor 8 --json --quiet --exposure off --steps 2";
+    assert_eq!(place.ok(&format!("{room} --out m.pnerf"))["method"], "hash-grid");
+    let planes = place.ok(&format!("{room} --components 16 --out m.pnerf"));
+    assert_eq!(planes["method"], "planes");
 }
 
 #[test]

@@ -97,9 +97,10 @@ impl Method {
         }
     }
 
-    /// What is trained in a box, where nothing else is asked for, or elsewhere.
-    pub(super) const fn usual(in_box: bool) -> Self {
-        match in_box {
+    /// What is trained of a scene that planes suit, or of another one, where nothing else is asked
+    /// for.
+    pub(super) const fn usual(suits_planes: bool) -> Self {
+        match suits_planes {
             true => Self::Planes,
             false => Self::HashGrid,
         }
