@@ -1,6 +1,8 @@
 //! Cameras to render from: circles, single poses and camera paths.
 
+mod every_few;
 mod gap;
+pub(crate) mod mount;
 mod pace;
 mod path;
 mod spacing;
@@ -15,6 +17,7 @@ use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera, Space};
 
+pub(crate) use every_few::every_few;
 pub use gap::{GAP, widest_gap};
 pub use pace::Pace;
 pub use path::{CameraPath, Wanted, camera_path};

@@ -17,6 +17,8 @@ pub struct Metrics {
     /// Whether each channel of a picture is multiplied by a factor that is fitted on the left half
     /// of the truth, and the right halves are compared.
     pub fit_exposure: bool,
+    /// Whether the pose of each view is fitted to what a model shows, before pictures are compared.
+    pub fit_poses: bool,
 }
 
 /// How close a picture is to the truth.

@@ -69,6 +69,7 @@ class EvaluateOptions(TypedDict, total=False):
     device: Literal["cpu", "gpu"]
     downscale_factor: int
     fit_exposure: bool
+    fit_poses: bool
     hold_every: int
     lpips_weights: Union[str, os.PathLike[str]]
     no_skip: bool

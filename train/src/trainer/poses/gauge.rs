@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::mount::Mount;
+use crate::cameras::mount::Mount;
 
 /// What is shorter than this share of what it was is another's multiple.
 const DEPENDENT: f64 = 1e-6;

@@ -1,11 +1,10 @@
 //! Poses of the photographs, corrected while the field learns (Lin et al. 2021, "BARF").
 //!
 //! Each photograph has six numbers: how its camera turns, a rotation vector in radians, and how it
-//! moves, in mean distances of the cameras ([`mount`]). What they learn from are the gradients of
+//! moves, in mean distances of the cameras ([`Mount`]). What they learn from are the gradients of
 //! the samples' positions and of the rays' directions.
 
 mod gauge;
-mod mount;
 
 use pocketnerf_core::encoding::hash_grid::MAX_LEVELS;
 use pocketnerf_core::{Camera, Space};
@@ -13,11 +12,10 @@ use pocketnerf_core::{Camera, Space};
 use super::Adam;
 use super::parameters::{GroupSections, ParameterGroup};
 use super::run::checkpoint::kind;
+use crate::cameras::mount::Mount;
+pub(crate) use crate::cameras::mount::PER_VIEW;
 use gauge::Gauge;
-use mount::Mount;
 
-/// Numbers of a photograph: turn, then shift.
-pub(crate) const PER_VIEW: usize = 6;
 /// Learning rate at its highest: radians, and shares of the cameras' distance.
 const RATE: f32 = 5e-4;
 /// What remains of it at the end.

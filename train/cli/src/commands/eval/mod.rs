@@ -9,8 +9,8 @@ use pocketnerf_baselines::is_baseline;
 use pocketnerf_core::Camera;
 use pocketnerf_formats::{ModelFile, PixelOrigin};
 use pocketnerf_train::dataset::{Dataset, Split, poses};
-use pocketnerf_train::evaluate::{Evaluation, evaluate_on};
-use pocketnerf_train::metrics::{Lpips, Metrics};
+use pocketnerf_train::evaluate::{Evaluation, PoseCorrection, evaluate_on};
+use pocketnerf_train::metrics::{Lpips, Metrics, mean};
 use pocketnerf_train::picture::Settings;
 
 use super::antialias::{Antialiasing, size_doubt};
@@ -55,6 +55,12 @@ pub(super) struct Eval {
     /// do too.
     #[arg(long)]
     fit_exposure: bool,
+    /// Correct the pose of each photograph by what the model shows, before they are compared
+    ///
+    /// For models of `train --refine-poses`, and for photographs whose poses are less exact than the
+    /// model: without it their errors count as the model's. Six numbers are fitted to each.
+    #[arg(long)]
+    fit_poses: bool,
     /// Compare with images downscaled by this factor
     #[arg(long, value_name = "K", default_value_t = 1, help_heading = "Dataset")]
     downscale_factor: u32,
@@ -77,7 +83,8 @@ pub(super) struct Eval {
 impl Eval {
     pub(super) fn run(&self, common: &Common) -> Result<(), Failure> {
         let lpips = self.lpips_weights.as_deref().map(Lpips::read).transpose()?;
-        let metrics = Metrics { lpips, fit_exposure: self.fit_exposure };
+        let Self { fit_exposure, fit_poses, .. } = *self;
+        let metrics = Metrics { lpips, fit_exposure, fit_poses };
         let bytes = read_model(&self.model)?;
         if is_baseline(&bytes) {
             return self.compare_baseline(&bytes, &metrics, common);
@@ -150,6 +157,7 @@ impl Eval {
             value["method"] = method.into();
             value["split"] = self.split.name().into();
             value["fit_exposure"] = self.fit_exposure.into();
+            value["fit_poses"] = self.fit_poses.into();
             value["device"] = device.into();
             value["warnings"] = warnings.into();
             value["lpips_network"] = metrics.lpips.as_ref().map(Lpips::network).into();
@@ -161,7 +169,7 @@ impl Eval {
             print_line(format_args!(
                 "{} {} views, {}x{}, background {:?}: PSNR {:.2} dB \
                  (median {:.2}, 5th percentile {:.2}, worst {:.2}: {}){}, {:.3} s per frame, \
-                 {:.1} samples per ray that hits something{}{}",
+                 {:.1} samples per ray that hits something{}{}{}",
                 result.views,
                 self.split.name(),
                 result.width,
@@ -183,6 +191,7 @@ impl Eval {
                     true => "; right halves, with exposure fitted on left halves",
                     false => "",
                 },
+                corrections(result).unwrap_or_default(),
             ));
         }
         Ok(())
@@ -239,6 +248,22 @@ fn others(result: &Evaluation, metrics: &Metrics) -> String {
     let parts =
         parts.iter().filter_map(|(what, psnr)| Some(format!(", {what} {:.2} dB", (*psnr)?)));
     known.chain(parts).collect()
+}
+
+/// How far poses were off, where they were fitted.
+fn corrections(result: &Evaluation) -> Option<String> {
+    let of = |figure: fn(&PoseCorrection) -> f64| {
+        let found: Option<Vec<f64>> =
+            result.per_view.iter().map(|view| view.pose_correction.as_ref().map(figure)).collect();
+        let found = found?;
+        Some([mean(found.iter().copied())?, found.into_iter().fold(0.0, f64::max)])
+    };
+    let [turn, most_turn] = of(|correction| correction.degrees)?;
+    let [shift, most_shift] = of(|correction| correction.shift)?;
+    Some(format!(
+        "; poses fitted: turned by {turn:.3} degrees on average, {most_turn:.3} at most, and moved by \
+         {shift:.4} scene units, {most_shift:.4} at most"
+    ))
 }
 
 /// Moves the camera's rays, `n` along a side of a pixel, to where the model expects them in

@@ -1,4 +1,5 @@
 //! What is learnt of the photographs beside the scene.
 
 mod exposure;
+mod fitted;
 mod refined;

@@ -13,9 +13,9 @@ use pocketnerf_core::{Error, SimdLevel};
 
 use super::coarse_field::{small, step_at};
 use super::{Deadline, Prepared, carved};
+use crate::cameras::every_few;
 use crate::picture::{Renderer, Settings};
 use crate::trainer::Trainer;
-use crate::trainer::held_out::every_few;
 use crate::trainer::pixels::rays::{Pixel, RaySource};
 use uneven::{Neighbours, Uneven};
 

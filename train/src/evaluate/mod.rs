@@ -1,5 +1,8 @@
 //! A model against the views of a dataset.
 
+mod least_squares;
+mod pose_fit;
+
 use std::time::Instant;
 
 use pocketnerf_core::render::RenderStats;
@@ -12,6 +15,8 @@ use crate::metrics::{
     Metrics, Scores, composite_on, depth_error, exposure, psnr_far_near, quantile, quantize_all,
 };
 use crate::picture::{self, Antialias, Device, Painter, Renderer};
+pub use pose_fit::PoseCorrection;
+use pose_fit::fit_pose;
 
 /// What lies farther away than this many times the mean distance of the cameras from what they
 /// look at is far.
@@ -25,6 +30,9 @@ pub struct ViewScore {
     /// By what each channel of the picture was multiplied before its right half was compared:
     /// [`Metrics::fit_exposure`]; `null` where that is not asked for, or nothing there counts.
     pub exposure: Option<[f32; 3]>,
+    /// By how much its pose was corrected before: [`Metrics::fit_poses`]; `null` where that is not
+    /// asked for.
+    pub pose_correction: Option<PoseCorrection>,
     /// How close its picture is.
     #[serde(flatten)]
     pub scores: Scores,
@@ -139,10 +147,14 @@ pub fn evaluate_on(
     let antialias = settings.antialias;
     let deep = picture::Settings { depth: true, antialias: Antialias::Off, ..*settings };
     let mut deep = Renderer::new(model, &deep);
+    // What is interpolated changes by jumps, which slopes cannot be taken of.
+    let exact =
+        picture::Settings { depth: true, quality: 1.0, antialias: Antialias::Off, ..*settings };
+    let mut exact = Renderer::new(model, &exact);
     let behind = model.display.color_space.from_srgb(background);
     let display = Display { background: behind, ..model.display };
     let judge = Judge { dataset, background, display, antialias, metrics };
-    let found = judge.score(&mut renderer, Some(&mut deep), each)?;
+    let found = judge.score(&mut renderer, Some([&mut deep, &mut exact]), each)?;
     Ok(Evaluation { fallback: renderer.fallback().map(str::to_owned), ..found })
 }
 
@@ -174,32 +186,41 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// Scores a painter's pictures, and the depths that another one renders.
+    /// Scores a painter's pictures, and the depths that another one renders; poses are fitted with
+    /// a third one.
     fn score(
         &self,
         painter: &mut dyn Painter,
-        mut deep: Option<&mut dyn Painter>,
+        mut others: Option<[&mut dyn Painter; 2]>,
         mut each: impl FnMut(usize, &[u8], &[u8]),
     ) -> Result<Evaluation, Error> {
         let Self { dataset, background, display, antialias, metrics } = *self;
         let (mut times, mut per_view, mut rays) = (Vec::new(), Vec::new(), 0);
         let mut stats = RenderStats::default();
         let rays_of = |camera: &Camera| u64::from(antialias.rays(camera)).pow(2);
-        let limit = far_from(dataset);
+        let (limit, ahead) = (far_from(dataset), mean_distance(dataset));
         for (i, view) in dataset.views.iter().enumerate() {
+            let (mut camera, mut pose_correction) = (view.camera, None);
+            if metrics.fit_poses {
+                let fitted = match &mut others {
+                    Some([_, exact]) => fit_pose(*exact, view, &display, ahead)?,
+                    None => fit_pose(painter, view, &display, ahead)?,
+                };
+                (camera, pose_correction) = (fitted.0, Some(fitted.1));
+            }
             let begun = Instant::now();
-            let rendered = painter.paint(&view.camera, &view.lens)?;
+            let rendered = painter.paint(&camera, &view.lens)?;
             times.push(begun.elapsed().as_secs_f64());
             let pixels = u64::from(rendered.width) * u64::from(rendered.height);
             rays += rays_of(&view.camera) * pixels;
             stats += rendered.stats;
             let half = metrics.fit_exposure.then(|| exposure::right_half(view)).flatten();
             let space = display.color_space;
-            let (fitted, picture) = match half.is_some() {
+            let (fitted_exposure, picture) = match half.is_some() {
                 true => {
                     let mut rendered = rendered.clone();
-                    let fitted = exposure::fit(&mut rendered, view, space);
-                    (Some(fitted), rendered.rgb8(&display))
+                    let factors = exposure::fit(&mut rendered, view, space);
+                    (Some(factors), rendered.rgb8(&display))
                 }
                 false => (None, rendered.rgb8(&display)),
             };
@@ -208,9 +229,9 @@ impl Judge<'_> {
             let compared = half.as_deref().or(mask);
             let scores =
                 metrics.compare(&picture, &truth, compared, size.map(|side| side as usize));
-            let depth = match (&view.depth, &mut deep) {
-                (Some(truth), Some(deep)) => {
-                    let rendered = deep.paint(&view.camera, &view.lens)?;
+            let depth = match (&view.depth, &mut others) {
+                (Some(truth), Some([deep, _])) => {
+                    let rendered = deep.paint(&camera, &view.lens)?;
                     depth_error(&rendered.depth, truth, mask)
                 }
                 _ => None,
@@ -221,7 +242,8 @@ impl Judge<'_> {
             };
             per_view.push(ViewScore {
                 name: view.name.clone(),
-                exposure: fitted,
+                exposure: fitted_exposure,
+                pose_correction,
                 scores,
                 depth_error: depth.and_then(|depth| depth.mean),
                 depth_missed: depth.map(|depth| depth.missed),
@@ -281,10 +303,14 @@ pub fn worst(per_view: &[ViewScore]) -> Vec<usize> {
 
 /// The depth beyond which opaque images show what is far away.
 fn far_from(dataset: &Dataset) -> Option<f32> {
+    (!dataset.has_alpha).then_some(FAR * mean_distance(dataset))
+}
+
+/// The mean distance of the cameras from what they look at.
+fn mean_distance(dataset: &Dataset) -> f32 {
     let cameras: Vec<Camera> = dataset.views.iter().map(|view| view.camera).collect();
     let (_, distances) = distances(&cameras);
-    let mean = distances.iter().sum::<f32>() / distances.len().max(1) as f32;
-    (!dataset.has_alpha).then_some(FAR * mean)
+    distances.iter().sum::<f32>() / distances.len().max(1) as f32
 }
 
 /// The mean of what there is.

@@ -8,14 +8,14 @@
 use glam::{DMat3, DQuat, DVec3};
 use pocketnerf_core::Camera;
 
-use super::PER_VIEW;
-
+/// Numbers of a correction: a rotation vector, radians, and a shift, units of the cameras.
+pub(crate) const PER_VIEW: usize = 6;
 /// Below this angle, radians, series are exact.
 const SMALL: f64 = 1e-4;
 
 /// A camera as it was given.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Mount {
+pub(crate) struct Mount {
     /// Right, up and back.
     axes: DMat3,
     eye: DVec3,
@@ -27,7 +27,7 @@ pub(super) struct Mount {
 
 impl Mount {
     /// Of a camera that turns about a point so far ahead of it.
-    pub(super) fn new(camera: &Camera, distance: f32, unit: f32) -> Self {
+    pub(crate) fn new(camera: &Camera, distance: f32, unit: f32) -> Self {
         let m = camera.camera_to_world.map(f64::from);
         let column = |c: usize| DVec3::new(m[c], m[4 + c], m[8 + c]);
         let axes = DMat3::from_cols(column(0), column(1), column(2));
@@ -43,7 +43,7 @@ impl Mount {
     }
 
     /// The camera with a correction.
-    pub(super) fn camera(&self, given: &Camera, own: &[f32; PER_VIEW]) -> Camera {
+    pub(crate) fn camera(&self, given: &Camera, own: &[f32; PER_VIEW]) -> Camera {
         let (axes, eye) = self.corrected(&own.map(f64::from));
         let mut camera = *given;
         let columns = [axes.x_axis, axes.y_axis, axes.z_axis, eye];
@@ -55,14 +55,14 @@ impl Mount {
     }
 
     /// By how much the camera turns, radians, and moves, scene units.
-    pub(super) fn size(&self, own: &[f32; PER_VIEW]) -> [f64; 2] {
+    pub(crate) fn size(&self, own: &[f32; PER_VIEW]) -> [f64; 2] {
         let own = own.map(f64::from);
         [DVec3::from_slice(&own[..3]).length(), self.corrected(&own).1.distance(self.eye)]
     }
 
     /// From the force on the camera and the torque about it, in the scene, to the gradient of its
     /// correction.
-    pub(super) fn gradient(&self, own: &[f32; PER_VIEW], pull: &[f32; 6]) -> [f32; PER_VIEW] {
+    pub(crate) fn gradient(&self, own: &[f32; PER_VIEW], pull: &[f32; 6]) -> [f32; PER_VIEW] {
         let (own, pull) = (own.map(f64::from), pull.map(f64::from));
         let (axes, _) = self.corrected(&own);
         let (force, torque) = (DVec3::from_slice(&pull[..3]), DVec3::from_slice(&pull[3..]));
@@ -76,7 +76,7 @@ impl Mount {
     }
 
     /// The small correction that turns the camera's axes and moves its place like this.
-    pub(super) fn small(&self, turn: DVec3, moved: impl Fn(DVec3) -> DVec3) -> [f64; PER_VIEW] {
+    pub(crate) fn small(&self, turn: DVec3, moved: impl Fn(DVec3) -> DVec3) -> [f64; PER_VIEW] {
         let to_local = self.axes.transpose();
         let turn = to_local * turn;
         let orbit = turn.cross(DVec3::Z) * self.distance;
