@@ -76,7 +76,7 @@ enum Action {
     /// scene.ckpt.pnerf), prints how to resume, and ends with status 130. A second one stops at
     /// once, and so does one before the first step, when there is nothing to save.
     ///
-    /// For most of a long run one view in 25 (of less than 32, none) is held out.
+    /// For most of a long run one view in 25 is held out, three at least (of less than 32, none).
     /// Where these get worse while training goes on, the run goes back to their best moment,
     /// ends early and says so.
     Train(Box<train::Train>),

@@ -87,7 +87,7 @@ pub struct RaySource {
     backdrop: Backdrop,
     /// How photographs are evened out.
     exposure: Exposure,
-    /// The nearest depth at which points of the scene are known, scene units.
+    /// The nearest depth of the scene, scene units, where that is known or can be guessed.
     nearest: Option<f32>,
 }
 
@@ -103,13 +103,13 @@ impl RaySource {
         Self { cameras, lenses, images, masks, behind, backdrop, exposure, nearest: None }
     }
 
-    /// The same with the nearest depth at which points of the scene are known.
+    /// The same with the nearest depth of the scene.
     #[must_use]
     pub(crate) fn with_nearest(self, nearest: Option<f32>) -> Self {
         Self { nearest, ..self }
     }
 
-    /// The nearest depth at which points of the scene are known, scene units.
+    /// The nearest depth of the scene, scene units, where that is known or can be guessed.
     pub(crate) const fn nearest(&self) -> Option<f32> {
         self.nearest
     }

@@ -10,16 +10,21 @@ pub(crate) mod scene_contracted;
 pub(crate) mod scene_ndc;
 pub(crate) mod visual_hull;
 
-use pocketnerf_core::{Error, SimdLevel, Space};
+use pocketnerf_core::{Camera, Error, SimdLevel, Space};
 
 use super::occupancy::cells::MOST_CELLS;
 use super::pixels::rays::{Backdrop, RaySource};
 use super::{TrainConfig, all_cells};
+use crate::cameras::{distances, nearest_to_axes};
 use crate::dataset::Dataset;
 pub use box_fit::BoxFit;
 pub use deadline::{Deadline, PrepassError};
 use scene_box::find_box;
 use visual_hull::VisualHull;
+
+/// Share of the least distance of a camera from what all look at: the nearest depth, where nothing
+/// else tells it.
+const NEAREST: f32 = 0.5;
 
 /// What a run begins with.
 #[derive(Debug)]
@@ -67,13 +72,14 @@ pub fn run(
     if let Some(contracted) = config.contracted {
         config.aabb = None;
         let known = dataset.bounds.filter(|_| dataset.reach.is_some());
-        let source = source.with_nearest(known.map(|[near, _]| near));
+        let nearest = nearest(known, has_alpha, source.cameras());
+        let source = source.with_nearest(nearest);
         return prepared(source, None, Space::Contracted(contracted), config, (simd, deadline));
     }
     // Silhouettes say more than points do.
     let reach = dataset.reach.filter(|_| !has_alpha);
     config.aabb = config.aabb.or(dataset.aabb).or(reach);
-    let nearest = reach.and(dataset.bounds).map(|[near, _]| near);
+    let nearest = nearest(reach.and(dataset.bounds), has_alpha, source.cameras());
     let source = source.with_nearest(nearest);
     let hull = has_alpha.then(|| VisualHull::before(&source, deadline));
     let (space, source) = match (config.aabb, &hull) {
@@ -88,6 +94,20 @@ pub fn run(
     // A checkpoint holds it: a resumed run does not look for it again.
     config.aabb = space.scene_box();
     prepared(source, hull, space, config, (simd, deadline))
+}
+
+/// The nearest depth of a scene: that of its points, `known`. Where photographs are opaque and nothing
+/// is known of points, it is taken to be half of the least distance of a camera from what all of
+/// them look at.
+fn nearest(known: Option<[f32; 2]>, has_alpha: bool, cameras: &[Camera]) -> Option<f32> {
+    if known.is_some() || has_alpha {
+        return known.map(|[near, _]| near);
+    }
+    let poses: Vec<[f32; 16]> = cameras.iter().map(|camera| camera.camera_to_world).collect();
+    // Axes that are parallel meet nowhere.
+    nearest_to_axes(&poses)?;
+    let (_, distances) = distances(cameras);
+    Some(NEAREST * distances.into_iter().fold(f32::INFINITY, f32::min))
 }
 
 /// In this space.

@@ -44,7 +44,7 @@ pub(super) struct ModelOptions {
     max_bytes: Option<u32>,
     /// Write the smallest model file with which held-out views have a PSNR of D dB
     ///
-    /// One view in 25 is held out for the whole run, of 32 views at least.
+    /// One view in 25, three at least, is held out for the whole run, of 32 views at least.
     #[arg(long, value_name = "D", group = "size", conflicts_with = "precision",
         value_parser = parse_psnr)]
     target_psnr: Option<f64>,
