@@ -127,7 +127,7 @@ fn as_many_bytes_as_asked_for_whether_interrupted_or_not() {
 #[test]
 fn as_few_bytes_as_the_views_allow_that_were_held_out() {
     let place = Place::new();
-    let train = "train builtin --downscale-factor 16 --views 32 --exposure off --steps 160 \
+    let train = "train builtin --downscale-factor 16 --views 32 --exposure off --steps 320 \
                  --hidden-width 16 --n-levels 6 --log2-hashmap-size 11 --json --quiet";
     let train = |options: &str| place.ok(&format!("{train} {options}"));
     let warned = |result: &Value, text: &str| {
@@ -149,7 +149,7 @@ fn as_few_bytes_as_the_views_allow_that_were_held_out() {
     let small = train(&format!("{less} --threads 2 --out small.pnerf --save-every 0.000001"));
     let [bytes, whole] = [&small, &best].map(|result| result["bytes"].as_u64().unwrap());
     assert!(10 * bytes < 7 * whole, "{bytes} {whole}");
-    assert!((psnr - 1.0..psnr - 0.7).contains(&held_out(&small)), "{psnr} {small}");
+    assert!((psnr - 1.0..psnr - 0.9).contains(&held_out(&small)), "{psnr} {small}");
     assert!(!warned(&small, "not reached"), "{small}");
     let again = train(&format!("{less} --out again.pnerf --threads 1"));
     assert_eq!(again["size"], small["size"]);
