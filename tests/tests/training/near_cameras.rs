@@ -1,4 +1,4 @@
-//! Samples near the cameras, where a dataset's points say that nothing is.
+//! Samples near the cameras, where points or the cameras themselves say that nothing is.
 
 use std::time::Instant;
 
@@ -24,14 +24,18 @@ fn known(dataset: Dataset, nearest: f32) -> Dataset {
     Dataset { bounds: Some([nearest, 9.0]), reach: Some(BOX), ..dataset }
 }
 
-/// In a room, samples near the cameras learn less. Where silhouettes say where the scene is, and
-/// where all is farther away, nothing changes.
+/// The least distance of a camera of the room from what all of them look at, scene units.
+const LEAST: f32 = 0.949_999_9;
+
+/// In a room, samples near the cameras learn less: below what points say, or else below what the
+/// cameras do. Where silhouettes say where the scene is, and where all is farther away, nothing changes.
 #[test]
 fn what_is_nearer_than_the_scene_learns_less() {
     let room = || Scene::Room.dataset(Split::Train, 16);
+    let alike = trained(known(room(), 1e-9));
     let plain = trained(room());
-    assert!(trained(known(room(), 0.6)) != plain);
-    assert!(trained(known(room(), 1e-9)) == plain);
+    assert!(plain != alike && trained(known(room(), 0.6)) != alike);
+    assert!(plain == trained(known(room(), 0.5 * LEAST)) && plain != trained(known(room(), 0.6)));
     let cut_out = || builtin::dataset(Split::Train, 16);
     assert!(trained(known(cut_out(), 4.0)) == trained(cut_out()));
 }
