@@ -32,7 +32,9 @@ const LEAST: f32 = 0.949_999_9;
 #[test]
 fn what_is_nearer_than_the_scene_learns_less() {
     let room = || Scene::Room.dataset(Split::Train, 16);
+    // All else is farther away than this, and than ten times this.
     let alike = trained(known(room(), 1e-9));
+    assert!(trained(known(room(), 1e-8)) == alike);
     let plain = trained(room());
     assert!(plain != alike && trained(known(room(), 0.6)) != alike);
     assert!(plain == trained(known(room(), 0.5 * LEAST)) && plain != trained(known(room(), 0.6)));

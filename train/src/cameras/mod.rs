@@ -17,7 +17,7 @@ use pocketnerf_core::camera::Orbit;
 use pocketnerf_core::space::Ndc;
 use pocketnerf_core::{Camera, Space};
 
-pub(crate) use every_few::every_few;
+pub(crate) use every_few::EveryFew;
 pub use gap::{GAP, widest_gap};
 pub use pace::Pace;
 pub use path::{CameraPath, Wanted, camera_path};

@@ -146,15 +146,15 @@ pub fn evaluate_on(
     let mut renderer = Renderer::on(device, model, settings);
     let antialias = settings.antialias;
     let deep = picture::Settings { depth: true, antialias: Antialias::Off, ..*settings };
-    let mut deep = Renderer::new(model, &deep);
     // What is interpolated changes by jumps, which slopes cannot be taken of.
-    let exact =
-        picture::Settings { depth: true, quality: 1.0, antialias: Antialias::Off, ..*settings };
-    let mut exact = Renderer::new(model, &exact);
+    let exact = picture::Settings { quality: 1.0, ..deep };
+    let mut exact = metrics.fit_poses.then(|| Renderer::new(model, &exact));
+    let mut deep = Renderer::new(model, &deep);
     let behind = model.display.color_space.from_srgb(background);
     let display = Display { background: behind, ..model.display };
     let judge = Judge { dataset, background, display, antialias, metrics };
-    let found = judge.score(&mut renderer, Some([&mut deep, &mut exact]), each)?;
+    let exact = exact.as_mut().map(|exact| exact as &mut dyn Painter);
+    let found = judge.score(&mut renderer, Some(&mut deep), exact, each)?;
     Ok(Evaluation { fallback: renderer.fallback().map(str::to_owned), ..found })
 }
 
@@ -172,7 +172,7 @@ pub fn evaluate_pictures(
 ) -> Result<Evaluation, Error> {
     let display = Display { background, ..Display::default() };
     let judge = Judge { dataset, background, display, antialias: Antialias::Off, metrics };
-    judge.score(painter, None, each)
+    judge.score(painter, None, None, each)
 }
 
 /// What pictures are compared with, and how.
@@ -186,12 +186,13 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    /// Scores a painter's pictures, and the depths that another one renders; poses are fitted with
-    /// a third one.
+    /// Scores a painter's pictures, and the depths that another one renders. Poses are fitted with a
+    /// third one, or else with the first.
     fn score(
         &self,
         painter: &mut dyn Painter,
-        mut others: Option<[&mut dyn Painter; 2]>,
+        mut deep: Option<&mut dyn Painter>,
+        mut exact: Option<&mut dyn Painter>,
         mut each: impl FnMut(usize, &[u8], &[u8]),
     ) -> Result<Evaluation, Error> {
         let Self { dataset, background, display, antialias, metrics } = *self;
@@ -202,8 +203,8 @@ impl Judge<'_> {
         for (i, view) in dataset.views.iter().enumerate() {
             let (mut camera, mut pose_correction) = (view.camera, None);
             if metrics.fit_poses {
-                let fitted = match &mut others {
-                    Some([_, exact]) => fit_pose(*exact, view, &display, ahead)?,
+                let fitted = match &mut exact {
+                    Some(exact) => fit_pose(*exact, view, &display, ahead)?,
                     None => fit_pose(painter, view, &display, ahead)?,
                 };
                 (camera, pose_correction) = (fitted.0, Some(fitted.1));
@@ -229,8 +230,8 @@ impl Judge<'_> {
             let compared = half.as_deref().or(mask);
             let scores =
                 metrics.compare(&picture, &truth, compared, size.map(|side| side as usize));
-            let depth = match (&view.depth, &mut others) {
-                (Some(truth), Some([deep, _])) => {
+            let depth = match (&view.depth, &mut deep) {
+                (Some(truth), Some(deep)) => {
                     let rendered = deep.paint(&camera, &view.lens)?;
                     depth_error(&rendered.depth, truth, mask)
                 }

@@ -5,11 +5,13 @@
 //! picture is compared: by Gauss and Newton's method with Levenberg's and Marquardt's damping, first
 //! of blurred pictures, then of sharper ones.
 
+use std::iter::once;
+
 use pocketnerf_core::{Camera, Display, Error};
 use serde::Serialize;
 
 use super::least_squares::{NormalEquations, square};
-use crate::cameras::every_few;
+use crate::cameras::EveryFew;
 use crate::cameras::mount::{Mount, PER_VIEW};
 use crate::dataset::View;
 use crate::lens::Lens;
@@ -41,7 +43,7 @@ const TURN: f32 = 4.0;
 pub struct PoseCorrection {
     /// Turn of the camera, degrees.
     pub degrees: f64,
-    /// Way of the camera, scene units.
+    /// How far the camera is moved, scene units.
     pub shift: f64,
 }
 
@@ -87,18 +89,14 @@ impl<'v> Photograph<'v> {
     /// So few that a view of any size takes about as long.
     fn new(view: &'v View, display: &Display) -> Self {
         let whole = &view.camera;
-        let pixels = f64::from(whole.width) * f64::from(whole.height);
-        let apart = (pixels / PIXELS).sqrt().ceil().max(1.0) as u32;
-        let camera = every_few(whole, apart);
+        let few = EveryFew::new(whole, EveryFew::apart(once(whole), PIXELS));
         let all = composite_on(&view.rgba, display.srgb_background());
-        let pixel = |x: u32, y: u32| {
-            let i = ((y * apart + apart / 2) * whole.width + x * apart + apart / 2) as usize;
+        let truth = few.pixels().map(|[x, y]| {
+            let i = (y * whole.width + x) as usize;
             let counts = view.mask.as_ref().is_none_or(|mask| mask[i] != 0);
             counts.then(|| display.color_space.from_srgb(all.as_chunks::<3>().0[i]))
-        };
-        let rows = 0..camera.height;
-        let truth = rows.flat_map(|y| (0..camera.width).map(move |x| (x, y)));
-        let truth = truth.map(|(x, y)| pixel(x, y)).collect();
+        });
+        let (camera, truth) = (few.camera, truth.collect());
         Self { camera, lens: &view.lens, truth, background: display.background }
     }
 

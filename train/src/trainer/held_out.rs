@@ -3,7 +3,7 @@
 
 use pocketnerf_core::{Camera, Display, Error, Model, SimdLevel};
 
-use crate::cameras::every_few;
+use crate::cameras::EveryFew;
 use crate::lens::Lens;
 use crate::metrics::{composite_on, masked, psnr, quantize_all};
 use crate::picture::{Renderer, Settings};
@@ -57,14 +57,11 @@ impl HeldOut {
             return Self::default();
         }
         let held = (n / ONE_IN).max(LEAST);
-        let first = seed % (n / held) as u64;
+        let first = seed % n.div_ceil(held) as u64;
         let numbers = (0..held).map(|i| order[i * n / held + first as usize]);
         let numbers: Vec<usize> = numbers.collect();
-        let pixels = numbers.iter().map(|number| {
-            let camera = &source.cameras()[*number];
-            f64::from(camera.width) * f64::from(camera.height)
-        });
-        let apart = (pixels.sum::<f64>() / PIXELS).sqrt().ceil().max(1.0) as u32;
+        let cameras = numbers.iter().map(|number| &source.cameras()[*number]);
+        let apart = EveryFew::apart(cameras, PIXELS);
         let views = numbers.into_iter().map(|number| HeldOutView::new(source, number, apart));
         Self { views: views.collect() }
     }
@@ -101,17 +98,12 @@ impl HeldOut {
 impl HeldOutView {
     fn new(source: &RaySource, number: usize, apart: u32) -> Self {
         let whole = &source.cameras()[number];
-        let camera = every_few(whole, apart);
-        let pixels = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
-        let pixels = pixels.map(|(x, y)| Pixel {
-            view: number as u32,
-            x: x * apart + apart / 2,
-            y: y * apart + apart / 2,
-        });
+        let few = EveryFew::new(whole, apart);
+        let pixels = few.pixels().map(|[x, y]| Pixel { view: number as u32, x, y });
         let index = |pixel: &Pixel| (pixel.y * whole.width + pixel.x) as usize;
         Self {
             number,
-            camera,
+            camera: few.camera,
             lens: source.lenses()[number],
             rgba: pixels.clone().flat_map(|pixel| source.rgba(pixel)).collect(),
             mask: pixels.map(|pixel| source.is_exact(number, index(&pixel)).into()).collect(),
@@ -173,10 +165,10 @@ mod tests {
         );
         // Three of not many, each view in its turn.
         assert!((0..32).all(|seed| chosen(&source(32), seed).len() == 3));
-        let mut turns: Vec<usize> = (0..10).flat_map(|seed| chosen(&source(32), seed)).collect();
+        let mut turns: Vec<usize> = (0..11).flat_map(|seed| chosen(&source(32), seed)).collect();
         turns.sort_unstable();
         turns.dedup();
-        assert_eq!(turns.len(), 30);
+        assert_eq!(turns, (0..32).collect::<Vec<_>>());
         assert!(chosen(&source(31), 0).is_empty());
     }
 

@@ -13,7 +13,7 @@ use pocketnerf_core::{Error, SimdLevel};
 
 use super::coarse_field::{small, step_at};
 use super::{Deadline, Prepared, carved};
-use crate::cameras::every_few;
+use crate::cameras::EveryFew;
 use crate::picture::{Renderer, Settings};
 use crate::trainer::Trainer;
 use crate::trainer::pixels::rays::{Pixel, RaySource};
@@ -26,9 +26,9 @@ const LOOKS: u32 = 2;
 /// ... and, where they do, by how much.
 const MORE_LOOKS: u32 = 12;
 /// Pixels of a view that are compared, about ...
-const PIXELS: f32 = 2048.0;
+const PIXELS: f64 = 2048.0;
 /// ... and of all views together, at most.
-const ALL_PIXELS: f32 = 400_000.0;
+const ALL_PIXELS: f64 = 400_000.0;
 /// Fewer pixels say nothing of a view.
 const FEWEST: usize = 64;
 /// Values of a photograph that say something of its gain: not cut off at either end.
@@ -112,15 +112,11 @@ fn ratios_of(
     renderer: &mut Renderer<'_>,
 ) -> Result<[Ratio; 3], Error> {
     let whole = &source.cameras()[view];
-    let pixels = whole.width as f32 * whole.height as f32;
-    let wanted = PIXELS.min(ALL_PIXELS / source.cameras().len() as f32);
-    let apart = (pixels / wanted).sqrt().ceil().max(1.0) as u32;
-    let camera = every_few(whole, apart);
-    let picture = renderer.render_through(&camera, &source.lenses()[view])?;
+    let wanted = PIXELS.min(ALL_PIXELS / source.cameras().len() as f64);
+    let few = EveryFew::new(whole, EveryFew::apart(std::iter::once(whole), wanted));
+    let picture = renderer.render_through(&few.camera, &source.lenses()[view])?;
     let mut logs = [const { Vec::new() }; 3];
-    for (i, model) in picture.rgba.as_chunks::<4>().0.iter().enumerate() {
-        let at = [i as u32 % camera.width, i as u32 / camera.width];
-        let [x, y] = at.map(|at| at * apart + apart / 2);
+    for (model, [x, y]) in picture.rgba.as_chunks::<4>().0.iter().zip(few.pixels()) {
         let photo = source.as_taken(Pixel { view: view as u32, x, y });
         let counts = source.counts(view, (y * whole.width + x) as usize);
         if !counts || photo[3] != u8::MAX || model[3] < OPAQUE {
