@@ -187,6 +187,8 @@ impl<E: Exact + Copy> Step<E> {
         let simd = case.simd.unwrap_or_else(SimdLevel::detect);
         let prepared = prepass::run(dataset, training, simd, prepass::Deadline::NONE).unwrap();
         let Prepared { source, space, candidates, config: training, .. } = prepared;
+        // What is near a camera learns less than its gradient says.
+        let source = source.with_nearest(None);
         let scale = space.unit_map().scale;
         let mut field = config.build(scale);
         field.set_exact();
