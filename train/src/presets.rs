@@ -1,9 +1,14 @@
 //! Settings of training runs: a kind of field, and how much detail a run of some length can learn.
 
+use pocketnerf_core::space::Contracted;
+
 use crate::field::{
     FieldConfig, HashGridFieldConfig, NerfConfig, PlanesConfig, PlanesFieldConfig, Training,
 };
 use crate::trainer::{Length, TrainConfig, USUAL_SAMPLES};
+
+/// Samples along the longest side in a run of a minute or less.
+const SAMPLES: f32 = 350.0;
 
 impl TrainConfig {
     /// The defaults for a field of this kind and shape.
@@ -84,12 +89,22 @@ impl TrainConfig {
     /// [`Trainer::pace`]: crate::trainer::Trainer::pace
     #[must_use]
     pub fn for_length(mut self, length: Length) -> Self {
-        let seconds = (length.about_steps() / Length::PACE) as f32;
-        // Twice the samples for eight times the time, about.
-        let finer = (seconds / 60.0).powf(0.35);
-        self.samples_per_side = (350.0 * finer).clamp(350.0, 800.0).round();
-        if let (Some([_, color]), true) = (self.field.hidden_mut(), seconds > 90.0) {
+        self.samples_per_side = (SAMPLES * finer(length)).clamp(SAMPLES, 800.0).round();
+        if let (Some([_, color]), true) = (self.field.hidden_mut(), seconds(length) > 90.0) {
             *color = vec![128, 128];
+        }
+        self
+    }
+
+    /// In contracted space. Its cube is half as wide as all of it: in a run that is long enough, the
+    /// cube's samples lie as close as those of a box of that size.
+    #[must_use]
+    pub fn contracted(mut self, space: Contracted, length: Length) -> Self {
+        self.contracted = Some(space);
+        if self.field.hidden_mut().is_some() {
+            let usual = self.samples_per_side;
+            let twice = 2.0 * SAMPLES * finer(length);
+            self.samples_per_side = twice.clamp(usual, 2.0 * usual).round();
         }
         self
     }
@@ -110,6 +125,17 @@ impl TrainConfig {
         }
         self
     }
+}
+
+/// How long a run is, seconds on a machine that takes 110 steps a second.
+fn seconds(length: Length) -> f32 {
+    (length.about_steps() / Length::PACE) as f32
+}
+
+/// How many times closer samples are than in a run of a minute: twice for eight times the time,
+/// about.
+fn finer(length: Length) -> f32 {
+    (seconds(length) / 60.0).powf(0.35)
 }
 
 #[cfg(test)]
@@ -134,6 +160,14 @@ mod tests {
         assert_eq!(at(Length::Steps(33_000)), at(Length::Seconds(300.0)));
         assert_eq!(at(Length::Seconds(300.0)).samples_per_side, 615.0);
         assert_eq!(at(Length::Seconds(1e6)).samples_per_side, 800.0);
+        let around = Contracted { center: [0.0; 3], radius: 1.0 };
+        for (seconds, samples) in [(5.0, 350.0), (30.0, 549.0), (60.0, 700.0), (1e6, 1600.0)] {
+            let length = Length::Seconds(seconds);
+            assert_eq!(at(length).contracted(around, length).samples_per_side, samples);
+        }
+        let (nerf, long) = (TrainConfig::nerf(), Length::Seconds(300.0));
+        let same = nerf.clone().contracted(around, long).samples_per_side;
+        assert_eq!(same, nerf.samples_per_side, "its networks are costly");
         let mut long = at(Length::Seconds(91.0));
         assert_eq!(long.field.hash_grid_mut().unwrap().color_hidden, [128, 128]);
         // Speed does not.

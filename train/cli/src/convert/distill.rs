@@ -126,7 +126,7 @@ pub fn config(
     config.field.hash_grid_mut()?.shading = shading;
     match *space {
         Space::Ndc(ndc) => config.ndc = Some(ndc),
-        Space::Contracted(contracted) => config.contracted = Some(contracted),
+        Space::Contracted(contracted) => config = config.contracted(contracted, length),
         ref space => config.aabb = space.scene_box(),
     }
     loop {

@@ -105,15 +105,19 @@ impl Train {
     /// Fits the detail of a new timed run to the steps that this machine has time for.
     fn fit_detail(&self, trainer: &mut Trainer, images: Images) -> Result<(), Failure> {
         let config = trainer.config();
-        let in_box = config.ndc.is_none() && config.contracted.is_none();
+        let contracted = config.contracted;
+        let in_box = config.ndc.is_none() && contracted.is_none();
         let method = self.method(in_box && images.has_alpha);
         match self.length() {
             Length::Seconds(seconds)
                 if seconds >= MEASURED && self.model.follow_steps(method, images) =>
             {
                 let steps = Length::Steps((LATER * seconds * trainer.pace()) as u32);
-                let TrainConfig { field, samples_per_side, .. } =
-                    self.model.config(method, images, steps);
+                let fitted = self.model.config(method, images, steps);
+                let TrainConfig { field, samples_per_side, .. } = match contracted {
+                    Some(space) => fitted.contracted(space, steps),
+                    None => fitted,
+                };
                 let config = trainer.config();
                 if (&field, samples_per_side) != (&config.field, config.samples_per_side) {
                     trainer.reshape(field, samples_per_side)?;

@@ -109,8 +109,7 @@ impl Train {
         let mut config = self.model.config(method, Images::of(dataset), self.length());
         config.seed = self.seed.unwrap_or(config.seed);
         config.batch_rays = self.batch_rays.or(config.batch_rays);
-        self.scene.apply(&mut config, dataset, space)?;
-        Ok(config)
+        self.scene.apply(config, dataset, space, self.length())
     }
 
     /// The length of a new run.

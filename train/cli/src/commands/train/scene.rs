@@ -5,7 +5,7 @@ use std::fmt;
 use clap::ValueEnum;
 use pocketnerf_core::space::{Contracted, Ndc};
 use pocketnerf_train::dataset::Dataset;
-use pocketnerf_train::trainer::{TrainConfig, contracted_of, ndc_of};
+use pocketnerf_train::trainer::{Length, TrainConfig, contracted_of, ndc_of};
 
 use crate::commands::Failure;
 use crate::commands::parse::{parse_box, parse_color};
@@ -148,12 +148,16 @@ impl SceneOptions {
     /// Adds these settings to those of a new run.
     pub(super) fn apply(
         &self,
-        config: &mut TrainConfig,
+        mut config: TrainConfig,
         dataset: &Dataset,
         space: Coordinates,
-    ) -> Result<(), Failure> {
+        length: Length,
+    ) -> Result<TrainConfig, Failure> {
         config.aabb = self.aabb.map(|corners| dataset.box_as_read(corners));
-        (config.ndc, config.contracted) = (space.ndc, space.contracted);
+        config.ndc = space.ndc;
+        if let Some(contracted) = space.contracted {
+            config = config.contracted(contracted, length);
+        }
         if config.ndc.is_none() {
             let known = dataset.bounds.map(|[near, _]| NEAREST * near);
             let known = known.filter(|near| self.far.is_none_or(|far| *near < far));
@@ -173,7 +177,7 @@ impl SceneOptions {
             return Err("--smooth-surfaces: expected no --sampling hierarchical".into());
         }
         config.smooth_surfaces = self.smooth_surfaces.unwrap_or(0.0);
-        Ok(())
+        Ok(config)
     }
 
     /// The coordinates of a scene without an end, by default or if asked for. A box that is
