@@ -96,8 +96,9 @@ impl TrainConfig {
         self
     }
 
-    /// In contracted space. Its cube is half as wide as all of it: in a run that is long enough, the
-    /// cube's samples lie as close as those of a box of that size.
+    /// In contracted space, for a run of this length: to be called last. The cube is half as wide as
+    /// all of that space. In a run of a minute or more its samples lie as close as those of a box of
+    /// its size, in shorter ones, which need the rays more, up to twice as far apart.
     #[must_use]
     pub fn contracted(mut self, space: Contracted, length: Length) -> Self {
         self.contracted = Some(space);

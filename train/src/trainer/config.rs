@@ -23,7 +23,8 @@ pub struct TrainConfig {
     /// is no box in scene units then. [`ndc_of`](super::ndc_of) finds them.
     pub ndc: Option<Ndc>,
     /// `Some`: a scene without an end, learnt in contracted space; there is no box in scene
-    /// units then. [`contracted_of`](super::contracted_of) finds it.
+    /// units then. [`contracted_of`](super::contracted_of) finds it, and
+    /// [`TrainConfig::contracted`] sets it with as many samples as it takes.
     pub contracted: Option<Contracted>,
     /// Nothing is seen nearer to a camera than this, local units.
     pub near: f32,
@@ -31,7 +32,8 @@ pub struct TrainConfig {
     pub far: Option<f32>,
     /// Cells of the occupancy along an axis.
     pub occupancy_resolution: u32,
-    /// Samples along the longest side of the box.
+    /// Samples along the longest side of the box, of normalised device coordinates, or of all of
+    /// contracted space, which is twice as wide as its cube.
     pub samples_per_side: f32,
     /// Rays a step; `None`: as many as give `samples_per_step`.
     pub batch_rays: Option<usize>,
