@@ -293,7 +293,7 @@ impl Group {
         } else {
             self.compare(job, row_len);
         }
-        self.hold_smooth(job.smooth_surfaces);
+        self.hold_smooth(job.smooth_surfaces, &job.space);
         dispatch!(level, _simd => self.sample_gradients(job, row_len));
         self.back_through_field((row_len, deferred.is_none()), job, worker, back);
     }

@@ -6,7 +6,8 @@
 //! error (as of depths in patches: Niemeyer et al., "RegNeRF", 2022, equation 4). Edges are
 //! meant to be there: the sharper a bend, the less it counts.
 
-use glam::Vec3;
+use glam::DVec3;
+use pocketnerf_core::{Ray, Space};
 
 use super::group::Group;
 use crate::random::Random;
@@ -21,7 +22,7 @@ const DISTANCES: usize = 4;
 const OPAQUE: f32 = 0.9;
 /// A bend counts half as much as a small one where the middle is off by so much of the distance to
 /// its neighbours.
-const EDGE: f32 = 0.5;
+const EDGE: f64 = 0.5;
 
 impl Group {
     /// Moves some of the pixels that are drawn to both sides of another one.
@@ -42,15 +43,18 @@ impl Group {
     }
 
     /// Adds the gradient of what is bent, times `weight`.
-    pub(super) fn hold_smooth(&mut self, weight: f32) {
+    pub(super) fn hold_smooth(&mut self, weight: f32, space: &Space) {
         for &first in &self.rows {
             let row = [1, 0, 2].map(|i| first as usize + i);
             if row.iter().any(|&r| self.accumulated[r].opacity < OPAQUE) {
                 continue;
             }
-            let directions = row.map(|r| Vec3::from(self.rays[r].ray.direction));
             let depths = row.map(|r| self.accumulated[r].expected_depth());
-            let Some((_, gradient)) = bend(directions, depths) else { continue };
+            let local = |i: usize| Some(space.piece(&self.rays[row[i]].ray, depths[i])?.local);
+            let (Some(before), Some(middle), Some(after)) = (local(0), local(1), local(2)) else {
+                continue;
+            };
+            let Some((_, gradient)) = bend([before, middle, after], depths) else { continue };
             for (r, d) in row.into_iter().zip(gradient) {
                 let accumulated = &self.accumulated[r];
                 // depth = sum / opacity.
@@ -75,33 +79,38 @@ fn sides(input: &StepInput<'_>, middle: Pixel, by: [i32; 2]) -> Option<[Pixel; 2
     Some([side(-1)?, side(1)?])
 }
 
-/// How much three surface points in a row bend, and the gradient by their distances along rays
-/// from one point. `None` where that is not known.
-fn bend(directions: [Vec3; 3], depths: [f32; 3]) -> Option<(f32, [f32; 3])> {
-    let ([before, middle, after], [t0, t1, t2]) = (directions, depths);
-    // middle = a before + b after: its ray meets the line between the other two points where
-    // a t / t0 + b t / t2 = 1.
-    // By products of differences: those of unit vectors that are nearly parallel would be lost.
-    let normal = before.cross(after - before);
-    let part =
-        |one: Vec3, other: Vec3| one.cross(other - one).dot(normal) / normal.length_squared();
-    let (a, b) = (part(middle, after), part(before, middle));
-    let flat = 1.0 / (a / t0 + b / t2);
-    let apart = 0.5 * (t0 * before - t2 * after).length();
-    let (off, edge) = ((t1 - flat) / apart, EDGE * EDGE);
+/// How much the surface points of three rays in a row bend, and the gradient by their distances.
+/// All is in local coordinates, in which rays and planes are straight. `None` where that is not
+/// known.
+fn bend(rays: [Ray; 3], depths: [f32; 3]) -> Option<(f32, [f32; 3])> {
+    let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let depths = depths.map(f64::from);
+    let [o0, o1, o2] = rays.map(|ray| vector(ray.origin));
+    let [d0, d1, d2] = rays.map(|ray| vector(ray.direction));
+    let (before, after) = (o0 + depths[0] * d0, o2 + depths[2] * d2);
+    let across = after - before;
+    // How far a way leads off the line between the other two points, in the plane of that line and
+    // the middle ray, where the middle ray's own leads 1 off it.
+    let normal = d1.cross(across);
+    let off_line = |way: DVec3| way.cross(across).dot(normal) / normal.length_squared();
+    let flat = off_line(before - o1);
+    // Where along the line the middle ray meets it.
+    let share = (o1 + flat * d1 - before).dot(across) / across.length_squared();
+    let apart = 0.5 * across.length();
+    let (off, edge) = ((depths[1] - flat) / apart, EDGE * EDGE);
     // off^2 / 2 where that is small (Geman and McClure).
-    let share = edge / (edge + off * off);
-    let d = off * share * share / apart;
-    let [d0, d2] = [(a, t0), (b, t2)].map(|(part, t)| -d * part * (flat / t) * (flat / t));
-    let found = (0.5 * off * off * share, [d0, d, d2]);
-    [d0, d, d2].iter().all(|d| d.is_finite()).then_some(found)
+    let kept = edge / (edge + off * off);
+    let d = off * kept * kept / apart;
+    let gradient = [-d * (1.0 - share) * off_line(d0), d, -d * share * off_line(d2)];
+    let found = ((0.5 * off * off * kept) as f32, gradient.map(|d| d as f32));
+    gradient.iter().all(|d| d.is_finite()).then_some(found)
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-    use pocketnerf_core::Ray;
+    use glam::Vec3;
     use pocketnerf_core::march::composite::Accumulated;
+    use pocketnerf_core::space::{Contracted, Ndc};
 
     use super::*;
     use crate::dataset::View;
@@ -109,29 +118,70 @@ mod tests {
     use crate::trainer::pixels::rays::{Backdrop, RaySource, TrainingRay};
     use crate::trainer::step::group::RayGradient;
 
-    /// Directions to points of the plane z = 2 that are 0.2 apart, and their distances.
-    fn flat() -> ([Vec3; 3], [f32; 3]) {
+    /// A box that holds all there is in these tests.
+    const ALL: Space = Space::Box { min: [-9.0; 3], max: [9.0; 3] };
+
+    /// Rays to points of the plane z = 2 that are 0.2 apart, and their distances.
+    fn flat() -> ([Ray; 3], [f32; 3]) {
         let points = [0.3, 0.5, 0.7].map(|x| Vec3::new(x, 0.1, 2.0));
-        (points.map(Vec3::normalize), points.map(Vec3::length))
+        (points.map(|point| towards(point)), points.map(Vec3::length))
+    }
+
+    fn towards(point: Vec3) -> Ray {
+        Ray { origin: [0.0; 3], direction: point.normalize().to_array() }
     }
 
     #[test]
     fn a_plane_does_not_bend() {
-        let (directions, depths) = flat();
-        let (bend, gradient) = bend(directions, depths).unwrap();
+        let (rays, depths) = flat();
+        let (bend, gradient) = bend(rays, depths).unwrap();
         assert!(bend < 1e-8, "{bend}");
         assert!(gradient.iter().all(|d| d.abs() < 1e-2), "{gradient:?}");
     }
 
     #[test]
+    fn a_plane_bends_in_no_space() {
+        let ndc = Ndc { near: 0.5, slope: [1.0, 2.0], min: [-1.0; 3], max: [1.0; 3] };
+        let around = Contracted { center: [0.2, 0.1, 0.3], radius: 0.7 };
+        let (twice, eye) = (2.0 * ndc.near, Vec3::new(0.1, -0.2, 0.3));
+        // On the plane z = -3 + x / 2, well beyond the cube.
+        let points = [0.3, 0.5, 0.7].map(|x: f32| Vec3::new(x, 0.1, 0.5 * x - 3.0));
+        let in_ndc = |p: Vec3| Vec3::new(-p.x / p.z, -2.0 * p.y / p.z, 1.0 + twice / p.z);
+        let contracted = |p: Vec3| Vec3::from(around.local_point(p.to_array()));
+        let local: [(Space, &dyn Fn(Vec3) -> Vec3); 2] =
+            [(Space::Ndc(ndc), &in_ndc), (Space::Contracted(around), &contracted)];
+        for (space, place) in local {
+            let way = |point: Vec3| Ray {
+                origin: eye.to_array(),
+                direction: (point - eye).normalize().to_array(),
+            };
+            let last = |ray: Ray| space.piece(&ray, 0.99 * space.whole_way(&ray).unwrap());
+            let pieces = points.map(|point| last(way(point)).unwrap().local);
+            let depths = [0, 1, 2].map(|i| {
+                let from = place(points[i]) - Vec3::from(pieces[i].origin);
+                let t = from.dot(pieces[i].direction.into());
+                assert!((from.length() - t).abs() < 1e-4, "{space:?}: on its ray");
+                t
+            });
+            let (found, _) = bend(pieces, depths).unwrap();
+            assert!(found < 1e-7, "{space:?}: {found}");
+            // Off it by a tenth of what lies between the others.
+            let apart = 0.5 * (place(points[2]) - place(points[0])).length();
+            let off = [depths[0], depths[1] + 0.1 * apart, depths[2]];
+            let (found, _) = bend(pieces, off).unwrap();
+            assert!((found / (0.005 * 0.25 / 0.26) - 1.0).abs() < 1e-2, "{space:?}: {found}");
+        }
+    }
+
+    #[test]
     fn the_loss_by_hand_and_edges_count_less() {
-        let (directions, [t0, t1, t2]) = flat();
+        let (rays, [t0, t1, t2]) = flat();
         for (off, expected) in [(0.02, 0.01 / 2.0 * 0.25 / 0.26), (2.0, 50.0 * 0.25 / 100.25)] {
             // The neighbours are 0.4 apart, hence 0.2 from the middle.
-            let (found, _) = bend(directions, [t0, t1 + off, t2]).unwrap();
+            let (found, _) = bend(rays, [t0, t1 + off, t2]).unwrap();
             assert!((found / expected - 1.0).abs() < 1e-2, "{off}: {found}, by hand {expected}");
         }
-        let slope = |off: f32| bend(directions, [t0, t1 + off, t2]).unwrap().1[1];
+        let slope = |off: f32| bend(rays, [t0, t1 + off, t2]).unwrap().1[1];
         assert!(slope(2.0) < 0.05 * slope(0.05), "{} {}", slope(2.0), slope(0.05));
     }
 
@@ -145,7 +195,7 @@ mod tests {
         // from + s along = t middle, in the plane of the first two axes.
         let t = (from.x * along.z - from.z * along.x) / (middle.x * along.z - middle.z * along.x);
         let off = (t1 - t) / apart;
-        let edge = f64::from(EDGE * EDGE);
+        let edge = EDGE * EDGE;
         0.5 * off * off * edge / (edge + off * off)
     }
 
@@ -154,10 +204,10 @@ mod tests {
         let points = [[-0.2, 2.0], [0.1, 2.1], [0.4, 2.2]].map(|[x, z]| Vec3::new(x, 0.1, z));
         let source = RaySource::new(vec![View::new("", at(0.0), vec![255; 4])], Backdrop::Random);
         let mut random = Random::new(1, [0; 3]);
-        let ray = |point: Vec3, random: &mut Random| {
-            let direction = point.normalize().to_array();
-            let ray = Ray { origin: [0.0; 3], direction };
-            TrainingRay { ray, weight: 3.0, ..source.draw_anywhere(false, random) }
+        let ray = |point: Vec3, random: &mut Random| TrainingRay {
+            ray: towards(point),
+            weight: 3.0,
+            ..source.draw_anywhere(false, random)
         };
         // The middle one is first, and too deep; none is quite opaque.
         let order = [1, 0, 2];
@@ -173,7 +223,7 @@ mod tests {
             rows: vec![0],
             ..Group::default()
         };
-        group.hold_smooth(0.5);
+        group.hold_smooth(0.5, &ALL);
         let sums = order.map(|r| accumulated[r]).map(|a| [a.depth, a.opacity].map(f64::from));
         let directions = points.map(|p| p.as_dvec3().normalize());
         let depth = |i: usize| sums[i][0] / sums[i][1];
@@ -194,15 +244,16 @@ mod tests {
         // What lets light pass has no surface.
         group.accumulated[2].opacity = 0.8;
         group.ray_gradients.fill(RayGradient::default());
-        group.hold_smooth(0.5);
+        group.hold_smooth(0.5, &ALL);
         assert!(group.ray_gradients.iter().all(|d| d.depth == 0.0 && d.opacity == 0.0));
     }
 
     #[test]
     fn what_has_no_surface_has_no_gradient() {
-        let (directions, [t0, t1, t2]) = flat();
-        assert_eq!(bend([directions[0]; 3], [t0; 3]), None);
-        assert_eq!(bend(directions, [t0, f32::NAN, t2]), None);
-        assert_eq!(bend(directions, [0.0, t1, t2]).map(|(bend, _)| bend.is_finite()), None);
+        let (rays, [t0, t1, t2]) = flat();
+        assert_eq!(bend([rays[0]; 3], [t0; 3]), None);
+        assert_eq!(bend(rays, [t0, f32::NAN, t2]), None);
+        assert_eq!(bend(rays, [t0, t1, f32::INFINITY]), None);
+        assert_eq!(bend(rays, [t0, f32::INFINITY, t2]), None);
     }
 }
