@@ -11,6 +11,10 @@ use crate::trainer::{Length, TrainConfig, USUAL_SAMPLES};
 const SAMPLES: f32 = 350.0;
 
 impl TrainConfig {
+    /// A weight of [`smooth_surfaces`](Self::smooth_surfaces) for photographs without alpha, which
+    /// are of places: surfaces of one colour are where they belong, with less fog before them.
+    pub const SMOOTH_PLACES: f32 = 0.02;
+
     /// The defaults for a field of this kind and shape.
     #[must_use]
     pub fn new(field: impl Into<FieldConfig>) -> Self {

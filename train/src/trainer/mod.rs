@@ -202,6 +202,7 @@ impl Trainer {
             update_occupancy: false,
             average: false,
             between_views: false,
+            spread: 0.0,
             progress: 0.0,
         };
         // The first few find out how many rays have so many samples.

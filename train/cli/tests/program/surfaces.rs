@@ -32,12 +32,29 @@ fn a_run_that_goes_on_holds_surfaces_as_before() {
     assert!(line.contains("--smooth-surfaces 0.005, but --smooth-surfaces 0.5"), "{line}");
 }
 
+/// Of places they are smooth by default, of objects not: the same model as with that weight.
+#[test]
+fn places_are_smooth_by_default() {
+    let place = Place::new();
+    let model = |dataset: &str, options: &str| {
+        let train = "--downscale-factor 8 --exposure off --profile fast --steps 30 --quiet";
+        place.ok(&format!("train {dataset} {train} --out m.pnerf {options}"));
+        place.bytes("m.pnerf")
+    };
+    for (dataset, usual, other) in [("builtin:room", "0.02", "0"), ("builtin:white", "0", "0.02")] {
+        let weigh = |weight: &str| model(dataset, &format!("--smooth-surfaces={weight}"));
+        let by_default = model(dataset, "");
+        assert!(by_default == weigh(usual), "{dataset}");
+        assert!(by_default != weigh(other), "{dataset}");
+    }
+}
+
 #[test]
 fn what_cannot_be_smooth_is_refused() {
     let place = Place::new();
     for (options, expected) in [
-        ("--smooth-surfaces=0", "--smooth-surfaces=0: expected more than 0"),
-        ("--smooth-surfaces=nan", "--smooth-surfaces=NaN: expected more than 0"),
+        ("--smooth-surfaces=-0.1", "--smooth-surfaces=-0.1: expected 0 or more"),
+        ("--smooth-surfaces=nan", "--smooth-surfaces=NaN: expected 0 or more"),
         (
             "--smooth-surfaces --method nerf --sampling hierarchical",
             "--smooth-surfaces: expected no --sampling hierarchical",

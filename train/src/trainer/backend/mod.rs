@@ -141,6 +141,8 @@ pub(crate) struct StepInput<'s> {
     pub(crate) average: bool,
     /// Weight of smooth surfaces; 0: they may be rough.
     pub(crate) smooth_surfaces: f32,
+    /// Width of what rays of a pixel go through, pixels; 0: its centre alone.
+    pub(crate) spread: f32,
     /// Whether colours between the training views are held to what these see.
     pub(crate) between_views: bool,
     /// Whether directions are blurred: there are few views.

@@ -81,6 +81,9 @@ const MOST_LONGER: f32 = 2.0;
 /// From here on colours between the training views are held to what these see. From the start
 /// on, highlights would not become as sharp as they are; short runs have none.
 const HELD: f32 = 0.7;
+/// Runs of more steps than this, and of four times as many, let rays go through more than a pixel's
+/// centre, and through all of it.
+const SPREAD: f32 = 8000.0;
 /// Long steps are taken for this first share of the run.
 const COARSE: f32 = 0.6;
 
@@ -144,6 +147,7 @@ pub(crate) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
             update_occupancy: false,
             average: false,
             between_views: false,
+            spread: 0.0,
             progress,
         };
     }
@@ -156,6 +160,30 @@ pub(crate) fn settings(config: &TrainConfig, step: u32, plan: Option<Plan>) -> S
         update_occupancy: progress < FREEZE,
         average: progress >= AVERAGED && step.is_multiple_of(AVERAGE_EVERY),
         between_views: progress >= HELD && steps >= LONG_ENOUGH as f32,
+        spread: plan.map_or(0.0, |_| spread(steps)),
         progress,
+    }
+}
+
+/// Width of what rays of a pixel go through in a run of so many steps: the longer photographs are
+/// learnt, the more of what only one of them shows.
+fn spread(steps: f32) -> f32 {
+    (0.5 * (steps / SPREAD).log2()).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn longer_runs_go_through_more_of_a_pixel() {
+        let spread = |first, end| {
+            let plan = Some(Plan { first, end });
+            settings(&TrainConfig::hash_grid(), first, plan).spread
+        };
+        let found = [(0, 3000), (0, 8000), (100, 16_100), (0, 32_000), (0, 90_000)]
+            .map(|(first, end)| spread(first, end));
+        assert_eq!(found, [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(settings(&TrainConfig::hash_grid(), 0, None).spread, 0.0, "not yet known");
     }
 }

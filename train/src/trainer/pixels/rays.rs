@@ -23,7 +23,7 @@ pub(crate) struct Pixel {
 /// A pixel to learn from.
 #[derive(Clone, Copy, Debug)]
 pub struct TrainingRay {
-    /// Through the pixel's centre.
+    /// Through the pixel's centre, or another point of it.
     pub ray: Ray,
     /// Where in its step each sample lies, 0 to 1.
     pub phase: f32,

@@ -98,6 +98,7 @@ pub(super) fn step_at(trainer: &mut Trainer, progress: f32) {
         update_occupancy: true,
         average: false,
         between_views: false,
+        spread: 0.0,
         progress,
     });
 }

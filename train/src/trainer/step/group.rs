@@ -17,7 +17,7 @@ use crate::random::Random;
 use crate::stopwatch::Stopwatch;
 use crate::trainer::backend::StepInput;
 use crate::trainer::loss::{TERMS, Term};
-use crate::trainer::pixels::rays::{Pixel, TrainingRay};
+use crate::trainer::pixels::rays::{Pixel, RaySource, TrainingRay};
 
 /// A ray ends in training where its transmittance falls below this, and counts
 /// as opaque.
@@ -219,6 +219,18 @@ impl Group {
         let pixels = self.pixels.iter().zip(&self.colors).zip(&self.drawn);
         self.rays
             .extend(pixels.map(|((pixel, rgba), drawn)| source.ray(*pixel, *rgba, *drawn, random)));
+        if input.spread > 0.0 {
+            self.spread(source, input.spread, random);
+        }
+    }
+
+    /// Sends each ray through any point of the middle of its pixel, so many pixels wide.
+    fn spread(&mut self, source: &RaySource, width: f32, random: &mut Random) {
+        for (ray, pixel) in self.rays.iter_mut().zip(&self.pixels) {
+            let mut off = || 0.5 + width * (random.next_f32() - 0.5);
+            let at = [pixel.x as f32 + off(), pixel.y as f32 + off()];
+            ray.ray = source.through_point(pixel.view, at);
+        }
     }
 
     /// The tile that each ray came from, and its squared error a channel.
@@ -296,5 +308,39 @@ impl Group {
         self.hold_smooth(job.smooth_surfaces, &job.space);
         dispatch!(level, _simd => self.sample_gradients(job, row_len));
         self.back_through_field((row_len, deferred.is_none()), job, worker, back);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::View;
+    use crate::trainer::pixels::rays::Backdrop;
+
+    #[test]
+    fn rays_spread_over_their_pixels() {
+        let pose = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
+        let camera = Camera::from_fov_x(4, 4, 1.0, pose);
+        let source = RaySource::new(vec![View::new("", camera, vec![255; 64])], Backdrop::Random);
+        let mut random = Random::new(1, [0; 3]);
+        let (pixel, n) = (Pixel { view: 0, x: 3, y: 1 }, 400);
+        let rays = (0..n).map(|_| source.ray(pixel, [255; 4], (0, 1.0), &mut random)).collect();
+        let mut group = Group { pixels: vec![pixel; n], rays, ..Group::default() };
+        for width in [0.5, 1.0] {
+            group.spread(&source, width, &mut random);
+            let [mut least, mut most] = [[9.0f32; 2], [-9.0f32; 2]];
+            for ray in &group.rays {
+                let [x, y, z] = ray.ray.direction;
+                let at = [2.0 - camera.focal[0] * x / z, 2.0 + camera.focal[1] * y / z];
+                for (a, centre) in [3.5, 1.5].into_iter().enumerate() {
+                    least[a] = least[a].min(at[a] - centre);
+                    most[a] = most[a].max(at[a] - centre);
+                }
+            }
+            for (least, most) in least.into_iter().zip(most) {
+                assert!(-0.5 * width <= least + 1e-4 && least < -0.47 * width, "{width}: {least}");
+                assert!(most <= 0.5 * width + 1e-4 && most > 0.47 * width, "{width}: {most}");
+            }
+        }
     }
 }

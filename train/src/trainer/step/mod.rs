@@ -68,6 +68,9 @@ pub struct StepSettings {
     pub average: bool,
     /// Whether colours between the training views are held to what these see.
     pub between_views: bool,
+    /// Width of what rays of a pixel go through, of few forward-facing photographs, pixels; 0: its
+    /// centre alone.
+    pub spread: f32,
     /// Share of the run that is done.
     pub progress: f32,
 }
@@ -84,6 +87,7 @@ impl StepSettings {
         update_occupancy: false,
         average: false,
         between_views: false,
+        spread: 0.0,
         progress: 0.0,
     };
 }
@@ -148,10 +152,17 @@ impl Trainer {
             between_views: settings.between_views && self.space.scene_box().is_some(),
             blur_directions: self.source.has_few_views() && self.space.scene_box().is_some(),
             smooth_surfaces: self.config.smooth_surfaces,
+            spread: if self.spreads() { settings.spread } else { 0.0 },
             gains: GainStep::new(self.source.exposure().gains(), settings.progress),
             poses: self.poses.as_ref().map(|poses| poses.step(settings.progress)),
             stopwatch: self.stopwatch.as_ref(),
         })
+    }
+
+    /// Whether photographs of few, forward-facing cameras would be learnt by heart: they differ by
+    /// fractions of a pixel in where things are.
+    fn spreads(&self) -> bool {
+        self.config.ndc.is_some() && self.source.has_few_views()
     }
 
     pub(crate) fn update_occupancy(&mut self) {

@@ -109,6 +109,10 @@ impl Train {
         let mut config = self.model.config(method, Images::of(dataset), self.length());
         config.seed = self.seed.unwrap_or(config.seed);
         config.batch_rays = self.batch_rays.or(config.batch_rays);
+        // GPUs do not train them.
+        if !dataset.has_alpha && config.field.kind().n_levels() > 0 && !self.device.is_gpu() {
+            config.smooth_surfaces = TrainConfig::SMOOTH_PLACES;
+        }
         self.scene.apply(config, dataset, space, self.length())
     }
 
@@ -153,7 +157,7 @@ impl Train {
         let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
         let kept = self.scene.exposure.filter(|exposure| *exposure == Exposure::Off);
         let refined = self.scene.refine_poses.then_some(true);
-        let smooth = Some(config.smooth_surfaces).filter(|weight| *weight > 0.0);
+        let smooth = Some(config.smooth_surfaces);
         let aabb = self.scene.aabb.map(|corners| checkpoint.scene().box_to_model(corners));
         let exposure = if checkpoint.is_evened_out() { Exposure::Auto } else { Exposure::Off };
         let shape = || {

@@ -100,11 +100,12 @@ pub(super) struct SceneOptions {
     /// views are held out. `--json` has the corrected cameras.
     #[arg(long, conflicts_with = "target_psnr")]
     pub(super) refine_poses: bool,
-    /// Hold surfaces to be smooth, for meshes: walls and bodies of one colour, which photographs
-    /// leave rough
+    /// Hold surfaces to be smooth: walls and bodies of one colour, which photographs leave rough
     ///
-    /// WEIGHT is that of a bend beside the error of a colour [default: 0.005]. Fine relief that
-    /// photographs hardly show is smoothed too. GPUs do not train it.
+    /// WEIGHT is that of a bend beside the error of a colour, 0 for none [default: 0.005 where none
+    /// is given; without this option, 0.02 for photographs without alpha that a hash grid or planes
+    /// learn on a CPU, else 0]. Fine relief that photographs hardly show is smoothed too. GPUs do not
+    /// train it.
     #[arg(
         long, value_name = "WEIGHT", num_args = 0..=1, require_equals = true,
         default_missing_value = "0.005"
@@ -122,9 +123,9 @@ impl SceneOptions {
                 format!("--near {near}{far}: expected 0 or more, and far beyond near").into()
             );
         }
-        let weight = self.smooth_surfaces.unwrap_or(1.0);
-        if !(weight.is_finite() && weight > 0.0) {
-            return Err(format!("--smooth-surfaces={weight}: expected more than 0").into());
+        let weight = self.smooth_surfaces.unwrap_or(0.0);
+        if !(weight.is_finite() && weight >= 0.0) {
+            return Err(format!("--smooth-surfaces={weight}: expected 0 or more").into());
         }
         Ok(())
     }
@@ -176,7 +177,7 @@ impl SceneOptions {
         if self.smooth_surfaces.is_some() && config.hierarchical_training().is_some() {
             return Err("--smooth-surfaces: expected no --sampling hierarchical".into());
         }
-        config.smooth_surfaces = self.smooth_surfaces.unwrap_or(0.0);
+        config.smooth_surfaces = self.smooth_surfaces.unwrap_or(config.smooth_surfaces);
         Ok(config)
     }
 

@@ -249,6 +249,7 @@ impl<E: Exact + Copy> Step<E> {
             rate: 0.0,
             average: false,
             smooth_surfaces: 0.0,
+            spread: 0.0,
             between_views: false,
             blur_directions: false,
             gains: None,
