@@ -59,7 +59,7 @@ pub struct TrainConfig {
     /// `Some`: learn against this background, not against what random ones give on average.
     pub backdrop: Option<[f32; 3]>,
     /// How much surfaces are held to be smooth: the weight of a bend beside the error of a ray's
-    /// colour. 0: they may be rough. Not for hierarchical sampling, nor on GPUs. For places there is
+    /// colour. 0: they may be rough. Not for hierarchical sampling. For places there is
     /// [`SMOOTH_PLACES`](Self::SMOOTH_PLACES).
     pub smooth_surfaces: f32,
     /// Whether the poses of the photographs are corrected while the field learns: hash grids whose

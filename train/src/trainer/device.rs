@@ -64,11 +64,6 @@ impl Trainer {
         match &self.device {
             Device::Cpu => self.backend = Box::new(cpu),
             #[cfg(feature = "gpu")]
-            Device::Gpu(_) if self.config.smooth_surfaces > 0.0 => {
-                let why = pocketnerf_gpu::Error::Untrainable("smooth surfaces");
-                (self.backend, self.fallback) = (Box::new(cpu), Some(why.to_string()));
-            }
-            #[cfg(feature = "gpu")]
             Device::Gpu(gpu) => {
                 let scene = (self.space, self.sampling, self.grid.view());
                 let cameras = self.source.cameras().iter().map(|camera| camera.position());

@@ -84,6 +84,7 @@ pub(crate) fn source(
         wgsl!("look"),
         wgsl!("directions"),
         wgsl!("inputs"),
+        wgsl!("surfaces"),
         wgsl!("loss"),
         wgsl!("back"),
         wgsl!("dense"),

@@ -204,7 +204,7 @@ impl Learner {
         let numbers = [
             [s.min_transmittance, s.coarse_step_below, s.step, s.roulette],
             [s.tables.rate, s.tables.kept, s.tables.new, s.tables.epsilon],
-            [slow, 0.0, 0.0, 0.0],
+            [slow, s.smooth_surfaces, 0.0, 0.0],
             [networks.muon.unwrap_or(0.0), networks.adam, networks.new[0], networks.new[1]],
         ];
         let flags = [s.blur_directions, s.between_views, networks.muon.is_some(), s.average];

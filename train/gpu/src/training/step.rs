@@ -13,6 +13,8 @@ pub struct Pixel {
     pub phase: f32,
     /// How much its error counts.
     pub weight: f32,
+    /// Whether it is the middle one of a row of three pixels, the others of which come after it.
+    pub begins_row: bool,
     /// Mean of what may be behind the scene, and the variance of its channels.
     pub background: [f32; 3],
     /// See `background`.
@@ -33,9 +35,10 @@ impl Pixel {
         let [ox, oy, oz] = self.ray.origin;
         let [dx, dy, dz] = self.ray.direction;
         let ([br, bg, bb], [r, g, b]) = (self.background, self.target);
+        let weight = if self.begins_row { -self.weight } else { self.weight };
         [
             [ox, oy, oz, self.phase],
-            [dx, dy, dz, self.weight],
+            [dx, dy, dz, weight],
             [br, bg, bb, self.background_variance],
             [r, g, b, self.alpha],
         ]
@@ -85,6 +88,8 @@ pub struct Settings<'s> {
     pub networks: NetworkRates,
     /// Samples nearer to their camera than this learn less, unit lengths. 0: none does.
     pub slow_below: f32,
+    /// Weight of smooth surfaces. 0: they may be rough.
+    pub smooth_surfaces: f32,
     /// Where random numbers begin.
     pub seed: u32,
     /// The number of the step.

@@ -78,7 +78,7 @@ impl Drawing {
             let mut group = Group::default();
             let n = (g + 1) * input.n_rays / GROUPS - g * input.n_rays / GROUPS;
             group.draw(input, n, Random::new(input.seed, [1, u64::from(input.step), g as u64]));
-            self.rays.numbers.extend(group.rays.iter().map(numbers));
+            self.rays.numbers.extend(all_numbers(&group));
             self.rays.origins.extend(group.rays.iter().map(origin));
         }
     }
@@ -101,7 +101,7 @@ impl Rays {
             let mut laps = Laps::begin(input.stopwatch);
             let random = Random::new(input.seed, [1, u64::from(input.step), number as u64]);
             group.draw(input, BLOCK, random);
-            to.iter_mut().zip(&group.rays).for_each(|(to, ray)| *to = numbers(ray));
+            to.iter_mut().zip(all_numbers(group)).for_each(|(to, numbers)| *to = numbers);
             origins.iter_mut().zip(&group.rays).for_each(|(to, ray)| *to = origin(ray));
             laps.end(Stage::Pixels, BLOCK);
         });
@@ -116,11 +116,19 @@ fn key(input: &StepInput<'_>) -> Key {
     (input.seed, input.step, input.sampler.changes())
 }
 
-fn numbers(ray: &TrainingRay) -> PixelNumbers {
+/// Of the rays of a group.
+fn all_numbers(group: &Group) -> impl Iterator<Item = PixelNumbers> + '_ {
+    let mut rows = group.rows.iter().peekable();
+    let begins = move |i: usize| rows.next_if(|first| **first as usize == i).is_some();
+    group.rays.iter().enumerate().scan(begins, |begins, (i, ray)| Some(numbers(ray, begins(i))))
+}
+
+fn numbers(ray: &TrainingRay, begins_row: bool) -> PixelNumbers {
     Pixel {
         ray: ray.ray,
         phase: ray.phase,
         weight: ray.weight,
+        begins_row,
         background: ray.background,
         background_variance: ray.background_variance,
         target: ray.target,

@@ -152,6 +152,15 @@ fn gradients_in_contracted_space() {
     gradients_are_those_of_the_cpu(&TrainConfig { contracted, ..config(false) }, None);
 }
 
+/// A weight that outweighs colours, so that all gradients are those of smooth surfaces.
+#[test]
+fn gradients_of_smooth_surfaces() {
+    let contracted = Some(Contracted { center: [0.1, 0.0, 0.0], radius: 0.6 });
+    for config in [config(false), config(true), TrainConfig { contracted, ..config(false) }] {
+        gradients_are_those_of_the_cpu(&TrainConfig { smooth_surfaces: 2.0, ..config }, None);
+    }
+}
+
 /// All that a run may ask of a step; the CPU goes on from it.
 #[test]
 fn the_same_steps_give_the_same_bytes() {
@@ -240,8 +249,6 @@ fn what_a_gpu_does_not_learn_the_cpu_does() {
     };
     let poses = refused(TrainConfig { refine_poses: true, ..config(false) });
     assert_eq!(poses, "GPUs do not train the poses and the exposure of photographs");
-    let smooth = refused(TrainConfig { smooth_surfaces: 0.01, ..config(false) });
-    assert_eq!(smooth, "GPUs do not train smooth surfaces");
     let mut other = config(false);
     other.field.hash_grid_mut().unwrap().shading = Shading::PerSample;
     assert_eq!(refused(other), "GPUs do not train fields whose samples have colours of their own");

@@ -31,6 +31,7 @@ pub(super) fn settings<'s>(input: &StepInput<'s>, adam: Adam) -> Settings<'s> {
             new: [1.0 - adam.beta1, 1.0 - adam.beta2],
         },
         slow_below: slow.map_or(0.0, |slow| slow.distance()),
+        smooth_surfaces: input.smooth_surfaces,
         seed: (input.seed ^ (input.seed >> 32)) as u32,
         number: input.step,
         blur_directions: input.blur_directions,

@@ -145,7 +145,7 @@ pub(crate) struct Group {
     pub(super) pixels: Vec<Pixel>,
     /// First of three rays each, which go through neighbouring pixels: the middle one, and both
     /// sides of it.
-    pub(super) rows: Vec<u32>,
+    pub(crate) rows: Vec<u32>,
     /// Where each was drawn from, and what it weighs.
     pub(super) drawn: Vec<(u32, f32)>,
     pub(super) colors: Vec<[u8; 4]>,

@@ -109,8 +109,7 @@ impl Train {
         let mut config = self.model.config(method, Images::of(dataset), self.length());
         config.seed = self.seed.unwrap_or(config.seed);
         config.batch_rays = self.batch_rays.or(config.batch_rays);
-        // GPUs do not train them.
-        if !dataset.has_alpha && config.field.kind().n_levels() > 0 && !self.device.is_gpu() {
+        if !dataset.has_alpha && config.field.kind().n_levels() > 0 {
             config.smooth_surfaces = TrainConfig::SMOOTH_PLACES;
         }
         self.scene.apply(config, dataset, space, self.length())

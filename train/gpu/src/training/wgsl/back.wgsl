@@ -37,6 +37,7 @@ fn dropped(r: u32) -> u32 {
     let count = bitcast<u32>(traced[at].y);
     let opacity = traced[at].w;
     var d_opacity = traced[at + 1u].y;
+    let d_depth = traced[at + 1u].z;
     var size = 0.0f;
     var d_sums: Channels;
     if opacity > 0.0f {
@@ -63,7 +64,7 @@ fn dropped(r: u32) -> u32 {
         let own = chunk_quad(chunk, place);
         let point = samples[own];
         let more = samples[own + 1u];
-        var d_weight = d_opacity;
+        var d_weight = d_opacity + d_depth * more.w;
         for (var c = 0u; c < N_CHANNELS; c++) {
             d_weight += dot(d_sums[c], samples[own + 2u + c]);
         }

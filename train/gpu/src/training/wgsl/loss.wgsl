@@ -35,7 +35,7 @@ fn loss(@builtin(global_invocation_id) id: vec3u) {
     let met = traced[at].w;
     let behind = rays[4u * id.x + 2u];
     let wanted = rays[4u * id.x + 3u];
-    let weight = rays[4u * id.x + 1u].w;
+    let weight = abs(rays[4u * id.x + 1u].w);
     let opacity = select(met, 1.0f, is_opaque(transmittance));
     let own = color_at(id.x);
     let color = opacity * own + (1.0f - opacity) * behind.xyz;
@@ -50,7 +50,14 @@ fn loss(@builtin(global_invocation_id) id: vec3u) {
     if opacity < 1.0f {
         d_opacity = weight * through + dot(d_color, own - behind.xyz);
     }
+    var d_depth = 0.0f;
+    if frame.slow.y > 0.0f && met >= SURFACE {
+        // The distance of a surface is a sum by the opacity.
+        d_depth = frame.slow.y * weight * bent(id.x) / met;
+        d_opacity -= d_depth * (traced[at + 1u].x / met);
+    }
     traced[at + 1u].y = d_opacity;
+    traced[at + 1u].z = d_depth;
     results[id.x] = vec4f((dot(off, off) + through * unlike) / 3.0f, opacity, 0.0f, 0.0f);
 }
 

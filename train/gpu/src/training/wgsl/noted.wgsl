@@ -17,7 +17,7 @@ fn add_sample(sum: ptr<function, Sum>, point: Point, u: vec3f, t: f32, steps: f3
     let transmittance = (*sum).transmittance * (1.0f - alpha);
     let at = chunk_quad((*sum).last, (*sum).count % CHUNK);
     samples[at] = vec4f(u, weight);
-    samples[at + 1u] = vec4f(transmittance, steps, point.sigma, 0.0f);
+    samples[at + 1u] = vec4f(transmittance, steps, point.sigma, t);
     for (var c = 0u; c < N_CHANNELS; c++) {
         samples[at + 2u + c] = point.channels[c];
         (*sum).channels[c] += weight * point.channels[c];

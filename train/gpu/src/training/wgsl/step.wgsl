@@ -7,7 +7,8 @@ struct Frame {
     // Learning rate of tables; what a step leaves of an entry; part of the squared gradient that
     // is new; least divisor.
     adam: vec4f,
-    // Inverse of the squared distance, unit lengths, from which on samples learn all: 0 everywhere.
+    // Inverse of the squared distance, unit lengths, from which on samples learn all: 0 everywhere;
+    // weight of smooth surfaces.
     slow: vec4f,
     // Learning rate of the networks' matrices, and of all else that Adam leads, corrected; parts of
     // the gradient and of its square that are new.
@@ -29,13 +30,13 @@ struct Frame {
 @group(0) @binding(3) var<storage, read> occupancy: array<u32>;
 // What the stored values of each level are multiplied by.
 @group(0) @binding(4) var<storage, read> factors: array<f32>;
-// Of each ray: origin and phase, direction and weight, background and its variance, target and
-// opacity.
+// Of each ray: origin and phase, direction and weight, which is negative where a row of three
+// begins, background and its variance, target and opacity.
 @group(0) @binding(5) var<storage, read> rays: array<vec4f>;
 // Of each ray, `PER_RAY` quads: its last chunk, its samples, what passes, opacity; depth, gradient
-// by the opacity, size of the gradient by the sums; the sums, later the gradient by them.
+// by the opacity and by the depth; the sums, later the gradient by them.
 @group(0) @binding(6) var<storage, read_write> traced: array<vec4f>;
-// Of each sample, `PER_SAMPLE` quads: point and weight; light that passes, steps, density; its
+// Of each sample, `PER_SAMPLE` quads: point and weight; light that passes, steps, density, distance; its
 // channels. Later: gradients by the density's logarithm and the channels, and whether it is kept.
 @group(0) @binding(7) var<storage, read_write> samples: array<vec4f>;
 // The chunk of a ray before this one.
