@@ -124,7 +124,7 @@ mod tests {
     /// Rays to points of the plane z = 2 that are 0.2 apart, and their distances.
     fn flat() -> ([Ray; 3], [f32; 3]) {
         let points = [0.3, 0.5, 0.7].map(|x| Vec3::new(x, 0.1, 2.0));
-        (points.map(|point| towards(point)), points.map(Vec3::length))
+        (points.map(towards), points.map(Vec3::length))
     }
 
     fn towards(point: Vec3) -> Ray {
