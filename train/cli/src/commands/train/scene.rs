@@ -104,7 +104,7 @@ pub(super) struct SceneOptions {
     ///
     /// WEIGHT is that of a bend beside the error of a colour, 0 for none [default: 0.005 where none
     /// is given; without this option, 0.02 for photographs without alpha that a hash grid or planes
-    /// learn, else 0]. Fine relief that photographs hardly show is smoothed too.
+    /// learn, unless 3-D points come with them and they do not look forward, else 0]. Fine relief that photographs hardly show is smoothed too.
     #[arg(
         long, value_name = "WEIGHT", num_args = 0..=1, require_equals = true,
         default_missing_value = "0.005"
