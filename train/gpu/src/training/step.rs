@@ -13,7 +13,7 @@ pub struct Pixel {
     pub phase: f32,
     /// How much its error counts.
     pub weight: f32,
-    /// Whether it is the middle one of a row of three pixels, the others of which come after it.
+    /// Whether it is the middle one of a row of three pixels, whose others come after it.
     pub begins_row: bool,
     /// Mean of what may be behind the scene, and the variance of its channels.
     pub background: [f32; 3],

@@ -118,9 +118,8 @@ fn key(input: &StepInput<'_>) -> Key {
 
 /// Of the rays of a group.
 fn all_numbers(group: &Group) -> impl Iterator<Item = PixelNumbers> + '_ {
-    let mut rows = group.rows.iter().peekable();
-    let begins = move |i: usize| rows.next_if(|first| **first as usize == i).is_some();
-    group.rays.iter().enumerate().scan(begins, |begins, (i, ray)| Some(numbers(ray, begins(i))))
+    let begins_row = |i: u32| group.rows.binary_search(&i).is_ok();
+    (0..).zip(&group.rays).map(move |(i, ray)| numbers(ray, begins_row(i)))
 }
 
 fn numbers(ray: &TrainingRay, begins_row: bool) -> PixelNumbers {

@@ -2,7 +2,7 @@
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_core::field::Shading;
-use pocketnerf_core::space::Contracted;
+use pocketnerf_core::space::{Contracted, Ndc};
 use pocketnerf_gpu::{Gpu, Software};
 
 use crate::builtin;
@@ -156,7 +156,11 @@ fn gradients_in_contracted_space() {
 #[test]
 fn gradients_of_smooth_surfaces() {
     let contracted = Some(Contracted { center: [0.1, 0.0, 0.0], radius: 0.6 });
-    for config in [config(false), config(true), TrainConfig { contracted, ..config(false) }] {
+    let contracted = TrainConfig { contracted, ..config(false) };
+    // Cameras above the scene see its lower half so.
+    let ndc = Ndc { near: 0.1, slope: [0.5; 2], min: [-4.0, -4.0, -1.0], max: [4.0, 4.0, 1.0] };
+    let ndc = TrainConfig { ndc: Some(ndc), aabb: None, ..config(false) };
+    for config in [config(false), config(true), contracted, ndc] {
         gradients_are_those_of_the_cpu(&TrainConfig { smooth_surfaces: 2.0, ..config }, None);
     }
 }

@@ -83,6 +83,10 @@ fn sides(input: &StepInput<'_>, middle: Pixel, by: [i32; 2]) -> Option<[Pixel; 2
 /// All is in local coordinates, in which rays and planes are straight. `None` where that is not
 /// known.
 fn bend(rays: [Ray; 3], depths: [f32; 3]) -> Option<(f32, [f32; 3])> {
+    // What is met at the camera itself is no surface.
+    if depths.iter().any(|depth| !(*depth > 0.0)) {
+        return None;
+    }
     let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let depths = depths.map(f64::from);
     let [o0, o1, o2] = rays.map(|ray| vector(ray.origin));
@@ -102,8 +106,8 @@ fn bend(rays: [Ray; 3], depths: [f32; 3]) -> Option<(f32, [f32; 3])> {
     let kept = edge / (edge + off * off);
     let d = off * kept * kept / apart;
     let gradient = [-d * (1.0 - share) * off_line(d0), d, -d * share * off_line(d2)];
-    let found = ((0.5 * off * off * kept) as f32, gradient.map(|d| d as f32));
-    gradient.iter().all(|d| d.is_finite()).then_some(found)
+    let (found, gradient) = ((0.5 * off * off * kept) as f32, gradient.map(|d| d as f32));
+    gradient.iter().all(|d| d.is_finite()).then_some((found, gradient))
 }
 
 #[cfg(test)]
@@ -253,6 +257,7 @@ mod tests {
         let (rays, [t0, t1, t2]) = flat();
         assert_eq!(bend([rays[0]; 3], [t0; 3]), None);
         assert_eq!(bend(rays, [t0, f32::NAN, t2]), None);
+        assert_eq!(bend(rays, [0.0, t1, t2]).map(|(bend, _)| bend.is_finite()), None);
         assert_eq!(bend(rays, [t0, t1, f32::INFINITY]), None);
         assert_eq!(bend(rays, [t0, f32::INFINITY, t2]), None);
     }

@@ -102,9 +102,10 @@ pub(super) struct SceneOptions {
     pub(super) refine_poses: bool,
     /// Hold surfaces to be smooth: walls and bodies of one colour, which photographs leave rough
     ///
-    /// WEIGHT is that of a bend beside the error of a colour, 0 for none [default: 0.005 where none
-    /// is given; without this option, 0.02 for photographs without alpha that a hash grid or planes
-    /// learn, unless 3-D points come with them and they do not look forward, else 0]. Fine relief that photographs hardly show is smoothed too.
+    /// WEIGHT is that of a bend beside the error of a colour: 0 for none, 0.005 if it is left out.
+    /// Without this option it is 0.02 where a hash grid or planes learn from photographs without
+    /// alpha, and 0 elsewhere; it is 0, too, where these are taken around a scene and come with 3-D
+    /// points, as COLMAP's do. Fine relief that photographs hardly show is smoothed too.
     #[arg(
         long, value_name = "WEIGHT", num_args = 0..=1, require_equals = true,
         default_missing_value = "0.005"

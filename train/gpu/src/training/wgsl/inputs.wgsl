@@ -4,6 +4,7 @@
 
 // One ray in so many is asked, where it is opaque.
 const EVERY = 16u;
+// Rays of less opacity meet no surface.
 const OPAQUE = 0.9f;
 // Directions that are asked of it.
 const ASKED = 5u;

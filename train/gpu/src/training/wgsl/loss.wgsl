@@ -51,7 +51,7 @@ fn loss(@builtin(global_invocation_id) id: vec3u) {
         d_opacity = weight * through + dot(d_color, own - behind.xyz);
     }
     var d_depth = 0.0f;
-    if frame.slow.y > 0.0f && met >= SURFACE {
+    if frame.slow.y > 0.0f && met >= OPAQUE {
         // The distance of a surface is a sum by the opacity.
         d_depth = frame.slow.y * weight * bent(id.x) / met;
         d_opacity -= d_depth * (traced[at + 1u].x / met);

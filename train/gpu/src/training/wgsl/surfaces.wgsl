@@ -1,8 +1,6 @@
 // Smooth surfaces, where they are asked for: `trainer::step::surfaces`. Of three rays in a row the
 // middle one comes first, its weight negative, then those before and behind it.
 
-// Rays of less opacity meet no surface.
-const SURFACE = 0.9f;
 // A bend counts half as much as a small one where the middle is off by so much of the distance to
 // its neighbours.
 const EDGE = 0.5f;
@@ -15,10 +13,10 @@ struct Met {
 }
 
 fn surface_of(r: u32) -> Met {
-    let opacity = traced[PER_RAY * r].w;
-    let t = traced[PER_RAY * r + 1u].x / opacity;
-    let local = local_at(to_local(Ray(rays[4u * r].xyz, rays[4u * r + 1u].xyz)), t);
-    return Met(local.is_there && opacity >= SURFACE, local.ray, t);
+    let mean = mean_of(r);
+    let local = local_at(to_local(Ray(rays[4u * r].xyz, rays[4u * r + 1u].xyz)), mean.depth);
+    let is_met = local.is_there && mean.opacity >= OPAQUE && mean.depth > 0.0f;
+    return Met(is_met, local.ray, mean.depth);
 }
 
 fn begins_row(r: u32) -> bool {
