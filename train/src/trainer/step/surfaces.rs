@@ -84,7 +84,7 @@ fn sides(input: &StepInput<'_>, middle: Pixel, by: [i32; 2]) -> Option<[Pixel; 2
 /// known.
 fn bend(rays: [Ray; 3], depths: [f32; 3]) -> Option<(f32, [f32; 3])> {
     // What is met at the camera itself is no surface.
-    if depths.iter().any(|depth| !(*depth > 0.0)) {
+    if depths.iter().any(|depth| depth.is_nan() || *depth <= 0.0) {
         return None;
     }
     let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
