@@ -12,12 +12,10 @@ const SAMPLES: f32 = 350.0;
 
 impl TrainConfig {
     /// A weight of [`smooth_surfaces`](Self::smooth_surfaces) for photographs without alpha, which
-    /// are of places: surfaces of one colour are where they belong, with less fog before them.
+    /// are of places: surfaces of one colour are where they belong, with less fog before them. Not
+    /// where 3-D points tell how near a scene around its cameras comes: what is fog near a camera
+    /// then may become a wall.
     pub const SMOOTH_PLACES: f32 = 0.02;
-
-    /// The same where 3-D points tell how near a scene around its cameras comes: with more, what is
-    /// fog near a camera may become a wall.
-    pub const SMOOTH_AROUND: f32 = 0.005;
 
     /// The defaults for a field of this kind and shape.
     #[must_use]

@@ -109,12 +109,11 @@ impl Train {
         let mut config = self.model.config(method, Images::of(dataset), self.length());
         config.seed = self.seed.unwrap_or(config.seed);
         config.batch_rays = self.batch_rays.or(config.batch_rays);
-        if !dataset.has_alpha && config.field.kind().n_levels() > 0 {
-            // Where points say how near the scene comes, samples near the cameras learn nearly as
-            // much as others, and what is fog there may become a wall.
-            let is_far = dataset.reach.is_none() || dataset.forward_facing;
-            let weights = [TrainConfig::SMOOTH_AROUND, TrainConfig::SMOOTH_PLACES];
-            config.smooth_surfaces = weights[usize::from(is_far)];
+        // Where points say how near the scene comes, samples near the cameras learn nearly as much
+        // as others, and what is fog there becomes a wall.
+        let is_far = dataset.reach.is_none() || dataset.forward_facing;
+        if !dataset.has_alpha && is_far && config.field.kind().n_levels() > 0 {
+            config.smooth_surfaces = TrainConfig::SMOOTH_PLACES;
         }
         self.scene.apply(config, dataset, space, self.length())
     }
@@ -216,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_smooth_and_less_so_where_points_say_how_near_they_come() {
+    fn places_are_smooth_unless_points_say_how_near_they_come() {
         let weight = |options: &[&str], change: &dyn Fn(&mut Dataset)| {
             let line = ["train", "data", "--out", "m.pnerf"].iter().chain(options);
             let mut dataset = builtin::dataset(Split::Train, 8);
@@ -227,11 +226,7 @@ mod tests {
         let reach = Some([[-1.0; 3], [1.0; 3]]);
         assert_eq!(weight(&[], &|_| {}), TrainConfig::SMOOTH_PLACES);
         assert_eq!(weight(&[], &|dataset| dataset.has_alpha = true), 0.0);
-        assert_eq!(weight(&[], &|dataset| dataset.reach = reach), TrainConfig::SMOOTH_AROUND);
-        let forward = |dataset: &mut Dataset| {
-            (dataset.reach, dataset.forward_facing) = (reach, true);
-        };
-        assert_eq!(weight(&["--space", "box"], &forward), TrainConfig::SMOOTH_PLACES);
+        assert_eq!(weight(&[], &|dataset| dataset.reach = reach), 0.0);
         assert_eq!(weight(&["--method", "nerf"], &|_| {}), 0.0);
         assert_eq!(weight(&["--smooth-surfaces=0.1"], &|dataset| dataset.reach = reach), 0.1);
         assert_eq!(weight(&["--smooth-surfaces=0"], &|_| {}), 0.0);

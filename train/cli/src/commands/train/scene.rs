@@ -104,8 +104,8 @@ pub(super) struct SceneOptions {
     ///
     /// WEIGHT is that of a bend beside the error of a colour: 0 for none, 0.005 if it is left out.
     /// Without this option it is 0.02 where a hash grid or planes learn from photographs without
-    /// alpha, 0.005 where these are taken around a scene and come with 3-D points, as COLMAP's do,
-    /// and 0 elsewhere. Fine relief that photographs hardly show is smoothed too.
+    /// alpha, and 0 elsewhere; it is 0, too, where these are taken around a scene and come with 3-D
+    /// points, as COLMAP's do. Fine relief that photographs hardly show is smoothed too.
     #[arg(
         long, value_name = "WEIGHT", num_args = 0..=1, require_equals = true,
         default_missing_value = "0.005"
