@@ -77,8 +77,8 @@ enum Action {
     /// once, and so does one before the first step, when there is nothing to save.
     ///
     /// For most of a long run one view in 25 is held out, three at least (of less than 32, none).
-    /// Where these get worse while training goes on, the run goes back to their best moment,
-    /// ends early and says so.
+    /// Where these are worse in the end than they were before, the run goes back to their best
+    /// moment, ends early and says so.
     Train(Box<train::Train>),
     /// Compare renderings of a model with the images of a dataset
     Eval(eval::Eval),

@@ -18,7 +18,7 @@ const FALL: f64 = 0.3;
 /// ... if it is that low so many times in a row: more often than one low look makes it.
 const FALLS: u32 = 3;
 /// A run that overfits goes back to its best moment and ends after this share of the steps
-/// that it took until that ...
+/// that it took until then ...
 const ENDING: u32 = 8;
 /// ... and at least so many: the learning rate is low, and parameters are averaged.
 const LEAST: u32 = 128;
@@ -201,8 +201,12 @@ mod tests {
         assert_eq!(watch(|step| if step == 4000 { 20.0 } else { 25.0 }).1, 8000);
         assert_eq!(watch(|step| if step > 1000 { 24.85 } else { 25.0 }).1, 8000);
         // Nor is what no picture of eight bits shows; a little of what one does show is.
-        let fallen = |from: f64| watch(|step| if step > 1000 { from - 1.0 } else { from }).2;
-        assert_eq!((fallen(55.0), fallen(42.0)), (Then::Return, Then::GoBack));
+        let fallen = |from: f64| {
+            let (_, step, then) = watch(|step| if step > 1000 { from - 1.0 } else { from });
+            (step, then)
+        };
+        let [white, visible] = [55.0, 42.0].map(fallen);
+        assert_eq!((white, visible), ((8000, Then::Return), (8000, Then::GoBack)));
     }
 
     #[test]
