@@ -6,4 +6,7 @@ pub(crate) mod exposure;
 pub(crate) mod importance;
 pub(crate) mod neighbours;
 pub(crate) mod rays;
+mod targets;
 pub(crate) mod visibility;
+
+pub use targets::Targets;
