@@ -17,3 +17,4 @@ mod near_cameras;
 mod poses;
 mod refusals;
 mod setup;
+mod teachers;

@@ -36,7 +36,7 @@ fn truth(ray: &Ray) -> ([f32; 3], f32) {
 }
 
 /// Five by five cameras, or the places between them, that look along -z.
-fn capture(split: Split) -> Dataset {
+pub(crate) fn capture(split: Split) -> Dataset {
     let (n, first) = if split == Split::Train { (5, -0.3) } else { (2, -0.075) };
     let place = |i: u32| first + 0.15 * i as f32;
     let views = (0..n * n).map(|i| {
@@ -56,7 +56,7 @@ fn capture(split: Split) -> Dataset {
     Dataset::new("two planes", "computed", split, views.collect())
 }
 
-fn config(dataset: &Dataset) -> TrainConfig {
+pub(crate) fn config(dataset: &Dataset) -> TrainConfig {
     let ndc = ndc_of(&dataset.views, 1.0).unwrap();
     TrainConfig { aabb: None, ndc: Some(ndc), ..setup::config() }
 }

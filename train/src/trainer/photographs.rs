@@ -21,6 +21,13 @@ impl Trainer {
         !self.source.exposure().gains().is_empty()
     }
 
+    /// How many fields were trained before, whose mean is learnt beside the photographs, see
+    /// [`Prepared::taught`](super::prepass::Prepared::taught).
+    #[must_use]
+    pub fn n_teachers(&self) -> usize {
+        self.source.teachers().len()
+    }
+
     /// By how much each camera was turned, degrees, and moved, shares of the cameras' mean distance
     /// from the scene; `None` where poses are not refined.
     #[must_use]
@@ -29,10 +36,10 @@ impl Trainer {
         self.poses.as_ref().map(|poses| poses.sizes(&group.parameters))
     }
 
-    /// The cameras that rays start from: as they were given, or with their corrections.
+    /// The photographs' cameras, that rays start from: as they were given, or with their corrections.
     #[must_use]
     pub fn cameras(&self) -> &[Camera] {
-        self.source.cameras()
+        self.source.photographs()
     }
 
     /// From now on rays start from where the cameras are thought to be, and photographs are as

@@ -79,7 +79,7 @@ impl Drawing {
             let n = (g + 1) * input.n_rays / GROUPS - g * input.n_rays / GROUPS;
             group.draw(input, n, Random::new(input.seed, [1, u64::from(input.step), g as u64]));
             self.rays.numbers.extend(all_numbers(&group));
-            self.rays.origins.extend(group.rays.iter().map(origin));
+            self.rays.origins.extend(all_origins(&group, input));
         }
     }
 }
@@ -102,14 +102,24 @@ impl Rays {
             let random = Random::new(input.seed, [1, u64::from(input.step), number as u64]);
             group.draw(input, BLOCK, random);
             to.iter_mut().zip(all_numbers(group)).for_each(|(to, numbers)| *to = numbers);
-            origins.iter_mut().zip(&group.rays).for_each(|(to, ray)| *to = origin(ray));
+            origins.iter_mut().zip(all_origins(group, input)).for_each(|(to, own)| *to = own);
             laps.end(Stage::Pixels, BLOCK);
         });
     }
 }
 
-fn origin(ray: &TrainingRay) -> Origin {
-    (ray.tile, ray.weight)
+/// Of the rays of a group; those of photographs alone weigh something in what the step reports.
+fn all_origins<'g>(group: &'g Group, input: &StepInput<'g>) -> impl Iterator<Item = Origin> + 'g {
+    let source = input.source;
+    let weight = move |ray: &TrainingRay, view: u32| match source.is_photograph(view) {
+        true => ray.weight,
+        false => 0.0,
+    };
+    group
+        .rays
+        .iter()
+        .zip(&group.pixels)
+        .map(move |(ray, pixel)| (ray.tile, weight(ray, pixel.view)))
 }
 
 fn key(input: &StepInput<'_>) -> Key {

@@ -135,6 +135,7 @@ impl Trainer {
             few_cameras: None,
             smooth_surfaces: 0.0,
             slow_below: None,
+            n_photographs: u32::MAX,
             evened_out: 0,
             poses: None,
             stopwatch: None,

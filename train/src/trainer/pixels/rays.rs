@@ -54,9 +54,23 @@ const FEW: usize = 32;
 /// Pixels drawn at most until one counts.
 const DRAWS: u32 = 64;
 
-/// The training views as a source of rays.
+/// A view that nobody took: what other fields show there.
+pub(crate) struct Pseudo {
+    pub(crate) camera: Camera,
+    pub(crate) lens: Lens,
+    /// Opaque RGBA.
+    pub(crate) rgba: Vec<u8>,
+}
+
+/// The training views as a source of rays: photographs, then views that [teachers] show.
+///
+/// [teachers]: crate::trainer::prepass::Prepared::taught
 #[derive(Debug)]
 pub struct RaySource {
+    /// How many of the views are photographs.
+    n_photographs: usize,
+    /// The model files whose mean the other views are.
+    teachers: Vec<Vec<u8>>,
     cameras: Vec<Camera>,
     lenses: Vec<Lens>,
     images: Vec<Vec<u8>>,
@@ -74,12 +88,61 @@ impl RaySource {
     /// Takes over the views' images.
     #[must_use]
     pub fn new(views: Vec<View>, backdrop: Backdrop) -> Self {
-        let cameras = views.iter().map(|view| view.camera).collect();
+        let cameras: Vec<Camera> = views.iter().map(|view| view.camera).collect();
         let lenses = views.iter().map(|view| view.lens).collect();
         let behind = views.iter().map(|view| view.behind).collect();
         let (images, masks) = views.into_iter().map(|view| (view.rgba, view.mask)).unzip();
         let exposure = Exposure::default();
-        Self { cameras, lenses, images, masks, behind, backdrop, exposure, nearest: None }
+        Self {
+            n_photographs: cameras.len(),
+            teachers: Vec::new(),
+            cameras,
+            lenses,
+            images,
+            masks,
+            behind,
+            backdrop,
+            exposure,
+            nearest: None,
+        }
+    }
+
+    /// Adds views that nobody took, the mean of these teachers.
+    pub(crate) fn add_pseudo_views(
+        &mut self,
+        views: impl Iterator<Item = Pseudo>,
+        teachers: Vec<Vec<u8>>,
+    ) {
+        for Pseudo { camera, lens, rgba } in views {
+            self.cameras.push(camera);
+            self.lenses.push(lens);
+            self.images.push(rgba);
+            self.masks.push(None);
+            self.behind.push(None);
+        }
+        self.teachers = teachers;
+    }
+
+    /// The model files whose mean is learnt as well.
+    pub(crate) fn teachers(&self) -> &[Vec<u8>] {
+        &self.teachers
+    }
+
+    /// The cameras of the photographs.
+    pub(crate) fn photographs(&self) -> &[Camera] {
+        &self.cameras[..self.n_photographs]
+    }
+
+    /// Whether a view is a photograph.
+    #[inline]
+    pub(crate) const fn is_photograph(&self, view: u32) -> bool {
+        (view as usize) < self.n_photographs
+    }
+
+    /// The share of all pixels that photographs have.
+    pub(crate) fn photographed_share(&self) -> f64 {
+        let pixels = |images: &[Vec<u8>]| images.iter().map(|rgba| rgba.len() as f64).sum::<f64>();
+        pixels(&self.images[..self.n_photographs]) / pixels(&self.images).max(1.0)
     }
 
     /// The same with the nearest depth of the scene.
@@ -158,9 +221,9 @@ impl RaySource {
         &self.cameras
     }
 
-    /// Whether the views are so few that they do not settle what lies between them.
-    pub(crate) fn has_few_views(&self) -> bool {
-        self.cameras.len() < FEW
+    /// Whether photographs are so few that they do not settle what lies between them.
+    pub(crate) const fn has_few_views(&self) -> bool {
+        self.n_photographs < FEW
     }
 
     /// Each camera's lens.

@@ -8,6 +8,7 @@ mod exposure;
 pub(crate) mod scene_box;
 pub(crate) mod scene_contracted;
 pub(crate) mod scene_ndc;
+mod teachers;
 pub(crate) mod visual_hull;
 
 use pocketnerf_core::{Camera, Error, SimdLevel, Space};
@@ -20,6 +21,7 @@ use crate::dataset::Dataset;
 pub use box_fit::BoxFit;
 pub use deadline::{Deadline, PrepassError};
 use scene_box::find_box;
+pub use teachers::TeacherError;
 use visual_hull::VisualHull;
 
 /// Share of the least distance of a camera from what all look at: the nearest depth, where nothing

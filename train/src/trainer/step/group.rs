@@ -50,6 +50,8 @@ pub(crate) struct Job<'j> {
     pub(crate) smooth_surfaces: f32,
     /// Samples nearer than this to their camera learn less.
     pub(crate) slow_below: Option<SlowBelow>,
+    /// Views before this number are photographs.
+    pub(crate) n_photographs: u32,
     /// Photographs whose brightness is learnt; 0 where it is not.
     pub(crate) evened_out: usize,
     /// How poses are corrected, where they are.
@@ -74,6 +76,7 @@ impl<'j> Job<'j> {
             few_cameras: input.blur_directions.then(|| input.source.cameras()),
             smooth_surfaces: input.smooth_surfaces,
             slow_below: SlowBelow::new(&space, input.source.nearest()),
+            n_photographs: input.source.photographs().len() as u32,
             evened_out: input.gains.map_or(0, |gains| gains.given.len()),
             poses: input
                 .poses
@@ -142,7 +145,7 @@ pub(crate) struct GroupStats {
 /// A group's buffers, kept from step to step.
 #[derive(Debug, Default)]
 pub(crate) struct Group {
-    pub(super) pixels: Vec<Pixel>,
+    pub(crate) pixels: Vec<Pixel>,
     /// First of three rays each, which go through neighbouring pixels: the middle one, and both
     /// sides of it.
     pub(crate) rows: Vec<u32>,
@@ -224,9 +227,10 @@ impl Group {
         }
     }
 
-    /// Sends each ray through any point of the middle of its pixel, so many pixels wide.
+    /// Sends each ray of a photograph through any point of the middle of its pixel, so many wide.
     fn spread(&mut self, source: &RaySource, width: f32, random: &mut Random) {
-        for (ray, pixel) in self.rays.iter_mut().zip(&self.pixels) {
+        let of_photographs = |(_, pixel): &(_, &Pixel)| source.is_photograph(pixel.view);
+        for (ray, pixel) in self.rays.iter_mut().zip(&self.pixels).filter(of_photographs) {
             let mut off = || 0.5 + width * (random.next_f32() - 0.5);
             let at = [pixel.x as f32 + off(), pixel.y as f32 + off()];
             ray.ray = source.through_point(pixel.view, at);

@@ -186,6 +186,7 @@ impl Trainer {
         if output.rays == 0 {
             return StepStats::default();
         }
+        let share = share / self.source.photographed_share();
         let drawn_error = output.squared_error / (3 * output.rays) as f64;
         StepStats {
             rays: output.rays,

@@ -12,6 +12,7 @@ use super::scene::Exposure;
 use super::{Bar, Train, opened};
 use crate::commands::Failure;
 use crate::commands::device::Opening;
+use crate::commands::stop::Stop;
 
 /// Runs of fewer seconds have the least detail on any machine, whose pace need not be measured.
 const MEASURED: f64 = 30.0;
@@ -32,10 +33,12 @@ impl Train {
         &self,
         dataset: Dataset,
         (level, device): (SimdLevel, Opening),
-        started: Instant,
+        (started, stop): (Instant, &Stop),
         bar: &mut Bar,
     ) -> Result<Trainer, Failure> {
         let (config, images) = (self.config(&dataset)?, Images::of(&dataset));
+        let teachers = self.checked_teachers(&dataset, &config)?;
+        let mut is_uneven = false;
         let is_given = config.aabb.or(dataset.aabb).is_some();
         let seconds = match self.length() {
             Length::Seconds(seconds) => Some(seconds),
@@ -66,6 +69,7 @@ impl Train {
             let enough = enough.map_or(Deadline::NONE, Deadline::at);
             let (back, stops) = prepared.even_exposure(level, enough)?;
             prepared = back;
+            is_uneven = stops.is_some();
             if let Some(stops) = stops {
                 let found = format!(
                     "photographs differ by {stops:.2} stops in exposure or white balance and are \
@@ -80,9 +84,13 @@ impl Train {
                 }
             }
         }
+        let teachers = self.teachers_of_even(teachers, is_uneven)?;
+        let prepared = self.taught(prepared, teachers, (level, stop), bar)?;
         let mut trainer = Trainer::from_prepared(prepared, level)?;
         trainer.begin_on(opened(device, bar));
-        self.fit_detail(&mut trainer, images)?;
+        if teachers == 0 {
+            self.fit_detail(&mut trainer, images)?;
+        }
         Ok(trainer)
     }
 

@@ -12,6 +12,7 @@ mod refined;
 mod saving;
 mod scene;
 mod sized;
+mod taught;
 #[cfg(feature = "view")]
 mod watch;
 #[cfg(not(feature = "view"))]
@@ -103,7 +104,8 @@ impl Train {
             }
             None => {
                 let level = (level, device);
-                let trainer = self.new_trainer(dataset, level, common.started, &mut bar)?;
+                let trainer =
+                    self.new_trainer(dataset, level, (common.started, &stop), &mut bar)?;
                 (trainer, Run::new(self.length(), common.started))
             }
         };
@@ -156,6 +158,7 @@ impl Train {
             }
         };
         result["background_cut_out"] = plain.is_some().into();
+        result["teachers"] = trainer.n_teachers().into();
         result["exposure_evened_out"] = trainer.is_evened_out().into();
         if let Some(refined) = Refined::of(&trainer, &origin) {
             refined.add_to(&mut result);

@@ -106,7 +106,8 @@ impl Train {
     pub(super) fn config(&self, dataset: &Dataset) -> Result<TrainConfig, Failure> {
         let space = self.scene.space(dataset)?;
         let method = self.method(space.is_box() && dataset.has_alpha);
-        let mut config = self.model.config(method, Images::of(dataset), self.length());
+        let (length, _) = self.lengths(self.n_teachers(dataset));
+        let mut config = self.model.config(method, Images::of(dataset), length);
         config.seed = self.seed.unwrap_or(config.seed);
         config.batch_rays = self.batch_rays.or(config.batch_rays);
         // Where points say how near the scene comes, samples near the cameras learn nearly as much
@@ -115,7 +116,7 @@ impl Train {
         if !dataset.has_alpha && is_far && config.field.kind().n_levels() > 0 {
             config.smooth_surfaces = TrainConfig::SMOOTH_PLACES;
         }
-        self.scene.apply(config, dataset, space, self.length())
+        self.scene.apply(config, dataset, space, length)
     }
 
     /// The length of a new run.
@@ -159,6 +160,7 @@ impl Train {
         let downscale_factor = Some(checkpoint.trained_on().downscale_factor);
         let kept = self.scene.exposure.filter(|exposure| *exposure == Exposure::Off);
         let refined = self.scene.refine_poses.then_some(true);
+        let teachers = checkpoint.n_teachers() as u32;
         let smooth = Some(config.smooth_surfaces);
         let aabb = self.scene.aabb.map(|corners| checkpoint.scene().box_to_model(corners));
         let exposure = if checkpoint.is_evened_out() { Exposure::Auto } else { Exposure::Off };
@@ -178,6 +180,7 @@ impl Train {
             .and_then(|()| same("--background", self.scene.background, config.backdrop))
             .and_then(|()| same("--exposure", kept, Some(exposure)))
             .and_then(|()| same("--refine-poses", refined, Some(config.refine_poses)))
+            .and_then(|()| same("--teachers", self.scene.teachers, Some(teachers)))
             .and_then(|()| same("--smooth-surfaces", self.scene.smooth_surfaces, smooth))
             .and_then(|()| shape())
             .map_err(|problem| problem.of(checkpoint.file()))

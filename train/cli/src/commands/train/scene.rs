@@ -100,6 +100,14 @@ pub(super) struct SceneOptions {
     /// views are held out. `--json` has the corrected cameras.
     #[arg(long, conflicts_with = "target_psnr")]
     pub(super) refine_poses: bool,
+    /// Train N fields first, and learn from the mean of what they show between the photographs, too
+    /// [default: 2 for less than 32 forward-facing photographs and 8 minutes or 20,000 steps, else 0]
+    ///
+    /// What one field gets wrong between few photographs is half chance. Each takes as many steps as
+    /// the run, or an equal share of 60 % of its time. For photographs without alpha and of one
+    /// exposure.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8))]
+    pub(super) teachers: Option<u32>,
     /// Hold surfaces to be smooth: walls and bodies of one colour, which photographs leave rough
     ///
     /// WEIGHT is that of a bend beside the error of a colour: 0 for none, 0.005 if it is left out.
@@ -136,6 +144,7 @@ impl SceneOptions {
             ("--space", self.space.is_some()),
             ("--exposure", self.exposure.is_some()),
             ("--refine-poses", self.refine_poses),
+            ("--teachers", self.teachers.is_some()),
             ("--smooth-surfaces", self.smooth_surfaces.is_some()),
         ];
         given.iter().find(|(_, given)| *given).map(|(option, _)| *option)

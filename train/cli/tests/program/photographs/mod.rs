@@ -3,3 +3,4 @@
 mod exposure;
 mod fitted;
 mod refined;
+mod teachers;

@@ -99,7 +99,7 @@ impl Finished<'_> {
             shift: poses::shift(&looks),
             magnification: focal::magnification(&looks),
             outside: self.trainer.targets.unseen_share,
-            cut: cut::share(&self.model(), source.cameras()),
+            cut: cut::share(&self.model(), source.photographs()),
             // A field that has seen few rays is blurred itself.
             blurred: match config.field.kind().is_costly() {
                 true => Vec::new(),
@@ -113,7 +113,7 @@ impl Finished<'_> {
     /// Views that are looked at, in order: those that are odd, to know why, and others, evenly
     /// spread. Views that were held out had less time to be learnt.
     fn views(&self, held: &HeldOut, odd: &[(usize, f64)]) -> Vec<usize> {
-        let cameras = self.trainer.source.cameras();
+        let cameras = self.trainer.source.photographs();
         let (n, some) = (cameras.len(), cameras.len().min(self.views));
         let spread = (0..some).map(|i| i * n / some);
         let all: BTreeSet<usize> = spread.chain(odd.iter().map(|(view, _)| *view)).collect();

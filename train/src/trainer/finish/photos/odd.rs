@@ -52,6 +52,7 @@ impl Trainer {
             let [mean, half] = [mean(known()), median(known())].map(|e| e.unwrap_or(f64::NAN));
             ErrorOfView { mean, half }
         };
+        tiles.truncate(self.source.photographs().len());
         tiles.into_iter().enumerate().map(of).collect()
     }
 }

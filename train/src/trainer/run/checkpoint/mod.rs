@@ -48,6 +48,8 @@ pub struct Checkpoint {
     /// From the run's coordinates to the dataset's.
     scene: Scene<'static>,
     world: World,
+    /// The model files whose mean is learnt beside the photographs.
+    teachers: Vec<Vec<u8>>,
     /// Name of the dataset, for people.
     dataset: String,
     record: RecordV1,
@@ -133,6 +135,9 @@ pub fn write(
     }
     for group in state.groups.iter().filter(|_| state.averaged > 0) {
         add(group.sections.sum, bytemuck::must_cast_slice(&group.sum));
+    }
+    for (index, teacher) in (0..).zip(trainer.source.teachers()) {
+        writer.add(SectionId { kind: kind::TEACHER, index }, V1, false, teacher);
     }
     writer.finish()
 }
@@ -222,6 +227,12 @@ impl Checkpoint {
         !self.gains.is_empty()
     }
 
+    /// How many teachers the run learns from.
+    #[must_use]
+    pub const fn n_teachers(&self) -> usize {
+        self.teachers.len()
+    }
+
     /// Seconds that the run has taken so far.
     #[must_use]
     pub const fn elapsed(&self) -> f64 {
@@ -262,6 +273,10 @@ impl Checkpoint {
         let (gains, views) = (self.gains.len(), prepared.source.cameras().len());
         changed("number of photographs", gains == 0 || gains == views)?;
         prepared.source.even_out(self.gains);
+        if !self.teachers.is_empty() {
+            let taught = prepared.source.learn_from(self.teachers, simd);
+            taught.map_err(|_| Problem::State("section TEACHER"))?;
+        }
         let mut trainer =
             Trainer::from_prepared(prepared, simd).map_err(|e| Problem::Model(e.into()))?;
         changed("scene box", trainer.space == self.space)?;

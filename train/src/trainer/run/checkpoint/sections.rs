@@ -69,6 +69,8 @@ pub mod kind {
     pub const GAIN_SUM: u32 = PROGRAM + 19;
     /// How much surfaces are held to be smooth, f32; only where they are.
     pub const SMOOTH_SURFACES: u32 = PROGRAM + 20;
+    /// The model file of a teacher; only where the mean of what some show is learnt.
+    pub const TEACHER: u32 = PROGRAM + 21;
 }
 
 /// Version of every section so far.
@@ -99,6 +101,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
         kind::GAIN_SQUARE => Some("GAIN_SQUARE"),
         kind::GAIN_SUM => Some("GAIN_SUM"),
         kind::SMOOTH_SURFACES => Some("SMOOTH_SURFACES"),
+        kind::TEACHER => Some("TEACHER"),
         _ => pocketnerf_formats::kind::name(kind),
     }
 }
@@ -167,6 +170,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         sampling: model.sampling,
         scene: model_file.about.scene.similarity().into(),
         world: model_file.about.world,
+        teachers: teachers(&model_file)?,
         dataset: provenance.map_or_else(String::new, |p| p.dataset.to_owned()),
         record,
         mean,
@@ -196,6 +200,19 @@ fn smooth(file: &ModelFile<'_>) -> Result<f32, Problem> {
         [weight] if weight.is_finite() && weight > 0.0 => Ok(weight),
         _ => Err(Problem::State("section SMOOTH_SURFACES")),
     }
+}
+
+/// The model files of teachers, in their order.
+fn teachers(file: &ModelFile<'_>) -> Result<Vec<Vec<u8>>, Problem> {
+    let of = |index| file.container().find(SectionId { kind: kind::TEACHER, index });
+    let sections = (0..).map_while(of).map(|section| match section.version {
+        V1 if pocketnerf_formats::open_verified(section.bytes).is_ok() => {
+            Ok(section.bytes.to_vec())
+        }
+        V1 => Err(Problem::State("section TEACHER")),
+        found => Err(Problem::Version { section: section.id, found }),
+    });
+    sections.collect()
 }
 
 /// A section of our own, in a version that we know.
