@@ -51,7 +51,7 @@ impl HeldOut {
     /// Chooses one view in 25, at least three, spread evenly around what the cameras look at;
     /// other ones for another seed. Where views are few, all are needed, and none is held out.
     pub(crate) fn choose(source: &RaySource, seed: u64) -> Self {
-        let order = around(source.cameras());
+        let order = around(source.photographs());
         let n = order.len();
         if source.has_few_views() {
             return Self::default();

@@ -104,8 +104,8 @@ pub(super) struct SceneOptions {
     /// [default: 2 for less than 32 forward-facing photographs and 8 minutes or 20,000 steps, else 0]
     ///
     /// What one field gets wrong between few photographs is half chance. Each takes as many steps as
-    /// the run, or an equal share of 60 % of its time. For photographs without alpha and of one
-    /// exposure.
+    /// the run, or an equal share of 60 % of its time, on the CPU. For photographs without alpha and
+    /// of one exposure. Where a GPU trains, none by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8))]
     pub(super) teachers: Option<u32>,
     /// Hold surfaces to be smooth: walls and bodies of one colour, which photographs leave rough

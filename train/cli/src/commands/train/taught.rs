@@ -26,12 +26,10 @@ impl Train {
             Length::Steps(steps) => steps >= LONG.1,
         };
         let is_few = dataset.forward_facing && dataset.views.len() < FEW;
-        let usual = if is_long && is_few && !dataset.has_alpha && !self.scene.refine_poses {
-            USUAL
-        } else {
-            0
-        };
-        self.scene.teachers.unwrap_or(usual)
+        let can = !dataset.has_alpha && !self.scene.refine_poses;
+        // Teachers are trained on the CPU: a GPU would wait.
+        let is_worth_it = is_long && is_few && can && !self.device.is_gpu();
+        self.scene.teachers.unwrap_or(if is_worth_it { USUAL } else { 0 })
     }
 
     /// The length of a run with so many teachers, and of each of these.
