@@ -53,6 +53,7 @@ class TrainOptions(TypedDict, total=False):
     sh_bands: int
     simd: str
     smooth_surfaces: Union[bool, float]
+    teachers: int
     space: Literal["box", "ndc", "contracted"]
     spherify: bool
     target_psnr: float
