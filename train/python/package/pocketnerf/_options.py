@@ -53,10 +53,10 @@ class TrainOptions(TypedDict, total=False):
     sh_bands: int
     simd: str
     smooth_surfaces: Union[bool, float]
-    teachers: int
     space: Literal["box", "ndc", "contracted"]
     spherify: bool
     target_psnr: float
+    teachers: int
     up: Union[str, Sequence[float]]
     views: int
     voxels: int
