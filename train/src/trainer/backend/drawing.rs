@@ -109,17 +109,16 @@ impl Rays {
 }
 
 /// Of the rays of a group; those of photographs alone weigh something in what the step reports.
-fn all_origins<'g>(group: &'g Group, input: &StepInput<'g>) -> impl Iterator<Item = Origin> + 'g {
+/// Rays that are drawn anywhere have no pixels noted.
+fn all_origins<'g>(
+    group: &'g Group,
+    input: &StepInput<'g>,
+) -> impl Iterator<Item = Origin> + use<'g> {
     let source = input.source;
-    let weight = move |ray: &TrainingRay, view: u32| match source.is_photograph(view) {
-        true => ray.weight,
-        false => 0.0,
-    };
-    group
-        .rays
-        .iter()
-        .zip(&group.pixels)
-        .map(move |(ray, pixel)| (ray.tile, weight(ray, pixel.view)))
+    let counts =
+        move |i: usize| group.pixels.get(i).is_none_or(|pixel| source.is_photograph(pixel.view));
+    let rays = group.rays.iter().enumerate();
+    rays.map(move |(i, ray)| (ray.tile, if counts(i) { ray.weight } else { 0.0 }))
 }
 
 fn key(input: &StepInput<'_>) -> Key {

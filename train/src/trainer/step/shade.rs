@@ -16,8 +16,9 @@ impl Group {
             let sums = &mut self.d_gains[self.pixels[ray].view as usize];
             sums.iter_mut().zip(loss.d_log_gain).for_each(|(sum, d)| *sum += d);
         }
-        // Of photographs: what others show of the scene is no measure.
-        if self.pixels[ray].view < job.n_photographs {
+        // Of photographs: what others show of the scene is no measure. Rays that are drawn anywhere
+        // have no pixels noted.
+        if self.pixels.get(ray).is_none_or(|pixel| pixel.view < job.n_photographs) {
             self.stats.squared_error += weight * f64::from(loss.squared_error);
             self.stats.opacity += weight * f64::from(rendered.opacity);
         }
