@@ -115,6 +115,23 @@ fn sections_that_cannot_be_used() {
         line(&with(&saved, kind::SCALES, |_, bytes| bytes[0] = 0x80))
             .starts_with("the trainer's state cannot be used: section SCALES is ")
     );
+    // A teacher that is no model, and more than there can be.
+    let teachers = |n: u32, bytes: &[u8]| {
+        let mut writer = ContainerWriter::new();
+        for section in Container::open(&saved).unwrap().sections() {
+            writer.add(section.id, section.version, section.is_critical(), section.bytes);
+        }
+        for index in 0..n {
+            writer.add(SectionId { kind: kind::TEACHER, index }, 1, false, bytes);
+        }
+        writer.finish().unwrap()
+    };
+    for (n, bytes) in [(1, &b"no model"[..]), (9, &saved)] {
+        assert!(
+            line(&teachers(n, bytes))
+                .starts_with("the trainer's state cannot be used: section TEACHER is ")
+        );
+    }
     let levels = count_levels(&saved);
     assert!(line(&with(&saved, kind::SCALES, |_, bytes| bytes.push(0))).starts_with(&format!(
         "section of kind 0x1005: {} bytes where {levels} were expected",

@@ -21,7 +21,7 @@ use crate::dataset::Dataset;
 pub use box_fit::BoxFit;
 pub use deadline::{Deadline, PrepassError};
 use scene_box::find_box;
-pub use teachers::TeacherError;
+pub use teachers::{MOST_TEACHERS, TeacherError};
 use visual_hull::VisualHull;
 
 /// Share of the least distance of a camera from what all look at: the nearest depth, where nothing

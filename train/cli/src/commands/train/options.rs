@@ -204,7 +204,7 @@ fn same<T: Debug + PartialEq>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use clap::Parser;
     use pocketnerf_train::builtin;
     use pocketnerf_train::dataset::Split;
@@ -217,14 +217,19 @@ mod tests {
         train: Train,
     }
 
+    /// As these options of the command line have it.
+    pub(in crate::commands::train) fn train(options: &[&str]) -> Train {
+        let line = ["train", "data", "--out", "m.pnerf"].iter().chain(options);
+        Line::parse_from(line).train
+    }
+
     #[test]
     fn places_are_smooth_unless_points_say_how_near_they_come() {
         let weight = |options: &[&str], change: &dyn Fn(&mut Dataset)| {
-            let line = ["train", "data", "--out", "m.pnerf"].iter().chain(options);
             let mut dataset = builtin::dataset(Split::Train, 8);
             dataset.has_alpha = false;
             change(&mut dataset);
-            Line::parse_from(line).train.config(&dataset).unwrap().smooth_surfaces
+            train(options).config(&dataset).unwrap().smooth_surfaces
         };
         let reach = Some([[-1.0; 3], [1.0; 3]]);
         assert_eq!(weight(&[], &|_| {}), TrainConfig::SMOOTH_PLACES);

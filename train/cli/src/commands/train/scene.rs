@@ -5,6 +5,7 @@ use std::fmt;
 use clap::ValueEnum;
 use pocketnerf_core::space::{Contracted, Ndc};
 use pocketnerf_train::dataset::Dataset;
+use pocketnerf_train::trainer::prepass::MOST_TEACHERS;
 use pocketnerf_train::trainer::{Length, TrainConfig, contracted_of, ndc_of};
 
 use crate::commands::Failure;
@@ -106,7 +107,7 @@ pub(super) struct SceneOptions {
     /// What one field gets wrong between few photographs is half chance. Each takes as many steps as
     /// the run, or an equal share of 60 % of its time, on the CPU. For photographs without alpha and
     /// of one exposure. Where a GPU trains, none by default.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(MOST_TEACHERS)))]
     pub(super) teachers: Option<u32>,
     /// Hold surfaces to be smooth: walls and bodies of one colour, which photographs leave rough
     ///

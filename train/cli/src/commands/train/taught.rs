@@ -7,7 +7,7 @@ use pocketnerf_train::trainer::{Length, TrainConfig};
 
 use super::{Bar, Train};
 use crate::commands::Failure;
-use crate::commands::stop::Stop;
+use crate::commands::stop::{Interrupted, Stop};
 
 /// Teachers of a run that has time for them.
 const USUAL: u32 = 2;
@@ -43,33 +43,37 @@ impl Train {
         }
     }
 
-    /// How many teachers, refused where they cannot teach.
+    /// How many teachers, refused where photographs or settings rule them out and they were asked
+    /// for.
     pub(super) fn checked_teachers(
         &self,
         dataset: &Dataset,
         config: &TrainConfig,
     ) -> Result<u32, Failure> {
-        let teachers = self.n_teachers(dataset);
-        let can = !dataset.has_alpha && !config.refine_poses && config.field.kind().n_levels() > 0;
-        match (can, self.scene.teachers) {
-            (false, Some(1..)) => {
-                Err("--teachers: expected photographs without alpha, no --refine-poses, \
-                                       and --method hash-grid or planes"
-                    .into())
-            }
-            (false, _) => Ok(0),
-            (true, _) => Ok(teachers),
-        }
+        let expected = if dataset.has_alpha {
+            Some("photographs without alpha")
+        } else if config.refine_poses {
+            Some("no --refine-poses")
+        } else if config.field.kind().n_levels() == 0 {
+            Some("--method hash-grid or planes")
+        } else {
+            None
+        };
+        self.unless(expected, self.n_teachers(dataset))
     }
 
     /// The same, once it is known whether photographs are evened out.
     pub(super) fn teachers_of_even(&self, teachers: u32, is_uneven: bool) -> Result<u32, Failure> {
-        match (is_uneven, self.scene.teachers) {
-            (true, Some(1..)) => Err("--teachers: expected photographs of one exposure; give \
-                                      --exposure off to take them as they are"
-                .into()),
-            (true, _) => Ok(0),
-            (false, _) => Ok(teachers),
+        let expected = "photographs of one exposure; give --exposure off to take them as they are";
+        self.unless(is_uneven.then_some(expected), teachers)
+    }
+
+    /// So many teachers, unless something else was expected.
+    fn unless(&self, expected: Option<&str>, teachers: u32) -> Result<u32, Failure> {
+        match (expected, self.scene.teachers) {
+            (Some(expected), Some(1..)) => Err(format!("--teachers: expected {expected}").into()),
+            (Some(_), _) => Ok(0),
+            (None, _) => Ok(teachers),
         }
     }
 
@@ -85,8 +89,8 @@ impl Train {
             return Ok(prepared);
         }
         bar.say(&format!(
-            "photographs are few: {n} fields are trained first, and the model learns from what they \
-             show between the photographs, too; --teachers 0 leaves them out"
+            "{n} fields are trained first, and the model learns from what they show between the \
+             photographs, too; --teachers 0 leaves them out"
         ));
         let (_, each) = self.lengths(n);
         let mut at = 0;
@@ -100,29 +104,18 @@ impl Train {
         })?;
         match taught {
             Some(taught) => Ok(taught),
-            None => Err(crate::commands::stop::Interrupted.into()),
+            None => Err(Interrupted.into()),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
     use pocketnerf_train::builtin;
     use pocketnerf_train::dataset::Split;
 
     use super::*;
-
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        train: Train,
-    }
-
-    fn train(options: &[&str]) -> Train {
-        let line = ["train", "data", "--out", "m.pnerf"].iter().chain(options);
-        Line::parse_from(line).train
-    }
+    use crate::commands::train::options::tests::train;
 
     #[test]
     fn long_runs_of_few_forward_facing_photographs_have_teachers() {

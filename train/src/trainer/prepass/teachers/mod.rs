@@ -22,6 +22,8 @@ use crate::trainer::{Length, Progress, Run, RunError, TrainConfig, Trainer};
 
 /// Pixels of all pictures between the photographs, about: each takes every teacher some time.
 const PIXELS: f64 = 10e6;
+/// Teachers at most: more tell no more.
+pub const MOST_TEACHERS: u32 = 8;
 /// What lies between the seeds of teachers and that of the run.
 const APART: u64 = 1 << 32;
 
@@ -44,20 +46,23 @@ pub enum TeacherError {
 }
 
 impl Prepared {
-    /// Trains `n` teachers, each for a run of this `length`, and adds the mean of what they show
+    /// Trains `n` teachers, at most [`MOST_TEACHERS`], each for a run of this `length`, and adds the mean of what they show
     /// between the photographs to what is learnt from. `on_step` hears of each step, with the
     /// teacher's number from 1; where it gives `false` all is over, and there is `None`.
     ///
     /// For photographs without alpha, of which neither poses nor exposures are corrected.
     ///
     /// # Errors
-    /// As a [`Run`], and when the configuration does not make a valid field.
+    /// As a [`Run`], and when the configuration does not make a valid field or teachers are too many.
     pub fn taught(
         mut self,
         (n, length): (u32, Length),
         simd: SimdLevel,
         on_step: &mut dyn FnMut(u32, &Progress) -> bool,
     ) -> Result<Option<Self>, TeacherError> {
+        if n > MOST_TEACHERS {
+            return Err(Error::Range("teachers").into());
+        }
         let mut teachers = Vec::new();
         for number in 1..=n {
             let Self { source, space, candidates, hull, config } = self;

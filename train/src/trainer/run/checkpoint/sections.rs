@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use pocketnerf_core::{DType, SimdLevel};
-use pocketnerf_formats::{ModelFile, Role, Section, SectionId};
+use pocketnerf_formats::{ModelFile, Role, Section, SectionId, open_verified};
 
 use super::record::RecordV1;
 use super::{Checkpoint, Learnt, Problem};
 use crate::field::rounding::EightBits;
 use crate::field::{FieldConfig, Layout, Role as PartRole, Unusable};
+use crate::trainer::prepass::MOST_TEACHERS;
 use crate::trainer::run::watch::Watch;
 
 /// Kinds of the sections that a checkpoint has beside those of a model.
@@ -109,7 +110,7 @@ pub const fn section_name(kind: u32) -> Option<&'static str> {
 /// Everything but the dataset is checked here, lengths before memory is allocated.
 pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let bytes = pocketnerf_formats::unpacked(bytes)?;
-    let model_file = pocketnerf_formats::open_verified(&bytes)?;
+    let model_file = open_verified(&bytes)?;
     let record = RecordV1::from_bytes(section(&model_file, kind::TRAINER)?.bytes)
         .ok_or(Problem::State("section TRAINER"))?;
     let model = &model_file.model;
@@ -205,8 +206,8 @@ fn smooth(file: &ModelFile<'_>) -> Result<f32, Problem> {
 /// The model files of teachers, in their order.
 fn teachers(file: &ModelFile<'_>) -> Result<Vec<Vec<u8>>, Problem> {
     let of = |index| file.container().find(SectionId { kind: kind::TEACHER, index });
-    let sections = (0..).map_while(of).map(|section| match section.version {
-        V1 if pocketnerf_formats::open_verified(section.bytes).is_ok() => {
+    let sections = (0..=MOST_TEACHERS).map_while(of).map(|section| match section.version {
+        V1 if section.id.index < MOST_TEACHERS && open_verified(section.bytes).is_ok() => {
             Ok(section.bytes.to_vec())
         }
         V1 => Err(Problem::State("section TEACHER")),
