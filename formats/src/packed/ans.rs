@@ -9,6 +9,8 @@ pub(crate) const TOTAL: u32 = 1 << FREQUENCY_BITS;
 pub(crate) const LEAST_STATE: u32 = 1 << 16;
 /// Bits of the table that finds a symbol; the rest is a search. A microcontroller has less room.
 const FIND_BITS: u32 = if cfg!(feature = "std") { FREQUENCY_BITS } else { 8 };
+/// Slots from one search to the next.
+const FIND_STEP: usize = 1 << (FREQUENCY_BITS - FIND_BITS);
 
 /// How often each byte occurs.
 pub(crate) struct Frequencies {
@@ -19,43 +21,34 @@ pub(crate) struct Frequencies {
 }
 
 impl Frequencies {
-    /// From the first bytes of a section, which are taken off: first and last byte that occurs,
-    /// then the frequency of each of these and those between, seven bits a byte.
-    pub(crate) fn read(bytes: &mut &[u8]) -> Option<Self> {
+    /// Nothing occurs.
+    pub(crate) const NONE: Self = Self { below: [0; 257], find: [0; 1 << FIND_BITS] };
+
+    /// Reads [`Frequencies::NONE`] from the first bytes of a section, which are taken off: first
+    /// and last byte that occurs, then the frequency of each of these and those between, seven
+    /// bits a byte. In place: a copy is half of the stack that unpacking takes.
+    pub(crate) fn read(&mut self, bytes: &mut &[u8]) -> Option<()> {
         let ([first, last], mut rest) = bytes.split_first_chunk().map(|(b, r)| (*b, r))?;
-        let mut below = [0u16; 257];
-        let mut sum = 0u32;
-        for (byte, below) in (0..=255u8).zip(&mut below) {
-            *below = sum as u16;
-            if (first..=last).contains(&byte) {
-                let (low, after) = rest.split_first()?;
+        let mut sum = 0;
+        for byte in usize::from(first)..usize::from(last) + 1 {
+            let (low, after) = rest.split_first()?;
+            rest = after;
+            let mut frequency = usize::from(*low & 0x7f);
+            if *low >= 0x80 {
+                let (high, after) = rest.split_first()?;
                 rest = after;
-                sum += u32::from(*low & 0x7f);
-                if *low >= 0x80 {
-                    let (high, after) = rest.split_first()?;
-                    rest = after;
-                    sum += u32::from(*high) << 7;
-                }
-                if sum > TOTAL {
-                    return None;
-                }
+                frequency |= usize::from(*high) << 7;
             }
+            let slots = sum..sum + frequency;
+            sum = slots.end;
+            // The first slots of searches that begin in those of this byte.
+            let found = slots.start.div_ceil(FIND_STEP)..slots.end.div_ceil(FIND_STEP);
+            self.find.get_mut(found)?.fill(byte as u8);
+            self.below[byte + 1] = sum as u16;
         }
-        below[256] = sum as u16;
-        if sum != TOTAL {
-            return None;
-        }
-        let mut find = [0; 1 << FIND_BITS];
-        let mut symbol = 0;
-        for (i, found) in find.iter_mut().enumerate() {
-            let slot = (i << (FREQUENCY_BITS - FIND_BITS)) as u16;
-            while below[symbol + 1] <= slot {
-                symbol += 1;
-            }
-            *found = symbol as u8;
-        }
+        self.below[usize::from(last) + 1..].fill(sum as u16);
         *bytes = rest;
-        Some(Self { below, find })
+        (sum == TOTAL as usize).then_some(())
     }
 
     /// The byte that a state begins with, and the state after it.
@@ -68,7 +61,8 @@ impl Frequencies {
                 symbol += 1;
             }
         }
-        let [low, high] = [0, 1].map(|i| u32::from(self.below[usize::from(symbol) + i]));
+        let low = u32::from(self.below[usize::from(symbol)]);
+        let high = u32::from(self.below[usize::from(symbol) + 1]);
         (symbol, (high - low) * (state >> FREQUENCY_BITS) + slot - low)
     }
 }
@@ -91,7 +85,8 @@ impl<'p> SymbolReader<'p> {
     }
 
     /// The next byte of a state.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
+    #[cfg_attr(not(feature = "std"), inline(never))] // Code of a microcontroller is short instead.
     pub(crate) fn byte(&mut self, state: usize, frequencies: &Frequencies) -> u8 {
         let (symbol, next) = frequencies.decode(self.states[state]);
         self.go_on(state, next);

@@ -11,15 +11,19 @@ pub(crate) const BLOCK_CONTEXTS: usize = 64;
 /// Situations that a cell may be in.
 pub(crate) const CELL_CONTEXTS: usize = 512;
 
+/// The blocks that tell of one: along which axes each lies before it, a bit an axis.
+const BEFORE: [u8; 6] = [1, 2, 4, 3, 5, 6];
+
 /// Which of the blocks before block `i`, that touch it, hold something. `holds` tells of a block
 /// before it; there are `side` of them along an axis.
 pub(crate) fn block_context(i: usize, side: usize, holds: impl Fn(usize) -> bool) -> usize {
-    let [x, y, z] = [i % side, i / side % side, i / (side * side)];
-    let steps = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 0, 1), (0, 1, 1)];
+    let [x, y, z] = [i % side, i / side % side, i / side / side];
+    let inside = usize::from(x > 0) | usize::from(y > 0) << 1 | usize::from(z > 0) << 2;
     let mut context = 0;
-    for (bit, (dx, dy, dz)) in steps.into_iter().enumerate() {
-        let inside = x >= dx && y >= dy && z >= dz;
-        let beside = inside && holds(i - dx - side * (dy + side * dz));
+    for (bit, axes) in BEFORE.iter().enumerate() {
+        let axes = usize::from(*axes);
+        let back = (axes & 1) + side * ((axes >> 1 & 1) + side * (axes >> 2));
+        let beside = axes & !inside == 0 && holds(i - back);
         context |= usize::from(beside) << bit;
     }
     context
@@ -56,16 +60,16 @@ impl Rows {
 /// Numbers the blocks that hold something, in order from 1; the others get 0.
 pub(super) fn unpack_blocks(packed: &[u8], out: &mut [u8]) -> Option<()> {
     let (side, packed) = packed.split_first_chunk()?;
-    let side = usize::from(u16::from_le_bytes(*side));
+    let side = u16::from_le_bytes(*side);
     let (numbers, rest) = out.as_chunks_mut::<NUMBER_BYTES>();
-    if side == 0 || !rest.is_empty() || numbers.len() != side.checked_pow(3)? {
+    if side == 0 || !rest.is_empty() || numbers.len() as u64 != u64::from(side).pow(3) {
         return None;
     }
     let mut probabilities = [Probability::EVEN; BLOCK_CONTEXTS];
     let mut reader = BitReader::new(packed)?;
     let mut last = 0u16;
     for i in 0..numbers.len() {
-        let context = block_context(i, side, |j| numbers[j] != [0; NUMBER_BYTES]);
+        let context = block_context(i, side.into(), |j| numbers[j] != [0; NUMBER_BYTES]);
         numbers[i] = match reader.next(&mut probabilities[context]) {
             true => {
                 last = last.checked_add(1)?;

@@ -96,12 +96,10 @@ pub(crate) fn unpack(packed: &[u8], out: &mut [u8]) -> Option<()> {
     let (zeros, mut packed) = packed.split_first_chunk::<{ 2 * CONTEXTS }>()?;
     let row = usize::from(u16::from_le_bytes([*a, *b]));
     let zeros = zeros.as_chunks::<2>().0;
-    let frequencies = [
-        Frequencies::read(&mut packed)?,
-        Frequencies::read(&mut packed)?,
-        Frequencies::read(&mut packed)?,
-        Frequencies::read(&mut packed)?,
-    ];
+    let mut frequencies = [Frequencies::NONE; CLASSES];
+    for frequencies in &mut frequencies {
+        frequencies.read(&mut packed)?;
+    }
     let is_sound = |zeros: &[u8; 2]| u32::from(u16::from_le_bytes(*zeros)) <= TOTAL;
     let entries = out.as_chunks_mut::<FEATURES>();
     if row == 0 || !zeros.iter().all(is_sound) || !entries.1.is_empty() {

@@ -13,7 +13,8 @@ pub(super) fn unpack(mut packed: &[u8], out: &mut [u8]) -> Option<()> {
     if block == 0 {
         return None;
     }
-    let frequencies = Frequencies::read(&mut packed)?;
+    let mut frequencies = Frequencies::NONE;
+    frequencies.read(&mut packed)?;
     let lengths = packed.get(..2 * out.len().div_ceil(CHUNK))?.as_chunks::<2>().0;
     packed = &packed[2 * lengths.len()..];
     for (chunk, length) in out.chunks_mut(CHUNK).zip(lengths) {
