@@ -11,33 +11,37 @@ const SLOPES: [f64; 2] = [-60.0, 0.0];
 ///
 /// Lagrange's multiplier: for each slope, error per byte, every part takes what is best at that
 /// slope; the smallest slope that fits is found by halving (Shoham and Gersho 1988). What is left
-/// goes to the parts that gain most by it. Rates may be estimates: `fits` knows. Those that
-/// training knows are kept or refined, if they fit with any of the others.
+/// goes to the parts that gain most by it. Rates may be estimates: `fits` knows. What training
+/// knows does no harm: `known` candidates are the finest of their parts, until something is left.
 pub(super) fn choose<E>(
     parts: &[Vec<Candidate>],
-    known: Vec<Option<usize>>,
+    known: &[Option<usize>],
     mut fits: impl FnMut(&[usize]) -> Result<bool, E>,
 ) -> Result<Option<Vec<usize>>, E> {
-    let mut found = fitting(parts, &known, &mut fits)?;
-    if found.is_none() && known.iter().any(Option::is_some) {
-        found = fitting(parts, &vec![None; parts.len()], &mut fits)?;
-    }
+    let begin = |part: usize| known.get(part).copied().flatten().unwrap_or(0);
+    let as_known = |(part, all): (usize, &Vec<Candidate>)| -> Vec<Candidate> {
+        let all = &all[begin(part)..];
+        let least = all.first().map_or(0.0, |candidate| candidate.error);
+        all.iter().map(|c| Candidate { error: (c.error - least).max(0.0), ..*c }).collect()
+    };
+    let coarser: Vec<_> = parts.iter().enumerate().map(as_known).collect();
+    let number = |(part, i): (usize, &usize)| begin(part) + i;
+    let numbers =
+        |chosen: &[usize]| -> Vec<usize> { chosen.iter().enumerate().map(number).collect() };
+    let found = fitting(&coarser, |chosen| fits(&numbers(chosen)))?;
+    let mut found = found.map(|chosen| numbers(&chosen));
     if let Some(chosen) = &mut found {
         fill(parts, chosen, fits)?;
     }
     Ok(found)
 }
 
-/// With the smallest slope that fits; those that are known stay.
+/// With the smallest slope that fits.
 fn fitting<E>(
     parts: &[Vec<Candidate>],
-    known: &[Option<usize>],
     mut fits: impl FnMut(&[usize]) -> Result<bool, E>,
 ) -> Result<Option<Vec<usize>>, E> {
-    let at = |slope| -> Vec<usize> {
-        let free = at(parts, slope);
-        free.iter().zip(known).map(|(free, known)| known.unwrap_or(*free)).collect()
-    };
+    let at = |slope| at(parts, slope);
     let [mut low, mut high] = SLOPES;
     let mut chosen = at(high);
     if !fits(&chosen)? {
@@ -177,7 +181,7 @@ mod tests {
             let rate = |chosen: &[usize]| -> f64 {
                 levels.iter().zip(chosen).map(|(level, i)| level[*i].rate).sum()
             };
-            choose(&levels, known, |chosen| Ok::<_, ()>(rate(chosen) <= budget)).unwrap()
+            choose(&levels, &known, |chosen| Ok::<_, ()>(rate(chosen) <= budget)).unwrap()
         };
         let found = |budget| begun(vec![None; 2], budget);
         // What fits is only refined.
@@ -185,6 +189,13 @@ mod tests {
         assert_eq!(begun(vec![Some(1), Some(1)], 130.0), Some(vec![1, 1]));
         assert_eq!(begun(vec![Some(1), Some(1)], 199.0), Some(vec![0, 1]));
         assert_eq!(begun(vec![Some(0), Some(0)], 150.0), Some(vec![0, 1]));
+        // What does not fit becomes coarser where that costs least, what is known as well: the
+        // first from 0.5 to 0.9, not the second from 0 to 2.
+        let parts =
+            [level(&[(0.0, 100.0), (0.5, 50.0), (0.9, 40.0)]), level(&[(0.0, 20.0), (2.0, 10.0)])];
+        let rate = |chosen: &[usize]| parts[0][chosen[0]].rate + parts[1][chosen[1]].rate;
+        let fits = |chosen: &[usize]| Ok::<_, ()>(rate(chosen) <= 65.0);
+        assert_eq!(choose(&parts, &[Some(1), None], fits).unwrap(), Some(vec![2, 0]));
         // The second is free.
         assert_eq!(begun(vec![Some(1), None], 100.0), Some(vec![1, 1]));
         assert_eq!(begun(vec![Some(1), None], 70.0), Some(vec![1, 2]));

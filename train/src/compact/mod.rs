@@ -63,7 +63,7 @@ pub fn to_bytes(
     let file = whole.in_eight_bits()?;
     let search = Search::begin(&whole, &file, lengths)?;
     let mut least = usize::MAX;
-    let chosen = choose(&search.candidates, search.known(), |chosen| {
+    let chosen = choose(&search.candidates, &search.known(), |chosen| {
         let bytes = search.packed(chosen)?.len();
         least = least.min(bytes);
         Ok::<_, CompactError>(bytes <= most)
