@@ -67,6 +67,25 @@ fn as_many_bytes_as_asked_for_and_the_difference_that_is_said() {
     }
 }
 
+/// What training got used to gives way like all else: networks do not pay for tables.
+#[test]
+fn known_steps_that_do_not_fit_become_coarser() {
+    let bytes = still_life();
+    let cameras = cameras(&bytes);
+    let in_bytes = |most, lengths: Option<&[f32]>| {
+        to_bytes(&bytes, most, lengths, &cameras, &settings()).unwrap()
+    };
+    let known = in_bytes(90_000, None);
+    for most in [86_000, 75_000, 60_000] {
+        let [free, used] = [None, Some(&known.lengths[..])].map(|lengths| in_bytes(most, lengths));
+        println!("{most}: {:.2} dB, {:.2} dB {:?}", free.psnr, used.psnr, used.network_steps);
+        assert!(used.bytes.len() <= most);
+        assert!(used.psnr > free.psnr - 0.5, "{most}: {:.2}, {:.2}", used.psnr, free.psnr);
+        let finer = used.steps.iter().zip(&known.steps).filter(|(used, known)| used < known);
+        assert_eq!(finer.count(), 0, "{:?} {:?}", used.steps, known.steps);
+    }
+}
+
 #[test]
 fn as_few_bytes_as_a_difference_of_pictures_allows() {
     let bytes = still_life();
