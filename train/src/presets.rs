@@ -54,6 +54,7 @@ impl TrainConfig {
             opaque_backdrop: [0.0; 3],
             backdrop: None,
             smooth_surfaces: 0.0,
+            clear_fog: false,
             refine_poses: false,
         }
     }

@@ -132,6 +132,20 @@ fn sections_that_cannot_be_used() {
                 .starts_with("the trainer's state cannot be used: section TEACHER is ")
         );
     }
+    let cleared = |bytes: &[u8]| {
+        let mut writer = ContainerWriter::new();
+        for section in Container::open(&saved).unwrap().sections() {
+            writer.add(section.id, section.version, section.is_critical(), section.bytes);
+        }
+        writer.add(SectionId::first(kind::CLEARING), 1, false, bytes);
+        writer.finish().unwrap()
+    };
+    for bytes in [&[0; 12][..], &[0xff; 12], &[0; 4]] {
+        assert!(
+            line(&cleared(bytes))
+                .starts_with("the trainer's state cannot be used: section CLEARING is ")
+        );
+    }
     let levels = count_levels(&saved);
     assert!(line(&with(&saved, kind::SCALES, |_, bytes| bytes.push(0))).starts_with(&format!(
         "section of kind 0x1005: {} bytes where {levels} were expected",

@@ -66,6 +66,6 @@ impl Baker<'_> {
             let new = || Probe::new(limits);
             grid.look(self.level, self.field, self.seed, &probes, new);
         }
-        grid.settle(self.step);
+        grid.settle(self.step, 1.0);
     }
 }

@@ -62,6 +62,9 @@ pub struct TrainConfig {
     /// colour. 0: they may be rough. Not for hierarchical sampling. For places there is
     /// [`SMOOTH_PLACES`](Self::SMOOTH_PLACES).
     pub smooth_surfaces: f32,
+    /// Whether cells that hold little become empty in the second half of a run, unless training
+    /// views become worse: fog before the surfaces of places. Not for hierarchical sampling.
+    pub clear_fog: bool,
     /// Whether the poses of the photographs are corrected while the field learns: hash grids whose
     /// colours are those of rays.
     pub refine_poses: bool,

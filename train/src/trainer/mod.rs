@@ -52,6 +52,7 @@ use crate::picture::Device;
 use crate::stopwatch::Stopwatch;
 use backend::{Backend, Cpu};
 use held_out::HeldOut;
+use occupancy::clearing::Clearing;
 use parameters::{ParameterGroup, State};
 use photographs::learnt_gains;
 use pixels::importance::PixelSampler;
@@ -112,6 +113,8 @@ pub struct Trainer {
     /// Where less light than this passes, samples stand for several steps.
     coarse_step_below: f32,
     grid: DensityGrid,
+    /// From which density on its cells are occupied.
+    clearing: Clearing,
     step: u32,
     n_rays: usize,
     /// Gradient magnitude below which the roulette plays.
@@ -177,6 +180,7 @@ impl Trainer {
             sampling,
             coarse_step_below: step::COARSE_STEP_BELOW,
             grid,
+            clearing: Clearing::NONE,
             step: 0,
             n_rays: FIRST_RAYS,
             roulette: 0.0,
@@ -275,6 +279,7 @@ impl Trainer {
         self.backend.reset(self.seed);
         self.correct_photographs();
         self.grid.reset();
+        self.clearing = Clearing::NONE;
         self.sampler = PixelSampler::new(self.visibility.n_tiles());
         self.leave_out();
         self.best = None;

@@ -109,7 +109,7 @@ impl Trainer {
         for _ in 0..times * PERIOD {
             self.look_at_cells(grid);
         }
-        grid.settle(self.sampling.step);
+        grid.settle(self.sampling.step, self.clearing.factor);
     }
 
     /// Whether smaller cells are worth their bytes.

@@ -211,10 +211,10 @@ impl DensityGrid {
     }
 
     /// Updates the bits, once all candidates have been sampled. `step` is the distance
-    /// between samples, scene units.
-    pub(crate) fn settle(&mut self, step: f32) {
+    /// between samples, scene units; a cell is occupied from `factor` times the usual thickness on.
+    pub(crate) fn settle(&mut self, step: f32, factor: f32) {
         if self.updates >= PERIOD as u32 {
-            self.occupied = self.above(step, 1.0);
+            self.occupied = self.above(step, factor);
             self.grown = OnceLock::new();
         }
     }

@@ -118,6 +118,7 @@ pub(super) fn small(config: &TrainConfig, source: &RaySource) -> TrainConfig {
         batch_rays: None,
         network_rate: TrainConfig::hash_grid().network_rate,
         smooth_surfaces: 0.0,
+        clear_fog: false,
         refine_poses: false,
         ..config.clone()
     }

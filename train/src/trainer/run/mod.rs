@@ -118,6 +118,9 @@ impl Run {
         self.plan_the_end(trainer);
         self.plan_sizing(trainer);
         self.round_for_bytes(trainer);
+        if let Some(plan) = self.plan() {
+            trainer.clear_fog(plan.progress(trainer.steps()), self.averages.psnr());
+        }
         let (begun, steps) = self.fit_to_clock((trainer.steps(), trainer.config().settled()));
         let stats = trainer.step(&settings(trainer.config(), trainer.steps(), self.plan()));
         self.timed = Some((begun, steps + 1));

@@ -168,7 +168,7 @@ impl Trainer {
     pub(crate) fn update_occupancy(&mut self) {
         let mut grid = std::mem::take(&mut self.grid);
         self.look_at_cells(&mut grid);
-        grid.settle(self.sampling.step);
+        grid.settle(self.sampling.step, self.clearing.factor);
         self.grid = grid;
     }
 

@@ -115,6 +115,7 @@ impl Train {
         let is_far = dataset.reach.is_none() || dataset.forward_facing;
         if !dataset.has_alpha && is_far && config.field.kind().n_levels() > 0 {
             config.smooth_surfaces = TrainConfig::SMOOTH_PLACES;
+            config.clear_fog = true;
         }
         self.scene.apply(config, dataset, space, length)
     }
@@ -238,5 +239,20 @@ pub(super) mod tests {
         assert_eq!(weight(&["--method", "nerf"], &|_| {}), 0.0);
         assert_eq!(weight(&["--smooth-surfaces=0.1"], &|dataset| dataset.reach = reach), 0.1);
         assert_eq!(weight(&["--smooth-surfaces=0"], &|_| {}), 0.0);
+    }
+
+    #[test]
+    fn fog_is_cleared_where_surfaces_are_smooth_by_default() {
+        let clears = |options: &[&str], change: &dyn Fn(&mut Dataset)| {
+            let mut dataset = builtin::dataset(Split::Train, 8);
+            dataset.has_alpha = false;
+            change(&mut dataset);
+            train(options).config(&dataset).unwrap().clear_fog
+        };
+        let reach = Some([[-1.0; 3], [1.0; 3]]);
+        assert!(clears(&[], &|_| {}) && clears(&["--smooth-surfaces=0"], &|_| {}));
+        assert!(!clears(&[], &|dataset| dataset.has_alpha = true));
+        assert!(!clears(&[], &|dataset| dataset.reach = reach));
+        assert!(!clears(&["--method", "nerf"], &|_| {}));
     }
 }

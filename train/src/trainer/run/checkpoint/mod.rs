@@ -9,6 +9,7 @@
 //! the same model, to the bit, as one that was not.
 
 mod error;
+pub mod kind;
 mod record;
 mod sections;
 
@@ -19,9 +20,10 @@ use pocketnerf_core::{Sampling, SimdLevel, Space};
 use pocketnerf_formats::{About, ContainerWriter, Precision, Scene, SectionId, World, WriteError};
 
 pub use error::{CheckpointError, Problem};
-pub use sections::{kind, section_name};
+pub use kind::section_name;
 
 use crate::dataset::Dataset;
+use crate::trainer::occupancy::clearing::Clearing;
 use crate::trainer::prepass::{self, Deadline};
 use crate::trainer::run::guard::{self, Averages};
 use crate::trainer::run::watch::Watch;
@@ -58,6 +60,8 @@ pub struct Checkpoint {
     square: Vec<f32>,
     sum: Vec<f32>,
     density: Vec<f32>,
+    /// From which density on its cells are occupied.
+    clearing: Clearing,
     /// How tables are rounded; empty: as finely as holds them.
     scales: Vec<u8>,
     /// Errors, then sizes.
@@ -129,6 +133,10 @@ pub fn write(
     let smooth = trainer.config.smooth_surfaces.to_le_bytes();
     if trainer.config.smooth_surfaces > 0.0 {
         add(kind::SMOOTH_SURFACES, &smooth);
+    }
+    let clearing = trainer.clearing.to_bytes();
+    if trainer.config.clear_fog {
+        add(kind::CLEARING, &clearing);
     }
     if let Some(field) = &field {
         add(kind::KIND, field);
@@ -302,6 +310,7 @@ impl Checkpoint {
         let (density, updates) = (&self.density, record.updates);
         let restored = trainer.grid.restore(density, updates, &self.coarse, &self.fine);
         changed("cells that may be occupied", restored)?;
+        trainer.clearing = self.clearing;
         if self.watch.holding {
             trainer.hold_out();
             trainer.best = self.best;

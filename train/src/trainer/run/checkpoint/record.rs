@@ -118,7 +118,7 @@ impl RecordV1 {
         field: FieldConfig,
         space: Space,
         occupancy_resolution: u32,
-        (refine_poses, smooth_surfaces): (bool, f32),
+        (refine_poses, smooth_surfaces, clear_fog): (bool, f32, bool),
     ) -> TrainConfig {
         let config = &self.config;
         TrainConfig {
@@ -148,6 +148,7 @@ impl RecordV1 {
             opaque_backdrop: config.opaque_backdrop,
             backdrop: config.backdrop,
             smooth_surfaces,
+            clear_fog,
             refine_poses,
         }
     }
@@ -206,6 +207,7 @@ impl ConfigV1 {
             opaque_backdrop,
             backdrop,
             smooth_surfaces: _,
+            clear_fog: _,
             refine_poses: _,
         } = *config;
         Self {
@@ -317,7 +319,12 @@ mod tests {
         let check = |change: fn(&mut RecordV1)| {
             let mut record = RECORD;
             change(&mut record);
-            record.check(&record.config(TrainConfig::hash_grid().field, SPACE, 128, (false, 0.0)))
+            record.check(&record.config(
+                TrainConfig::hash_grid().field,
+                SPACE,
+                128,
+                (false, 0.0, false),
+            ))
         };
         assert_eq!(check(|_| ()), Ok(()));
         assert_eq!(check(|r| r.length = LengthV1::Seconds(f64::NAN)), Err("its length"));
@@ -339,7 +346,7 @@ mod tests {
         let timed = |r: &mut RecordV1| (r.length, r.plan) = (LengthV1::Seconds(9.0), None);
         let mut record = RECORD;
         timed(&mut record);
-        let config = record.config(TrainConfig::hash_grid().field, SPACE, 128, (false, 0.0));
+        let config = record.config(TrainConfig::hash_grid().field, SPACE, 128, (false, 0.0, false));
         assert_eq!(record.check(&config), Ok(()));
         record.plan = Some([21, 90]);
         assert_eq!(record.check(&config), Err("its plan"));

@@ -6,106 +6,15 @@ use pocketnerf_core::{DType, SimdLevel};
 use pocketnerf_formats::{ModelFile, Role, Section, SectionId, open_verified};
 
 use super::record::RecordV1;
-use super::{Checkpoint, Learnt, Problem};
+use super::{Checkpoint, Learnt, Problem, kind};
 use crate::field::rounding::EightBits;
 use crate::field::{FieldConfig, Layout, Role as PartRole, Unusable};
+use crate::trainer::occupancy::clearing::Clearing;
 use crate::trainer::prepass::MOST_TEACHERS;
 use crate::trainer::run::watch::Watch;
 
-/// Kinds of the sections that a checkpoint has beside those of a model.
-pub mod kind {
-    use pocketnerf_formats::kind::PROGRAM;
-
-    /// Everything small: settings, plan, counters.
-    pub const TRAINER: u32 = PROGRAM;
-    /// The first moments of the networks, f32, in the order of the model's tensors.
-    /// Grids have none.
-    pub const MEAN: u32 = PROGRAM + 1;
-    /// The second moments of all tensors.
-    pub const SQUARE: u32 = PROGRAM + 2;
-    /// Densities of the cells that may be occupied, f32.
-    pub const DENSITY: u32 = PROGRAM + 3;
-    /// Sum of the parameters of the steps that are averaged, f32, in the order of
-    /// the model's tensors; only once there are such steps.
-    pub const SUM: u32 = PROGRAM + 4;
-    /// How the forward pass rounds each level of the grid: the exponents of its
-    /// units, a byte each. Programs that had none rounded otherwise: without it, as
-    /// finely as holds the parameters.
-    pub const SCALES: u32 = PROGRAM + 5;
-    /// Squared error of each tile of the images, f32, and how often each is drawn, f32.
-    /// Programs that had none drew all alike, and without it so does this one until it
-    /// has looked again.
-    pub const PIXEL_ERRORS: u32 = PROGRAM + 6;
-    /// What else a run needs of its kind of field: vanilla NeRFs and voxels.
-    pub const KIND: u32 = PROGRAM + 7;
-    /// What was seen of the held-out views. Programs that held none out wrote none, and a run
-    /// of theirs goes on without.
-    pub const WATCH: u32 = PROGRAM + 8;
-    /// The parameters with which the held-out views were rendered best, f32, in the order of
-    /// the model's tensors, while there are such.
-    pub const BEST: u32 = PROGRAM + 9;
-    /// The vector instructions of the steps so far, by their name on the command line. Without
-    /// it they are not known.
-    pub const SIMD: u32 = PROGRAM + 10;
-    /// By what each channel of each photograph is multiplied, f32; only where they are evened
-    /// out.
-    pub const EXPOSURE: u32 = PROGRAM + 11;
-    /// How the camera of each photograph turns, a rotation vector, and moves, f32; only where
-    /// poses are refined.
-    pub const POSES: u32 = PROGRAM + 12;
-    /// The first moments of these.
-    pub const POSE_MEAN: u32 = PROGRAM + 13;
-    /// The second moments.
-    pub const POSE_SQUARE: u32 = PROGRAM + 14;
-    /// Their sum over the steps that are averaged; only once there are such steps.
-    pub const POSE_SUM: u32 = PROGRAM + 15;
-    /// The logarithm of the factor by which the scene is brighter in each channel of each
-    /// photograph than EXPOSURE says, f32; only where that is learnt.
-    pub const GAINS: u32 = PROGRAM + 16;
-    /// The first moments of these.
-    pub const GAIN_MEAN: u32 = PROGRAM + 17;
-    /// The second moments.
-    pub const GAIN_SQUARE: u32 = PROGRAM + 18;
-    /// Their sum over the steps that are averaged; only once there are such steps.
-    pub const GAIN_SUM: u32 = PROGRAM + 19;
-    /// How much surfaces are held to be smooth, f32; only where they are.
-    pub const SMOOTH_SURFACES: u32 = PROGRAM + 20;
-    /// The model file of a teacher; only where the mean of what some show is learnt.
-    pub const TEACHER: u32 = PROGRAM + 21;
-}
-
 /// Version of every section so far.
 pub(super) const V1: u16 = 1;
-
-/// The name of a kind of section, a model's or a checkpoint's.
-#[must_use]
-pub const fn section_name(kind: u32) -> Option<&'static str> {
-    match kind {
-        kind::TRAINER => Some("TRAINER"),
-        kind::MEAN => Some("MEAN"),
-        kind::SQUARE => Some("SQUARE"),
-        kind::DENSITY => Some("DENSITY"),
-        kind::SUM => Some("SUM"),
-        kind::SCALES => Some("SCALES"),
-        kind::PIXEL_ERRORS => Some("PIXEL_ERRORS"),
-        kind::KIND => Some("KIND"),
-        kind::WATCH => Some("WATCH"),
-        kind::BEST => Some("BEST"),
-        kind::SIMD => Some("SIMD"),
-        kind::EXPOSURE => Some("EXPOSURE"),
-        kind::POSES => Some("POSES"),
-        kind::POSE_MEAN => Some("POSE_MEAN"),
-        kind::POSE_SQUARE => Some("POSE_SQUARE"),
-        kind::POSE_SUM => Some("POSE_SUM"),
-        kind::GAINS => Some("GAINS"),
-        kind::GAIN_MEAN => Some("GAIN_MEAN"),
-        kind::GAIN_SQUARE => Some("GAIN_SQUARE"),
-        kind::GAIN_SUM => Some("GAIN_SUM"),
-        kind::SMOOTH_SURFACES => Some("SMOOTH_SURFACES"),
-        kind::TEACHER => Some("TEACHER"),
-        _ => pocketnerf_formats::kind::name(kind),
-    }
-}
 
 /// Everything but the dataset is checked here, lengths before memory is allocated.
 pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
@@ -127,8 +36,9 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
     let kinds = [kind::GAINS, kind::GAIN_MEAN, kind::GAIN_SQUARE, kind::GAIN_SUM];
     let learnt_gains = of_photographs(&model_file, kinds, averaged)?;
     let resolution = occupancy.resolution();
-    let config =
-        record.config(field, model.space, resolution, (poses.is_some(), smooth(&model_file)?));
+    let clearing = clearing(&model_file)?;
+    let others = (poses.is_some(), smooth(&model_file)?, clearing.is_some());
+    let config = record.config(field, model.space, resolution, others);
     record.check(&config).map_err(Problem::State)?;
     let moments = |kind, n: usize| {
         let section = section(&model_file, kind)?;
@@ -178,6 +88,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Result<Checkpoint, Problem> {
         square,
         sum,
         density,
+        clearing: clearing.unwrap_or(Clearing::NONE),
         scales,
         sampler,
         watch,
@@ -201,6 +112,15 @@ fn smooth(file: &ModelFile<'_>) -> Result<f32, Problem> {
         [weight] if weight.is_finite() && weight > 0.0 => Ok(weight),
         _ => Err(Problem::State("section SMOOTH_SURFACES")),
     }
+}
+
+/// How far cells have been cleared, where they are.
+fn clearing(file: &ModelFile<'_>) -> Result<Option<Clearing>, Problem> {
+    if file.container().find(SectionId::first(kind::CLEARING)).is_none() {
+        return Ok(None);
+    }
+    let clearing = Clearing::from_bytes(section(file, kind::CLEARING)?.bytes);
+    clearing.map(Some).ok_or(Problem::State("section CLEARING"))
 }
 
 /// The model files of teachers, in their order.

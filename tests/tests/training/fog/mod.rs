@@ -1,0 +1,4 @@
+//! Fog that photographs do not forbid.
+
+mod clearing;
+mod near_cameras;
