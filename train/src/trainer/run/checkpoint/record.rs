@@ -286,6 +286,8 @@ mod tests {
         },
     };
 
+    const OTHERS: (bool, f32, bool) = (false, 0.0, false);
+
     #[test]
     fn bytes_of_record_v1() {
         let f32_one = [0, 0, 0x80, 0x3f];
@@ -319,12 +321,7 @@ mod tests {
         let check = |change: fn(&mut RecordV1)| {
             let mut record = RECORD;
             change(&mut record);
-            record.check(&record.config(
-                TrainConfig::hash_grid().field,
-                SPACE,
-                128,
-                (false, 0.0, false),
-            ))
+            record.check(&record.config(TrainConfig::hash_grid().field, SPACE, 128, OTHERS))
         };
         assert_eq!(check(|_| ()), Ok(()));
         assert_eq!(check(|r| r.length = LengthV1::Seconds(f64::NAN)), Err("its length"));
@@ -346,7 +343,7 @@ mod tests {
         let timed = |r: &mut RecordV1| (r.length, r.plan) = (LengthV1::Seconds(9.0), None);
         let mut record = RECORD;
         timed(&mut record);
-        let config = record.config(TrainConfig::hash_grid().field, SPACE, 128, (false, 0.0, false));
+        let config = record.config(TrainConfig::hash_grid().field, SPACE, 128, OTHERS);
         assert_eq!(record.check(&config), Ok(()));
         record.plan = Some([21, 90]);
         assert_eq!(record.check(&config), Err("its plan"));
