@@ -285,7 +285,6 @@ mod tests {
             backdrop: None,
         },
     };
-
     const OTHERS: (bool, f32, bool) = (false, 0.0, false);
 
     #[test]
