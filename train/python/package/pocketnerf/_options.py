@@ -27,6 +27,7 @@ class TrainOptions(TypedDict, total=False):
     downscale_factor: int
     exposure: Literal["auto", "off"]
     far: float
+    fog: Literal["clear", "keep"]
     gaussian: Sequence[float]
     heads: int
     hidden_width: int

@@ -10,7 +10,7 @@ use pocketnerf_train::trainer::{Checkpoint, CheckpointError, Length, MAX_BATCH_R
 
 use super::kinds::{Images, Method};
 use super::model::ModelOptions;
-use super::scene::{Exposure, SceneOptions, SpaceKind};
+use super::scene::{Exposure, Fog, SceneOptions, SpaceKind};
 use super::watch::WatchOptions;
 use super::world::WorldOptions;
 use crate::commands::device::TrainingDevice;
@@ -163,6 +163,7 @@ impl Train {
         let refined = self.scene.refine_poses.then_some(true);
         let teachers = checkpoint.n_teachers() as u32;
         let smooth = Some(config.smooth_surfaces);
+        let fog = if config.clear_fog { Fog::Clear } else { Fog::Keep };
         let aabb = self.scene.aabb.map(|corners| checkpoint.scene().box_to_model(corners));
         let exposure = if checkpoint.is_evened_out() { Exposure::Auto } else { Exposure::Off };
         let shape = || {
@@ -182,6 +183,7 @@ impl Train {
             .and_then(|()| same("--exposure", kept, Some(exposure)))
             .and_then(|()| same("--refine-poses", refined, Some(config.refine_poses)))
             .and_then(|()| same("--teachers", self.scene.teachers, Some(teachers)))
+            .and_then(|()| same("--fog", self.scene.fog, Some(fog)))
             .and_then(|()| same("--smooth-surfaces", self.scene.smooth_surfaces, smooth))
             .and_then(|()| shape())
             .map_err(|problem| problem.of(checkpoint.file()))
@@ -254,5 +256,11 @@ pub(super) mod tests {
         assert!(!clears(&[], &|dataset| dataset.has_alpha = true));
         assert!(!clears(&[], &|dataset| dataset.reach = reach));
         assert!(!clears(&["--method", "nerf"], &|_| {}));
+        assert!(!clears(&["--fog", "keep"], &|_| {}));
+        assert!(clears(&["--fog", "clear"], &|dataset| dataset.reach = reach));
+        let dataset = builtin::dataset(Split::Train, 8);
+        let refused = train(&["--fog", "clear", "--method", "nerf"]).config(&dataset);
+        let expected = "--fog clear: expected --method hash-grid or planes";
+        assert_eq!(refused.unwrap_err().to_string(), expected);
     }
 }
