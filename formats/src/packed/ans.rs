@@ -85,8 +85,8 @@ impl<'p> SymbolReader<'p> {
     }
 
     /// The next byte of a state.
-    #[cfg_attr(feature = "std", inline(always))]
-    #[cfg_attr(not(feature = "std"), inline(never))] // Code of a microcontroller is short instead.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
+    #[cfg_attr(target_os = "none", inline(never))] // A microcontroller has less room.
     pub(crate) fn byte(&mut self, state: usize, frequencies: &Frequencies) -> u8 {
         let (symbol, next) = frequencies.decode(self.states[state]);
         self.go_on(state, next);

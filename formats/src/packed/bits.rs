@@ -52,8 +52,8 @@ impl<'b> BitReader<'b> {
     }
 
     /// The next bit; where bytes are missing, any.
-    #[cfg_attr(feature = "std", inline(always))]
-    #[cfg_attr(not(feature = "std"), inline(never))] // Code of a microcontroller is short instead.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
+    #[cfg_attr(target_os = "none", inline(never))] // A microcontroller has less room.
     pub(crate) fn next(&mut self, probability: &mut Probability) -> bool {
         let bound = (self.range >> PROBABILITY_BITS) * u32::from(probability.0);
         let bit = self.code >= bound;

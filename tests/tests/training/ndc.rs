@@ -1,6 +1,5 @@
 //! A forward-facing capture, learnt in normalised device coordinates.
 
-use std::path::Path;
 use std::time::Instant;
 
 use pocketnerf_core::{Camera, Ray, SimdLevel, Space};
@@ -9,10 +8,7 @@ use pocketnerf_train::dataset::{Dataset, Split, View};
 use pocketnerf_train::evaluate::evaluate;
 use pocketnerf_train::metrics::Metrics;
 use pocketnerf_train::picture::{self, Settings};
-use pocketnerf_train::trainer::checkpoint::{self, TrainedOn};
-use pocketnerf_train::trainer::{
-    Checkpoint, FinishingBudget, Length, Run, TrainConfig, Trainer, ndc_of,
-};
+use pocketnerf_train::trainer::{FinishingBudget, Length, Run, TrainConfig, Trainer, ndc_of};
 
 use super::setup;
 
@@ -115,9 +111,7 @@ fn an_interruption_leaves_no_trace() {
     let expected = end(new(), run());
     let (mut trainer, mut begun) = (new(), run());
     setup::advance(&mut trainer, &mut begun, 21).unwrap();
-    let trained_on = TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor: 1 };
-    let saved = checkpoint::write(&trainer, &begun, trained_on, &About::default()).unwrap();
-    let read = Checkpoint::from_bytes(Path::new("run.ckpt.pnerf"), &saved).unwrap();
+    let read = setup::read(&setup::save_on(&dataset, &trainer, &begun));
     assert_eq!(read.config().ndc, trainer.config().ndc);
     let (trainer, run) = read.resume(dataset, SimdLevel::detect(), Instant::now()).unwrap();
     assert!(end(trainer, run) == expected);

@@ -46,6 +46,18 @@ fn with(bytes: &[u8], changed: u32, change: impl Fn(&mut u16, &mut Vec<u8>)) -> 
     writer.finish().unwrap()
 }
 
+/// With sections that it lacks.
+fn beside(bytes: &[u8], added: &[(SectionId, &[u8])]) -> Vec<u8> {
+    let mut writer = ContainerWriter::new();
+    for section in Container::open(bytes).unwrap().sections() {
+        writer.add(section.id, section.version, section.is_critical(), section.bytes);
+    }
+    for (id, bytes) in added {
+        writer.add(*id, 1, false, *bytes);
+    }
+    writer.finish().unwrap()
+}
+
 const ANOTHER: &str = "resume from another checkpoint or train from scratch without --resume";
 
 #[test]
@@ -116,33 +128,17 @@ fn sections_that_cannot_be_used() {
             .starts_with("the trainer's state cannot be used: section SCALES is ")
     );
     // A teacher that is no model, and more than there can be.
-    let teachers = |n: u32, bytes: &[u8]| {
-        let mut writer = ContainerWriter::new();
-        for section in Container::open(&saved).unwrap().sections() {
-            writer.add(section.id, section.version, section.is_critical(), section.bytes);
-        }
-        for index in 0..n {
-            writer.add(SectionId { kind: kind::TEACHER, index }, 1, false, bytes);
-        }
-        writer.finish().unwrap()
-    };
+    let teacher = |index| SectionId { kind: kind::TEACHER, index };
     for (n, bytes) in [(1, &b"no model"[..]), (9, &saved)] {
+        let teachers: Vec<_> = (0..n).map(|index| (teacher(index), bytes)).collect();
         assert!(
-            line(&teachers(n, bytes))
+            line(&beside(&saved, &teachers))
                 .starts_with("the trainer's state cannot be used: section TEACHER is ")
         );
     }
-    let cleared = |bytes: &[u8]| {
-        let mut writer = ContainerWriter::new();
-        for section in Container::open(&saved).unwrap().sections() {
-            writer.add(section.id, section.version, section.is_critical(), section.bytes);
-        }
-        writer.add(SectionId::first(kind::CLEARING), 1, false, bytes);
-        writer.finish().unwrap()
-    };
     for bytes in [&[0; 12][..], &[0xff; 12], &[0; 4]] {
         assert!(
-            line(&cleared(bytes))
+            line(&beside(&saved, &[(SectionId::first(kind::CLEARING), bytes)]))
                 .starts_with("the trainer's state cannot be used: section CLEARING is ")
         );
     }

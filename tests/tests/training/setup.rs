@@ -121,7 +121,12 @@ fn about(trainer: &Trainer, run: &Run) -> About<'static> {
 }
 
 pub(crate) fn save(trainer: &Trainer, run: &Run) -> Vec<u8> {
-    let trained_on = TrainedOn { fingerprint: dataset().fingerprint(), downscale_factor: 1 };
+    save_on(&dataset(), trainer, run)
+}
+
+/// The same of a run on another dataset.
+pub(crate) fn save_on(dataset: &Dataset, trainer: &Trainer, run: &Run) -> Vec<u8> {
+    let trained_on = TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor: 1 };
     checkpoint::write(trainer, run, trained_on, &about(trainer, run)).unwrap()
 }
 

@@ -1,20 +1,17 @@
 //! Fields that teach another one what lies between few photographs.
 
-use std::path::Path;
 use std::time::Instant;
 
 use pocketnerf_core::SimdLevel;
 use pocketnerf_formats::{About, Precision, SectionId};
 use pocketnerf_train::dataset::{Dataset, Split, View};
 use pocketnerf_train::picture::{self, Settings};
-use pocketnerf_train::trainer::checkpoint::{self, TrainedOn, kind};
+use pocketnerf_train::trainer::checkpoint::kind;
 use pocketnerf_train::trainer::prepass::{self, Deadline, Prepared};
-use pocketnerf_train::trainer::{
-    Checkpoint, FinishingBudget, Length, Progress, Run, TrainConfig, Trainer,
-};
+use pocketnerf_train::trainer::{FinishingBudget, Length, Progress, Run, TrainConfig, Trainer};
 
 use super::ndc::{capture, config};
-use super::setup::{advance, with_threads};
+use super::setup::{advance, read, save_on, with_threads};
 
 /// One photograph in two of 25.
 fn few() -> Dataset {
@@ -36,10 +33,6 @@ fn taught(dataset: &Dataset, n: u32, steps: u32) -> Trainer {
     let (simd, length) = (SimdLevel::detect(), Length::Steps(steps));
     let taught = prepared(dataset).taught((n, length), simd, &mut |_, _| true).unwrap().unwrap();
     Trainer::from_prepared(taught, simd).unwrap()
-}
-
-fn trained_on(dataset: &Dataset) -> TrainedOn {
-    TrainedOn { fingerprint: dataset.fingerprint(), downscale_factor: 1 }
 }
 
 /// The model file at the end, and PSNR of the training rays that the run tells.
@@ -86,7 +79,7 @@ fn between_photographs_a_model_shows_the_mean_of_its_teachers() {
     let run = || Run::new(Length::Steps(STEPS), Instant::now());
     let with = taught(&dataset, 2, STEPS);
     // A checkpoint has the teachers' model files.
-    let saved = checkpoint::write(&with, &run(), trained_on(&dataset), &About::default()).unwrap();
+    let saved = save_on(&dataset, &with, &run());
     let saved = pocketnerf_formats::open_verified(&saved).unwrap();
     let teachers = [0, 1].map(|index| {
         let id = SectionId { kind: kind::TEACHER, index };
@@ -112,8 +105,7 @@ fn the_same_bytes_at_any_number_of_threads_and_after_an_interruption() {
         (taught(&dataset, 2, 30), Run::new(Length::Steps(40), Instant::now()));
     assert_eq!((trainer.n_teachers(), trainer.cameras().len()), (2, dataset.views.len()));
     advance(&mut trainer, &mut run, 21).unwrap();
-    let saved = checkpoint::write(&trainer, &run, trained_on(&dataset), &About::default()).unwrap();
-    let read = Checkpoint::from_bytes(Path::new("run.ckpt.pnerf"), &saved).unwrap();
+    let read = read(&save_on(&dataset, &trainer, &run));
     assert_eq!(read.n_teachers(), 2);
     let (trainer, run) = read.resume(dataset.clone(), SimdLevel::detect(), Instant::now()).unwrap();
     assert!(end(trainer, run).0 == models[0]);

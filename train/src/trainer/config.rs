@@ -62,8 +62,8 @@ pub struct TrainConfig {
     /// colour. 0: they may be rough. Not for hierarchical sampling. For places there is
     /// [`SMOOTH_PLACES`](Self::SMOOTH_PLACES).
     pub smooth_surfaces: f32,
-    /// Whether cells that hold little become empty in the second half of a run, unless training
-    /// views become worse: fog before the surfaces of places. Not for hierarchical sampling.
+    /// Whether thin fog is removed while the field learns, unless training views become worse: from
+    /// 40 to 80 % of a run, cells that hold little become empty. Not for hierarchical sampling.
     pub clear_fog: bool,
     /// Whether the poses of the photographs are corrected while the field learns: hash grids whose
     /// colours are those of rays.

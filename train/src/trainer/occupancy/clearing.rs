@@ -1,10 +1,10 @@
-//! Clearing: fog that photographs do not need goes while the field learns.
+//! Clearing: thin fog is removed while the field learns.
 //!
 //! Opaque photographs leave thin fog wherever no other camera sees it against something else. Once
 //! its cells are empty, surfaces take over what it showed, other views no longer look through it,
-//! and rays take fewer samples. So denser and denser cells count as empty, slowly, and the field
-//! learns on. But glass and smoke are thin, too: where training views become worse instead of
-//! better, all comes back.
+//! and rays take fewer samples. So the density below which a cell counts as empty rises, slowly, and
+//! the field learns on. But glass and smoke are thin, too: where training views become worse, the
+//! usual density counts again.
 
 use crate::trainer::Trainer;
 
@@ -68,6 +68,19 @@ impl Clearing {
 }
 
 impl Trainer {
+    /// Whether cells count as empty that are denser than usual, see
+    /// [`TrainConfig::clear_fog`](crate::trainer::TrainConfig::clear_fog).
+    #[must_use]
+    pub fn has_cleared_fog(&self) -> bool {
+        self.clearing.factor > 1.0
+    }
+
+    /// Whether that was given up, because training views became worse.
+    #[must_use]
+    pub fn gave_up_clearing(&self) -> bool {
+        self.clearing == Clearing::GIVEN_UP
+    }
+
     /// Clears cells after this share of a run, training views having this PSNR, dB, once their
     /// scene has taken shape.
     pub(crate) fn clear_fog(&mut self, progress: f32, psnr: f64) {

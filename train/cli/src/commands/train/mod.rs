@@ -136,6 +136,9 @@ impl Train {
                 None => Ok(()),
             }
         })?;
+        if trainer.gave_up_clearing() {
+            bar.note("thin fog is kept: training views became worse without it");
+        }
         if let (None, Some(why)) = (&refused, trainer.fallback()) {
             bar.warn(device::trained_on_cpu(&why));
         }
@@ -159,6 +162,7 @@ impl Train {
         };
         result["background_cut_out"] = plain.is_some().into();
         result["teachers"] = trainer.n_teachers().into();
+        result["fog_cleared"] = trainer.has_cleared_fog().into();
         result["exposure_evened_out"] = trainer.is_evened_out().into();
         if let Some(refined) = Refined::of(&trainer, &origin) {
             refined.add_to(&mut result);

@@ -48,10 +48,11 @@ pub(super) enum Exposure {
     Off,
 }
 
-/// What becomes of what is thin.
+/// Whether thin fog stays.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Fog {
-    /// It goes in the second half of the run, unless training views become worse, as with smoke or glass
+    /// It is removed in the second half of the run, unless training views become worse, as with smoke
+    /// or glass
     Clear,
     /// It stays
     Keep,
@@ -124,11 +125,11 @@ pub(super) struct SceneOptions {
     /// of one exposure. Where a GPU trains, none by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=i64::from(MOST_TEACHERS)))]
     pub(super) teachers: Option<u32>,
-    /// What becomes of thin fog that photographs do not forbid [default: clear for photographs
-    /// without alpha, but where these are taken around a scene and come with 3-D points; else keep]
+    /// Whether thin fog in front of surfaces is removed [default: clear for photographs without alpha,
+    /// unless they are taken around a scene and come with 3-D points; else keep]
     ///
-    /// For hash grids and planes. Without it, rooms gain about 1 dB, and more frames are rendered a
-    /// second. What only a few photographs see may go, too.
+    /// For hash grids and planes. Rooms gain about 1 dB without fog, and more frames are rendered per
+    /// second. What only a few photographs see may be lost. `fog_cleared` in JSON says what was done.
     #[arg(long, value_enum, value_name = "KIND")]
     pub(super) fog: Option<Fog>,
     /// Hold surfaces to be smooth: walls and bodies of one colour, which photographs leave rough

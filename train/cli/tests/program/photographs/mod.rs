@@ -2,5 +2,6 @@
 
 mod exposure;
 mod fitted;
+mod fog;
 mod refined;
 mod teachers;

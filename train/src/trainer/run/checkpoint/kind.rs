@@ -1,4 +1,4 @@
-//! Kinds of the sections that a checkpoint has beside those of a model.
+//! The kinds of section that only checkpoints have.
 
 use pocketnerf_formats::kind::PROGRAM;
 
