@@ -14,6 +14,7 @@ mod kinds;
 mod masked;
 mod mutated;
 mod ndc;
+mod opaque;
 mod poses;
 mod refusals;
 mod setup;

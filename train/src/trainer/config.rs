@@ -54,7 +54,7 @@ pub struct TrainConfig {
     pub kept: [f32; 2],
     /// Steps are so many times longer at the start.
     pub first_step_scale: f32,
-    /// Colour behind images without alpha.
+    /// Colour on which models of images without alpha are shown.
     pub opaque_backdrop: [f32; 3],
     /// `Some`: learn against this background, not against what random ones give on average.
     pub backdrop: Option<[f32; 3]>,

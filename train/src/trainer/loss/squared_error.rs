@@ -103,6 +103,28 @@ mod tests {
     }
 
     #[test]
+    fn light_that_passes_the_scene_of_an_opaque_photograph_is_an_error() {
+        let pose = Camera::look_at([2.0; 3], [0.0; 3], [0.0, 0.0, 1.0]);
+        let camera = Camera::from_fov_x(1, 1, 0.7, pose);
+        let view = View::new("", camera, vec![0, 0, 0, 255]);
+        let source = RaySource::new(vec![view], Backdrop::Hidden([0.0; 3]));
+        let pixel = Pixel { view: 0, x: 0, y: 0 };
+        let ray = source.ray(pixel, source.rgba(pixel), (0, 2.0), &mut Random::new(1, [0; 3]));
+        let error =
+            |opacity| squared_error(&ray, &Rendered { color: [0.0; 3], opacity, depth: 0.0 });
+        // Over random colours: a third of 0.4^2 for each channel, less the square of its mean.
+        let passes = error(0.6);
+        assert!((passes.squared_error - 3.0 * (0.4 * 0.4) / 12.0).abs() < 1e-6);
+        assert!(
+            (passes.d_opacity
+                - 2.0 * (error(0.61).squared_error - error(0.59).squared_error) / 0.04)
+                .abs()
+                < 1e-4
+        );
+        assert!(passes.d_opacity < 0.0 && error(1.0).squared_error == 0.0);
+    }
+
+    #[test]
     fn a_scene_too_bright_for_its_photograph_is_no_error() {
         let pose = Camera::look_at([2.0; 3], [0.0; 3], [0.0, 0.0, 1.0]);
         let camera = Camera::from_fov_x(1, 1, 0.7, pose);

@@ -162,7 +162,7 @@ impl RaySource {
     pub fn display_background(&self) -> [f32; 3] {
         let plain: Vec<[f32; 3]> = self.behind.iter().flatten().copied().collect();
         match self.backdrop {
-            Backdrop::Color(color) => color,
+            Backdrop::Color(color) | Backdrop::Hidden(color) => color,
             Backdrop::Random if plain.is_empty() => [1.0; 3],
             Backdrop::Random => [0, 1, 2].map(|c| {
                 let mut values: Vec<f32> = plain.iter().map(|color| color[c]).collect();

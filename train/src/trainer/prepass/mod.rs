@@ -60,10 +60,10 @@ pub fn run(
         return Err(Error::Range("occupancy resolution").into());
     }
     let has_alpha = dataset.has_alpha;
-    let backdrop = match (config.backdrop, has_alpha) {
-        (Some(color), _) => Backdrop::Color(color),
-        (None, true) => Backdrop::Random,
-        (None, false) => Backdrop::Color(dataset.background.unwrap_or(config.opaque_backdrop)),
+    let backdrop = match (config.backdrop, has_alpha, dataset.background) {
+        (Some(color), ..) | (None, false, Some(color)) => Backdrop::Color(color),
+        (None, true, _) => Backdrop::Random,
+        (None, false, None) => Backdrop::Hidden(config.opaque_backdrop),
     };
     let source = RaySource::new(dataset.views, backdrop);
     if let Some(ndc) = config.ndc {

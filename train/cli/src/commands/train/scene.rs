@@ -101,10 +101,11 @@ pub(super) struct SceneOptions {
     #[arg(long, value_name = "N")]
     pub(super) far: Option<f32>,
     /// Train against one background: white, black or R,G,B [default: the expectation over
-    /// random ones for images with alpha; white with --sampling hierarchical]
+    /// random ones for images with alpha, white with --sampling hierarchical; none for opaque images]
     ///
-    /// Opaque images whose edges all show one plain colour are cut out, and need no --background;
-    /// another colour than theirs keeps the background as a part of the scene.
+    /// Opaque images show the scene in every pixel, and the model becomes opaque; with a background,
+    /// what has its colour may be left out. Those whose edges all show one plain colour are cut out, and
+    /// need no --background; another colour than theirs keeps it as a part of the scene.
     #[arg(long, value_name = "COLOR", value_parser = parse_color)]
     pub(super) background: Option<[f32; 3]>,
     /// Even out photographs that are brighter or of another colour than the others [default: auto]
