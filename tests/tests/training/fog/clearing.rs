@@ -3,11 +3,12 @@
 use std::time::Instant;
 
 use pocketnerf_core::SimdLevel;
-use pocketnerf_formats::open_verified;
+use pocketnerf_formats::{SectionId, open_verified};
 use pocketnerf_train::builtin::Scene;
 use pocketnerf_train::dataset::{Dataset, Split};
 use pocketnerf_train::metrics::{composite_on, psnr, quantize_all};
 use pocketnerf_train::picture::{Renderer, Settings};
+use pocketnerf_train::trainer::checkpoint::kind;
 use pocketnerf_train::trainer::{Length, Run, TrainConfig, Trainer};
 
 use crate::setup::{advance, finish, read, save_on};
@@ -27,12 +28,21 @@ fn begun(dataset: &Dataset, clear_fog: bool, steps: u32) -> (Trainer, Run) {
     (trainer, Run::new(Length::Steps(steps), Instant::now()))
 }
 
-/// The model file at the end, and whether fog was cleared, and that given up.
-fn end((mut trainer, mut run): (Trainer, Run)) -> (Vec<u8>, [bool; 2]) {
+/// The model file at the end, and how far its cells were cleared, as a checkpoint has it: how many
+/// times as dense they are, since when, and the best PSNR since then.
+fn end((mut trainer, mut run): (Trainer, Run), dataset: &Dataset) -> (Vec<u8>, Option<[f32; 3]>) {
     while !run.is_over(&trainer) {
         run.step(&mut trainer).unwrap();
     }
-    let found = [trainer.has_cleared_fog(), trainer.gave_up_clearing()];
+    let saved = save_on(dataset, &trainer, &run);
+    let saved = open_verified(&saved).unwrap();
+    let section = saved.container().find(SectionId::first(kind::CLEARING));
+    let found = section.map(|section| {
+        [0, 4, 8].map(|i| f32::from_le_bytes(section.bytes[i..i + 4].try_into().unwrap()))
+    });
+    // The program tells the same.
+    assert_eq!(trainer.has_cleared_fog(), found.is_some_and(|[factor, ..]| factor > 1.0));
+    assert_eq!(trainer.gave_up_clearing(), found.is_some_and(|[.., best]| best == f32::INFINITY));
     (finish((trainer, run)), found)
 }
 
@@ -56,10 +66,11 @@ fn seen(file: &[u8], scene: Scene, smaller: u32) -> (f64, u64) {
 fn a_place_loses_its_fog() {
     const STEPS: u32 = 1500;
     let room = Scene::Room.dataset(Split::Train, 8);
-    let (foggy, found) = end(begun(&room, false, STEPS));
-    assert_eq!(found, [false, false]);
-    let (clear, found) = end(begun(&room, true, STEPS));
-    assert_eq!(found, [true, false]);
+    let (foggy, none) = end(begun(&room, false, STEPS), &room);
+    assert_eq!(none, None);
+    let (clear, found) = end(begun(&room, true, STEPS), &room);
+    let [factor, since, best] = found.unwrap();
+    assert!((factor, best.is_finite()) == (8.0, true) && since < 0.5, "{factor} {since} {best}");
     let [foggy, cleared] = [&foggy, &clear].map(|file| seen(file, Scene::Room, 8));
     println!("{foggy:?} {cleared:?}");
     assert!(cleared.0 > foggy.0 && 4 * cleared.1 < foggy.1, "{foggy:?} {cleared:?}");
@@ -68,7 +79,7 @@ fn a_place_loses_its_fog() {
     advance(&mut trainer, &mut run, STEPS * 6 / 10).unwrap();
     let read = read(&save_on(&room, &trainer, &run));
     let resumed = read.resume(room.clone(), SimdLevel::detect(), Instant::now()).unwrap();
-    assert!(end(resumed).0 == clear);
+    assert!(end(resumed, &room).0 == clear);
 }
 
 /// Without its cells, training views become worse at once: they come back.
@@ -76,9 +87,9 @@ fn a_place_loses_its_fog() {
 fn smoke_stays() {
     const STEPS: u32 = 1100;
     let smoke = Scene::Fog.dataset(Split::Train, 8);
-    let (plain, _) = end(begun(&smoke, false, STEPS));
-    let (tried, found) = end(begun(&smoke, true, STEPS));
-    assert_eq!(found, [false, true]);
+    let (plain, _) = end(begun(&smoke, false, STEPS), &smoke);
+    let (tried, found) = end(begun(&smoke, true, STEPS), &smoke);
+    assert_eq!(found, Some([1.0, 1.0, f32::INFINITY]));
     let [plain, tried] = [&plain, &tried].map(|file| seen(file, Scene::Fog, 8).0);
     assert!(tried > plain - 0.3, "{plain} {tried}");
 }
